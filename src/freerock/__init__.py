@@ -1,0 +1,1 @@
+"""freerock: free-rocking tests, from laser volts to identified models."""

@@ -1,0 +1,1 @@
+"""Record files: one reader per format behind read_record."""

@@ -1,0 +1,22 @@
+"""The one error class a user meets."""
+
+
+class FreerockError(Exception):
+    """Bad input, told in one line: where it is, what is wrong, what to do.
+
+    Parameters
+    ----------
+    where : str
+        File, key, run or argument in which the fault lies.
+    what : str
+        The fault, with the offending value.
+    remedy : str
+        What the user does about it.
+    """
+
+    def __init__(self, where: str, what: str, remedy: str):
+        super().__init__(where, what, remedy)
+        self.where, self.what, self.remedy = where, what, remedy
+
+    def __str__(self) -> str:
+        return " ".join(f"{self.where}: {self.what}; {self.remedy}".split())

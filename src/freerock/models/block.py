@@ -1,0 +1,65 @@
+"""A rigid rectangular block and the constants of its rocking motion."""
+
+import math
+from dataclasses import dataclass
+
+GRAVITY = 9.81  # m/s²
+
+
+@dataclass(frozen=True)
+class Block:
+    """A uniform rectangular block (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024).
+
+    Parameters
+    ----------
+    height_m : float
+        Full height 2h [m].
+    width_m : float
+        Full width 2b in the plane of rocking [m].
+    mass_kg : float
+        Mass m [kg].
+    """
+
+    height_m: float
+    width_m: float
+    mass_kg: float
+
+    @property
+    def h(self) -> float:
+        """Half height h [m]."""
+        return self.height_m / 2
+
+    @property
+    def b(self) -> float:
+        """Half width b [m]."""
+        return self.width_m / 2
+
+    @property
+    def R(self) -> float:
+        """Distance R of a base corner from the centre of mass [m]."""
+        return math.hypot(self.b, self.h)
+
+    @property
+    def theta_cr(self) -> float:
+        """Critical tilt angle atan(b/h) [rad]: beyond it the block overturns under its weight."""
+        return math.atan2(self.b, self.h)
+
+    @property
+    def p(self) -> float:
+        """Frequency parameter sqrt(3g/4R) of a rectangular block [rad/s] (Housner 1963)."""
+        return math.sqrt(3 * GRAVITY / (4 * self.R))
+
+    @property
+    def inertia_cm(self) -> float:
+        """Moment of inertia about the centre of mass [kg m²]."""
+        return self.mass_kg * (self.width_m**2 + self.height_m**2) / 12
+
+    @property
+    def inertia_base(self) -> float:
+        """Moment of inertia I_cm + m h² about the base centre [kg m²], eq. (1b)."""
+        return self.inertia_cm + self.mass_kg * self.h**2
+
+    @property
+    def restitution_housner(self) -> float:
+        """Restitution 1 - 1.5 sin²θ_cr of a rigid block on a rigid base (Housner 1963)."""
+        return 1 - 1.5 * math.sin(self.theta_cr) ** 2
