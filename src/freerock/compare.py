@@ -1,0 +1,49 @@
+"""How far a model's θ(t) is from the measured one, and which model a run needs."""
+
+import numpy as np
+
+
+def epsilon_theta(time_s, theta_model, theta_measured) -> float:
+    """Relative mean square discrepancy ε_θ = ∫(θ_th - θ_ex)² dt / ∫θ_ex² dt.
+
+    Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024. Samples that are not
+    finite in either series are left out; the integrals are trapezoidal.
+
+    Parameters
+    ----------
+    time_s : array_like, shape (n_time,)
+        Time [s]; the last valid instant is the t_f of the measure.
+    theta_model, theta_measured : array_like, shape (n_time,)
+        Rotation [rad].
+
+    Returns
+    -------
+    float
+        ε_θ as a fraction; NaN when fewer than two samples are valid or the measured motion is zero.
+    """
+    time_s, theta_model, theta_measured = np.broadcast_arrays(time_s, theta_model, theta_measured)
+    valid = np.isfinite(theta_model) & np.isfinite(theta_measured)
+    if valid.sum() < 2:
+        return float("nan")
+    time_s, theta_model, theta_measured = time_s[valid], theta_model[valid], theta_measured[valid]
+    energy = np.trapezoid(theta_measured**2, time_s)
+    if energy == 0:
+        return float("nan")
+    return float(np.trapezoid((theta_model - theta_measured) ** 2, time_s) / energy)
+
+
+def select_model(bic_by_model) -> str:
+    """Model of the lowest Bayesian information criterion.
+
+    Parameters
+    ----------
+    bic_by_model : mapping of str to float
+        BIC per model; models whose fit failed carry NaN and are never chosen.
+
+    Returns
+    -------
+    str
+        Name of the model; "" when every fit failed.
+    """
+    finite = {model: bic for model, bic in bic_by_model.items() if np.isfinite(bic)}
+    return min(finite, key=finite.get) if finite else ""
