@@ -1,0 +1,688 @@
+"""Configuration: YAML and CSV files in, checked campaigns out.
+
+Every problem of every file is told at once, one line each: file and line, key, what is wrong, what to do.
+The fields of a section are the keyword arguments of the step it configures.
+"""
+
+import csv
+import difflib
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+import yaml
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    ValidationError,
+    field_validator,
+)
+
+from freerock.errors import FreerockError
+from freerock.models import MODELS
+from freerock.models.block import Block
+
+NAME = r"^[A-Za-z0-9_]+$"
+OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
+
+
+class ConfigError(FreerockError):
+    """All problems of the configuration; str() has one line for each.
+
+    Parameters
+    ----------
+    problems : sequence of FreerockError
+        At least one; where, what and remedy are those of the first.
+    """
+
+    def __init__(self, problems: Sequence[FreerockError]):
+        self.problems = tuple(problems)
+        first = self.problems[0]
+        super().__init__(first.where, first.what, first.remedy)
+
+    def __reduce__(self):
+        return type(self), (self.problems,)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.problems))
+
+
+class _Fault(ValueError):
+    """What a validator of this module found, with its remedy."""
+
+    def __init__(self, what: str, remedy: str):
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
+def _not_a_switch(value):
+    if isinstance(value, bool):  # pydantic would read true as 1
+        raise _Fault(f"{str(value).lower()} is not a number", "give a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_not_a_switch)]
+Whole = Annotated[int, BeforeValidator(_not_a_switch)]
+Name = Annotated[str, StringConstraints(pattern=NAME)]
+Model = Literal["housner", "winkler", "hunt_crossley"]
+Nuisance = Literal["theta0", "t0"]
+
+
+class Section(BaseModel):
+    """A group of keys: unknown keys are refused, nothing changes after loading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, str_strip_whitespace=True)
+
+
+class BlockSection(Section):
+    """A rigid rectangular block."""
+
+    height_m: Number = Field(gt=0, le=100, description="the full height 2h in metres")
+    width_m: Number = Field(gt=0, le=100, description="the full width 2b in the plane of rocking in metres")
+    mass_kg: Number = Field(gt=0, le=1e6, description="the mass in kilograms")
+    release_angle_deg: Number | None = Field(
+        None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
+    )
+    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+
+    @property
+    def block(self) -> Block:
+        """The block as the models take it."""
+        return Block(self.height_m, self.width_m, self.mass_kg)
+
+    @field_validator("release_angle_deg")
+    @classmethod
+    def _below_critical(cls, angle, info):
+        if angle is not None and {"height_m", "width_m"} <= info.data.keys():
+            critical = math.degrees(Block(info.data["height_m"], info.data["width_m"], 1.0).theta_cr)
+            if angle >= critical:
+                raise _Fault(
+                    f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",
+                    "correct the release angle, the height or the width",
+                )
+        return angle
+
+
+class FoundationSection(Section):
+    """What the blocks stand on."""
+
+    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+
+
+class LaserSection(Section):
+    """A displacement sensor: where its beam meets the block, and its output."""
+
+    beam: Literal["horizontal", "vertical"] = Field(
+        description="horizontal (meets a side face) or vertical (meets the top)"
+    )
+    position_m: Number = Field(
+        description="the height of a horizontal beam above the base, or the distance of a vertical beam "
+        "to the right of the centre line, in metres"
+    )
+    range_m: Number = Field(gt=0, description="the measuring range in metres")
+    face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
+    sign: Literal[1, -1] = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
+    release_side: Literal["positive", "negative"] = Field(
+        "positive",
+        description="positive (clockwise) or negative: the side of the first swing after a rest, "
+        "for a vertical beam between the corners, which can't tell",
+    )
+    volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
+    volts_at_end: Number = Field(10.0, description="the volts at the end of the measuring range")
+    valid_low_v: Number = Field(-0.1, description="the lowest valid output in volts")
+    valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
+    error_level_v: Number = Field(10.2, description="the output in volts that means no target")
+    error_tolerance_v: Number = Field(0.01, ge=0, description="the tolerance of the error level in volts")
+
+    @field_validator("position_m")
+    @classmethod
+    def _above_the_base(cls, position, info):
+        if info.data.get("beam") == "horizontal" and position <= 0:
+            raise _Fault(f"{position:g} is not above the base", "give the height of the beam in metres")
+        return position
+
+    @field_validator("volts_at_end")
+    @classmethod
+    def _rising(cls, end, info):
+        if end <= info.data.get("volts_at_start", -math.inf):
+            raise _Fault(f"{end:g} is not above volts_at_start", "swap the two and set sign: -1")
+        return end
+
+
+class RotationSection(Section):
+    """Volts to θ(t)."""
+
+
+class RunsSection(Section):
+    """θ(t) to free-rocking runs."""
+
+
+class ImpactsSection(Section):
+    """A run to its impacts and restitution coefficients."""
+
+    min_amplitude_sigmas: Number = Field(
+        10.0, gt=0, description="the lowest peak that counts, as a multiple of σ_θ"
+    )
+    min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that counts")
+
+
+class ProcessingSection(Section):
+    """The steps from volts to impacts."""
+
+    rotation: RotationSection = Field(RotationSection(), description="volts to θ(t)")
+    runs: RunsSection = Field(RunsSection(), description="θ(t) to free-rocking runs")
+    impacts: ImpactsSection = Field(ImpactsSection(), description="runs to impacts and restitution")
+
+
+class FreeSection(Section):
+    """Nuisances fitted besides the parameters of each model."""
+
+    housner: tuple[Nuisance, ...] = Field((), description="theta0, t0, both or none")
+    winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, both or none")
+    hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, both or none")
+
+
+class FitsSection(Section):
+    """Identification of the models."""
+
+    models: tuple[Model, ...] = Field(
+        tuple(MODELS), min_length=1, description="the models to fit: housner, winkler, hunt_crossley"
+    )
+    free: FreeSection = Field(FreeSection(), description="the nuisances freed, model by model")
+    debonding: Literal["geometric", "tensionless"] = Field(
+        "geometric",
+        description="geometric (contact wherever the base is below the ground) "
+        "or tensionless (and the foundation pushes)",
+    )
+    integrator_error: Number = Field(
+        0.01, gt=0, le=1, description="the largest error of the integrator as a share of σ_θ"
+    )
+    pooled: bool = Field(True, description="true to fit all runs of a record jointly as well, else false")
+
+
+class PublishedSection(Section):
+    """Values of a publication, printed beside the identified ones."""
+
+    doi: str = Field(pattern=r"^10\.\d{4,9}/\S+$", description="the DOI of the publication, as 10.…/…")
+    values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = Field(
+        description="block: foundation: model: parameter: value, "
+        "in SI units; epsilon_theta as a fraction counts as a parameter"
+    )
+
+    @field_validator("values")
+    @classmethod
+    def _known_parameters(cls, values):
+        for foundations in values.values():
+            for models in foundations.values():
+                for model, parameters in models.items():
+                    for name in parameters:
+                        _known(name, (*MODELS[model], "epsilon_theta"), f"a parameter of {model}")
+        return values
+
+
+class CampaignFile(Section):
+    """A test campaign: config/campaigns/<name>.yaml."""
+
+    title: str = Field(min_length=1, description="the title of the campaign")
+    origin: Literal["simulated", "measured"] = Field(
+        description="simulated or measured, as shown in every dataset, table and figure"
+    )
+    summary: str = Field("", description="what was tested, how and why, in a sentence or two")
+    institution: str = Field("", description="the laboratory")
+    creator: str = Field("", description="who made the records")
+    license: str = Field("", description="the licence of the records")
+    references: str = Field("", description="publications, as doi:10.…/…")
+    raw: str = Field("", description="the folder of the record files; left out, raw/<name of the campaign>")
+    truth: str = Field("", description="the file of true values in the raw folder, of a simulated campaign")
+    blocks: dict[Name, BlockSection] = Field(min_length=1, description="one or more blocks, each by its name")
+    foundations: dict[Name, FoundationSection] = Field(
+        min_length=1, description="one or more foundations, each by its name"
+    )
+    lasers: dict[Name, LaserSection] = Field(
+        min_length=1, description="one or more sensors, each by its name"
+    )
+    processing: ProcessingSection = Field(ProcessingSection(), description="the steps from volts to impacts")
+    fits: FitsSection = Field(FitsSection(), description="the identification of the models")
+    published: PublishedSection | None = Field(
+        None, description="values of a publication, printed beside the identified ones"
+    )
+
+    @field_validator("blocks", "foundations")
+    @classmethod
+    def _labelled(cls, sections):
+        return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
+
+    @field_validator("truth")
+    @classmethod
+    def _truth_is_simulated(cls, truth, info):
+        if truth and info.data.get("origin") == "measured":
+            raise _Fault("a measured campaign has no known truth", "remove the key or set origin: simulated")
+        return _inside(truth) if truth else truth
+
+    @field_validator("published")
+    @classmethod
+    def _published_is_configured(cls, published, info):
+        for block, foundations in published.values.items() if published else ():
+            _known(block, info.data.get("blocks", (block,)), "a block of this campaign")
+            for name in foundations:
+                _known(name, info.data.get("foundations", (name,)), "a foundation of this campaign")
+        return published
+
+
+class Record(Section):
+    """A record: one line of config/campaigns/<name>.csv."""
+
+    test: Name = Field(description="the name of the record: letters, digits and _")
+    file: str = Field(min_length=1, description="the record file, inside the raw folder")
+    channel: str = Field("", description="the channel of the laser; empty when the file has only one")
+    block: str = Field(description="the name of a block")
+    foundation: str = Field(description="the name of a foundation")
+    laser: str = Field(description="the name of a laser")
+    exclude: str = Field(
+        "",
+        pattern=r"^(record|\d+(;\d+)*)?$",
+        description="nothing, record, or the numbers of the runs left out, as 2;3",
+    )
+    override: str = Field(
+        "",
+        description="nothing, or hand-set release and end in seconds, as 2@12.310:19.800; more after a ;",
+    )
+    reason: str = Field("", description="why a run is excluded or overridden")
+    note: str = Field("", description="anything worth keeping")
+
+    @field_validator("file")
+    @classmethod
+    def _file_is_inside(cls, file):
+        return _inside(file)
+
+    @field_validator("override")
+    @classmethod
+    def _release_before_end(cls, override):
+        runs = []
+        for item in filter(None, override.split(";")):
+            match = OVERRIDE.fullmatch(item.strip())
+            if not match:
+                raise _Fault(f"{item!r} is not run@release:end", "give run and seconds, as 2@12.310:19.800")
+            if float(match[2]) >= float(match[3]):
+                raise _Fault(f"run {match[1]} ends before it is released", "give the release first")
+            runs.append(int(match[1]))
+        if len(set(runs)) < len(runs):
+            raise _Fault("a run is overridden twice", "give each run once")
+        return override
+
+    @field_validator("reason")
+    @classmethod
+    def _reason_given(cls, reason, info):
+        if not reason and (info.data.get("exclude") or info.data.get("override")):
+            raise _Fault("a run is excluded or overridden without a reason", "say why")
+        return reason
+
+    @property
+    def excluded(self) -> bool:
+        """Whether the whole record is left out."""
+        return self.exclude == "record"
+
+    @property
+    def exclusions(self) -> tuple:
+        """(run, reason) of each run left out."""
+        runs = () if self.excluded else filter(None, self.exclude.split(";"))
+        return tuple((int(run), self.reason) for run in runs)
+
+    @property
+    def overrides(self) -> tuple:
+        """(run, release [s], end [s], reason) of each run set by hand."""
+        return tuple(
+            (int(run), float(release), float(end), self.reason)
+            for run, release, end in OVERRIDE.findall(self.override)
+        )
+
+
+class Campaign(CampaignFile):
+    """A campaign as loaded: its YAML file and the records of its CSV file."""
+
+    name: Name = Field(description="the name of the campaign")
+    records: tuple[Record, ...] = Field(description="the records")
+
+    def record(self, test: str) -> Record:
+        """The record of a test."""
+        return next(record for record in self.records if record.test == test)
+
+    def file(self, test: str) -> str:
+        """Path of the record file of a test."""
+        return f"{self.raw}/{self.record(test).file}"
+
+    def attributes(self, test: str) -> dict:
+        """What describes a record in its datasets: plain texts and numbers, nothing empty."""
+        record = self.record(test)
+        block = self.blocks[record.block]
+        attributes = {
+            "title": f"{self.title}: {test}",
+            "summary": self.summary,
+            "campaign": self.name,
+            "test": test,
+            "block": record.block,
+            "foundation": record.foundation,
+            "origin": self.origin,
+            "block_height_m": block.height_m,
+            "block_width_m": block.width_m,
+            "block_mass_kg": block.mass_kg,
+            "institution": self.institution,
+            "creator_name": self.creator,
+            "license": self.license,
+            "references": self.references,
+            "comment": record.note,
+        }
+        return {key: value for key, value in attributes.items() if value != ""}
+
+
+class ConfigFile(Section):
+    """What is analysed: config/config.yaml."""
+
+    campaigns: tuple[Name, ...] = Field(
+        min_length=1, description="the campaigns to analyse, as a list of names in config/campaigns"
+    )
+
+
+class Config(Section):
+    """The configuration as loaded: the campaigns by their names."""
+
+    campaigns: dict[str, Campaign]
+
+
+def load_config(path: str | Path = "config/config.yaml", campaigns: Sequence[str] | None = None) -> Config:
+    """Read and check config.yaml and the campaigns it names.
+
+    Parameters
+    ----------
+    path : path
+        The configuration file; campaigns lie in the folder `campaigns` beside it.
+    campaigns : sequence of str, optional
+        Names that replace those of the file.
+
+    Returns
+    -------
+    Config
+
+    Raises
+    ------
+    ConfigError
+        All problems of all files.
+    """
+    path = Path(path)
+    data, lines, problems = _read_yaml(path)
+    if campaigns is not None:
+        data["campaigns"] = campaigns
+    file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), problems)
+    loaded = {}
+    for name in dict.fromkeys(file.campaigns) if file else ():
+        campaign_path = path.parent / "campaigns" / f"{name}.yaml"
+        if campaign_path.exists():
+            loaded[name] = _load_campaign(campaign_path, problems)
+        else:
+            others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]
+            problems.append(
+                FreerockError(
+                    _where(path, lines, ("campaigns",)),
+                    f"there is no campaign {name!r}: {campaign_path} is missing",
+                    _meant(name, others) or "write the file or correct the name",
+                )
+            )
+    if problems:
+        raise ConfigError(problems)
+    return Config.model_construct(campaigns=loaded)
+
+
+def load_campaign(path: str | Path) -> Campaign:
+    """Read and check one campaign: its YAML file and the CSV file of the same name beside it.
+
+    Raises
+    ------
+    ConfigError
+        All problems of both files.
+    """
+    problems = []
+    campaign = _load_campaign(Path(path), problems)
+    if problems:
+        raise ConfigError(problems)
+    return campaign
+
+
+def json_schema() -> dict:
+    """JSON schemas of config.yaml ("config") and of a campaign's YAML file ("campaign")."""
+    return {"config": ConfigFile.model_json_schema(), "campaign": CampaignFile.model_json_schema()}
+
+
+def _load_campaign(path: Path, problems: list) -> Campaign | None:
+    data, lines, found = _read_yaml(path)
+    file = _validate(CampaignFile, data, lambda loc: _where(path, lines, loc), found)
+    if not re.fullmatch(NAME, path.stem):
+        found.append(FreerockError(path, "not a name", "name the file by letters, digits and _ only"))
+    names = {"block": data.get("blocks"), "foundation": data.get("foundations"), "laser": data.get("lasers")}
+    records = _read_records(path.with_suffix(".csv"), names, path, found)
+    problems += found
+    if found:
+        return None
+    fields = {**dict(file), "raw": file.raw.rstrip("/") or f"raw/{path.stem}"}
+    return Campaign.model_construct(**fields, name=path.stem, records=records)
+
+
+def _read_text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise FreerockError(path, f"cannot be read ({error.strerror})", "write the file") from None
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise FreerockError(f"{path}:{line}", "is not UTF-8 text", "save the file as UTF-8") from None
+
+
+def _read_yaml(path: Path) -> tuple[dict, dict, list]:
+    """Keys and values, the line of each key, and the problems met."""
+    try:
+        text = _read_text(path)
+        loader = yaml.SafeLoader(text)
+        root = loader.get_single_node()
+        lines, problems = {}, []
+        for loc, line in _key_lines(root):
+            if loc in lines:
+                where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
+                problems.append(FreerockError(where, f"is given twice, first on line {first}", "keep one"))
+            lines[loc] = line
+        data = loader.construct_document(root) if root else None
+    except FreerockError as error:
+        return {}, {}, [error]
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f"{path}:{mark.line + 1}" if mark else str(path)
+        what = getattr(error, "problem", None) or getattr(error, "reason", None) or "is not YAML"
+        return {}, {}, [FreerockError(where, what, "correct the YAML; indent with spaces, not tabs")]
+    except (ValueError, RecursionError) as error:
+        what = str(error) if isinstance(error, ValueError) else "keys are nested without end"
+        return {}, {}, [FreerockError(path, what, "correct the YAML; put texts in quotes")]
+    if not isinstance(data, dict):
+        what = "is empty" if data is None else "is not a list of keys and values"
+        return {}, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
+    return data, lines, problems
+
+
+def _key_lines(node, loc: tuple = ()) -> Iterator[tuple[tuple, int]]:
+    """Location and line of every key and list item below a YAML node."""
+    if isinstance(node, yaml.MappingNode):
+        children = [(key.value, key, value) for key, value in node.value if key.value != "<<"]
+    elif isinstance(node, yaml.SequenceNode):
+        children = [(str(i), item, item) for i, item in enumerate(node.value)]
+    else:
+        return
+    for name, key, value in children:
+        yield (*loc, str(name)), key.start_mark.line + 1
+        yield from _key_lines(value, (*loc, str(name)))
+
+
+def _where(path: Path, lines: Mapping, loc: tuple) -> str:
+    """file:line: key, by the line of the nearest key that is in the file."""
+    near = next((loc[:n] for n in range(len(loc), 0, -1) if loc[:n] in lines), None)
+    return f"{path}:{lines[near]}: {'.'.join(loc)}" if near else f"{path}: {'.'.join(loc)}"
+
+
+def _read_table(path: Path) -> list[tuple[int, list]]:
+    """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
+    rows = csv.reader(_read_text(path).splitlines(keepends=True), strict=True)
+    try:
+        table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
+    except csv.Error as error:
+        raise FreerockError(f"{path}:{rows.line_num}", str(error), "check the quotes") from None
+    table = [(line, row) for line, row in table if any(row) and not row[0].startswith("#")]
+    if len(table) < 2:
+        what, remedy = (
+            "has no record",
+            f"write the line {','.join(Record.model_fields)} and a line per record",
+        )
+        raise FreerockError(path, what, remedy)
+    line, header = table[0]
+    if len(header) == 1 and ";" in header[0]:
+        raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
+    return table
+
+
+def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """Column, what is wrong with it and what to do."""
+    columns = Record.model_fields
+    for column in dict.fromkeys(header):
+        if column not in columns:
+            yield column, "unknown column", _meant(column, columns) or f"use {', '.join(columns)}"
+        elif header.count(column) > 1:
+            yield column, "column given twice", "keep one"
+    for column, field in columns.items():
+        if field.is_required() and column not in header:
+            yield column, "column is missing", f"add it: {field.description}"
+
+
+def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -> tuple[Record, ...]:
+    """The records of a CSV file; `names` holds the blocks, foundations and lasers of the YAML file."""
+
+    def fault(line, column, what, remedy):
+        problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
+
+    try:
+        (header_line, header), *rows = _read_table(path)
+    except FreerockError as error:
+        problems.append(error)
+        return ()
+    faults = list(_header_faults(header))
+    for column, what, remedy in faults:
+        fault(header_line, column, what, remedy)
+    if faults:
+        return ()
+
+    records, first_lines = [], {}
+    for line, row in rows:
+        if len(row) != len(header):
+            what = f"has {len(row)} cells, the first line has {len(header)}"
+            problems.append(FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes"))
+            continue
+        cells = dict(zip(header, row, strict=True))
+        where = f"{path}:{line}: "
+        record = _validate(Record, cells, lambda loc, where=where: where + ".".join(loc), problems)
+        records += [record] if record else []
+        for column, known in names.items():
+            if isinstance(known, dict) and cells[column] not in known:
+                remedy = _meant(cells[column], known) or f"use one of {', '.join(map(str, known))}"
+                fault(line, column, f"{cells[column]!r} is not a {column} of {yaml_path}", remedy)
+        test = cells["test"]
+        first = first_lines.setdefault(test.casefold(), line)
+        if first != line:
+            fault(line, "test", f"{test!r} is on line {first} already", "give each record its own name")
+    return tuple(records)
+
+
+def _validate(model: type[Section], data: Mapping, where: Callable, problems: list) -> Any:
+    """The section, or None and its problems added; `where` words a location."""
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        faults = error.errors(include_url=False)
+    faults = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in faults]
+    meant = {
+        (*loc[:-1], close)
+        for loc, fault in faults
+        if fault["type"] == "extra_forbidden"
+        for close in _close(loc[-1], _keys(model, loc[:-1]))
+    }
+    for loc, fault in faults:
+        if fault["type"] != "missing" or loc not in meant:
+            problems.append(FreerockError(where(loc), *_explain(model, loc, fault)))
+    return None
+
+
+def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str]:
+    """What is wrong and what to do, for one of pydantic's errors."""
+    kind, value, context = fault["type"], fault["input"], fault.get("ctx", {})
+    if isinstance(context.get("error"), _Fault):
+        return context["error"].what, context["error"].remedy
+    if kind == "extra_forbidden":
+        keys = _keys(model, loc[:-1])
+        return "unknown key", _meant(loc[-1], keys) or f"use one of {', '.join(keys)}"
+    if context.get("pattern") == NAME:
+        return f"{value!r} is not a name", "use letters, digits and _ only"
+    field, _ = _walk(model, loc)
+    give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
+    if kind == "missing":
+        return "is missing", give
+    if value in (None, "", {}, [], ()):
+        return "is empty", give
+    if isinstance(value, dict | list | tuple):
+        return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
+    what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
+    what = re.sub(r"valid dictionary.*", "group of keys", what)
+    if kind == "literal_error":
+        give = _meant(value, re.findall(r"'(\w+)'", context["expected"])) or give
+    return f"{value!r} {what}", give
+
+
+def _walk(model: type[Section], loc: tuple) -> tuple[Any, type[Section] | None]:
+    """The field that holds a location, and the section whose keys stand below it."""
+    field, section, named = None, model, False
+    for part in loc:
+        if named or section is None:
+            named = False
+            continue
+        if part not in section.model_fields:
+            return field, section
+        field = section.model_fields[part]
+        section, named = section_in(field.annotation), get_origin(field.annotation) in (dict, tuple)
+    return field, section
+
+
+def section_in(annotation) -> type[Section] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation
+    return next(filter(None, map(section_in, get_args(annotation))), None)
+
+
+def _keys(model: type[Section], loc: tuple) -> tuple[str, ...]:
+    section = _walk(model, loc)[1]
+    return tuple(section.model_fields) if section else ()
+
+
+def _close(word, words) -> list[str]:
+    return difflib.get_close_matches(str(word), map(str, words), n=1)
+
+
+def _meant(word, words) -> str:
+    return "".join(f"did you mean {close!r}?" for close in _close(word, words))
+
+
+def _known(name: str, names, kind: str) -> None:
+    if name not in names:
+        raise _Fault(f"{name!r} is not {kind}", _meant(name, names) or f"use one of {', '.join(names)}")
+
+
+def _inside(file: str) -> str:
+    if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
+        raise _Fault(f"{file!r} is not inside the raw folder", "give a path below it, with / between folders")
+    return file
