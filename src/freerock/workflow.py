@@ -1,0 +1,84 @@
+"""What Snakemake's rules and scripts share: the code a step runs, and its log."""
+
+import ast
+import logging
+import sys
+import traceback
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+from freerock.errors import FreerockError
+
+PACKAGE = Path(__file__).parent
+
+
+def code(script: str | Path) -> list[str]:
+    """Files a script runs: itself, every freerock module it imports, directly or not, and their data files.
+
+    Declared as a step's input they make an edited module rerun the steps that use it, and no other.
+    Imports inside functions count; those by a computed name can't be seen.
+
+    Parameters
+    ----------
+    script : path
+        A Python file.
+
+    Returns
+    -------
+    list of str
+        Absolute paths, sorted.
+    """
+    found, new = set(), {Path(script)}
+    while new:
+        found |= new
+        new = {path for file in new for path in _imported(file)} - found
+    folders = {file.parent for file in found if file.name == "__init__.py"} - {PACKAGE}
+    data = {path for folder in folders for path in folder.iterdir() if path.is_file() and path.suffix != ".py"}
+    return sorted(map(str, found | data))
+
+
+@cache
+def _imported(file: Path) -> frozenset[Path]:
+    """The freerock modules a file names, with the packages that hold them."""
+    if file.suffix != ".py":
+        return frozenset()
+    names = set()
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    return frozenset(path for name in names for path in _files(name))
+
+
+def _files(name: str) -> Iterator[Path]:
+    """The files that importing a dotted name runs, as far as they are freerock's."""
+    package, *parts = name.split(".")
+    if package != PACKAGE.name:
+        return
+    folder = PACKAGE
+    yield folder / "__init__.py"
+    for part in parts:
+        if (folder / f"{part}.py").is_file():
+            yield folder / f"{part}.py"
+        folder /= part
+        if not (folder / "__init__.py").is_file():
+            return
+        yield folder / "__init__.py"
+
+
+def log_to(path: str | Path) -> None:
+    """Send a script's messages, warnings and fatal error to its log.
+
+    A `FreerockError` ends the script with its one line, anything else with a traceback.
+    """
+    logging.basicConfig(filename=path, filemode="w", level=logging.INFO, format="%(message)s")
+    logging.captureWarnings(True)
+    sys.excepthook = _report
+
+
+def _report(kind, error, trace) -> None:
+    text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
+    logging.error(text)
+    print(text, file=sys.stderr)
