@@ -157,6 +157,13 @@ class LaserSection(Section):
 class RotationSection(Section):
     """Volts to θ(t)."""
 
+    mains_hz: Number | None = Field(
+        50.0, gt=0, description="the mains frequency in hertz, whose hum is taken out; empty to leave it in"
+    )
+    window_s: Number = Field(
+        0.25, gt=0, description="the window in which a still signal is sought, in seconds"
+    )
+
 
 class RunsSection(Section):
     """θ(t) to free-rocking runs."""

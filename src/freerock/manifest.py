@@ -1,0 +1,67 @@
+"""Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes."""
+
+import csv
+import hashlib
+from collections.abc import Iterable
+from pathlib import Path
+
+from freerock.errors import FreerockError
+
+COLUMNS = ["file", "sha256", "bytes"]
+
+
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    with open(path, "rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
+
+
+def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:
+    """Refuse raw files that are no longer what manifest.csv says; without a manifest nothing is refused.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the raw files and of manifest.csv.
+    files : iterable of str, optional
+        Files to check, relative to the folder; one that is not listed passes. Left out, all listed files.
+
+    Raises
+    ------
+    FreerockError
+        A file is missing or has another checksum; the manifest has other columns.
+    """
+    folder = Path(folder)
+    manifest = folder / "manifest.csv"
+    if not manifest.exists():
+        return
+    with open(manifest, newline="", encoding="utf-8") as stream:
+        rows = csv.DictReader(stream)
+        if not {"file", "sha256"} <= set(rows.fieldnames or ()):
+            raise FreerockError(
+                manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first"
+            )
+        listed = {row["file"]: row["sha256"] for row in rows}
+    for file in listed if files is None else files:
+        if file not in listed:
+            continue
+        path = folder / file
+        if not path.is_file():
+            raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
+        found = sha256(path)
+        if found != listed[file]:
+            raise FreerockError(
+                path,
+                f"has the sha256 {found}, {manifest} lists {listed[file]}",
+                "restore the file, or renew the manifest if the change is meant",
+            )
+
+
+def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
+    """Write manifest.csv for files of a folder, named relative to it; returns its path."""
+    folder = Path(folder)
+    manifest = folder / "manifest.csv"
+    rows = [[file, sha256(folder / file), (folder / file).stat().st_size] for file in sorted(files)]
+    with open(manifest, "w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
+    return manifest
