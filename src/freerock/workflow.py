@@ -17,7 +17,7 @@ def code(script: str | Path) -> list[str]:
     """Files a script runs: itself, every freerock module it imports, directly or not, and their data files.
 
     Declared as a step's input they make an edited module rerun the steps that use it, and no other.
-    Imports inside functions count; those by a computed name can't be seen.
+    Imports inside functions count, those for type checkers don't; those by a computed name can't be seen.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def code(script: str | Path) -> list[str]:
         found |= new
         new = {path for file in new for path in _imported(file)} - found
     folders = {file.parent for file in found if file.name == "__init__.py"} - {PACKAGE}
-    data = {path for folder in folders for path in folder.iterdir() if path.is_file() and path.suffix != ".py"}
+    data = {path for folder in folders for path in folder.glob("[!.]*.*") if path.suffix != ".py"}
     return sorted(map(str, found | data))
 
 
@@ -43,12 +43,15 @@ def _imported(file: Path) -> frozenset[Path]:
     """The freerock modules a file names, with the packages that hold them."""
     if file.suffix != ".py":
         return frozenset()
-    names = set()
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    names, nodes = set(), [ast.parse(file.read_bytes())]
+    for node in nodes:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            continue
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+        elif isinstance(node, ast.ImportFrom):
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        nodes += ast.iter_child_nodes(node)
     return frozenset(path for name in names for path in _files(name))
 
 
