@@ -1,0 +1,170 @@
+"""Where a record stands still: at rest, or held by hand before a release.
+
+Neighbour of both `laser` (the zero is read at rest) and `runs` (a run goes from the end of a held phase
+to the start of the rest phase that follows). Works on volts, displacement or θ alike, signed or not.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
+MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
+PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
+NEAR = 10.0  # in units of the stillness limit: levels this close are one level
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A stationary phase of a record.
+
+    Parameters
+    ----------
+    start_s, end_s : float
+        First and last instant of stillness [s], good to about a tenth of the window.
+    level, level_stderr : float
+        Mean of the signal away from the ends, and its standard error from the scatter of block means
+        (so that hum, drift and coloured noise count) [unit of the signal].
+    kind : str
+        "rest" (θ = 0), "held" (ends with a release: free oscillation about the rest level follows) or
+        "paused" (still, off the rest level, and no release follows).
+    """
+
+    start_s: float
+    end_s: float
+    level: float
+    level_stderr: float
+    kind: str = "paused"
+
+    @property
+    def mid_s(self) -> float:
+        """Middle of the phase [s]."""
+        return (self.start_s + self.end_s) / 2
+
+
+def stationary_phases(
+    time_s,
+    signal,
+    *,
+    window_s: float = 0.25,
+    min_duration_s: float = 0.4,
+    noise_factor: float = 1.0,
+    floor_fraction: float = 5e-4,
+) -> list[Phase]:
+    """Find the intervals in which a signal stands still, and tell rest from held.
+
+    A window is cut into ten blocks. It is still when the standard deviation of the block means is below
+    `noise_factor` times the scatter within the quietest blocks (5th percentile), which is the noise, or below
+    `floor_fraction` of the signal's range, whichever is larger; a block without a valid sample is not still.
+    A phase is at rest
+    when a free oscillation (at least three peaks of falling height) about its own level ends in it, or when
+    it lies at the level of such phases; if no oscillation ends within the record, the phase about which
+    one goes on, else the longest phase, gives the rest level. No time is set by hand.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n_time,)
+        Evenly spaced time [s].
+    signal : ndarray, shape (n_time,)
+        Any measure of the rotation, in any unit; NaN where invalid. May be unsigned (V-shaped at touch-down).
+    window_s : float
+        Length of the window that must be still [s]; shorter than a quarter of a rocking cycle.
+    min_duration_s : float
+        Shorter phases are dropped [s]; longer than `window_s`.
+    noise_factor, floor_fraction : float
+        The two limits of stillness, see above.
+
+    Returns
+    -------
+    list of Phase
+        In the order of time; empty when the signal never stands still.
+    """
+    time_s, signal = np.asarray(time_s, float), np.asarray(signal, float)
+    if time_s.size < 2:
+        return []
+    step = (time_s[-1] - time_s[0]) / (time_s.size - 1)
+    per_block = max(1, round(window_s / BLOCKS_PER_WINDOW / step))
+    n_blocks = time_s.size // per_block
+    valid = np.isfinite(signal)
+    if n_blocks < BLOCKS_PER_WINDOW or not valid.any():
+        return []
+
+    # Means and scatter of blocks, then the spread of block means in windows; centred first to lose no digits.
+    centre = np.median(signal[valid])
+    shape = (n_blocks, per_block)
+    valid = valid[: n_blocks * per_block].reshape(shape)
+    blocks = np.where(valid, signal[: n_blocks * per_block].reshape(shape) - centre, 0.0)
+    count, total = valid.sum(axis=1), blocks.sum(axis=1)
+    filled = count > 0
+    means = total / np.maximum(count, 1)
+    scatter = np.sqrt(np.maximum((blocks**2).sum(axis=1) / np.maximum(count, 1) - means**2, 0.0))
+    windows = sliding_window_view(np.where(filled, means, np.nan), BLOCKS_PER_WINDOW)
+    spread = np.std(windows, axis=1)
+    if not filled.any():
+        return []
+    noise = np.percentile(scatter[filled], 5)
+    limit = max(noise_factor * noise, floor_fraction * np.ptp(means[filled]))
+
+    spans = []  # first and last block of each phase; a start inside or next to the one before continues it
+    for first, last in stretches(spread <= limit):
+        last += BLOCKS_PER_WINDOW - 1
+        level = np.median(means[first : last + 1])
+        if spans and first - spans[-1][1] <= BLOCKS_PER_WINDOW and abs(level - spans[-1][2]) < NEAR * limit:
+            first = spans.pop()[0]
+        spans.append((first, last, level))
+    spans = [(i, j) for i, j, _ in spans if (j - i + 1) * per_block * step >= min_duration_s]
+
+    phases = []
+    for first, last in spans:
+        core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)
+        level = centre + total[core].sum() / count[core].sum()
+        of_blocks = means[core][filled[core]]
+        stderr = np.std(of_blocks, ddof=1) / np.sqrt(of_blocks.size)
+        start, end = time_s[first * per_block], time_s[(last + 1) * per_block - 1]
+        phases.append(Phase(float(start), float(end), float(level), float(stderr)))
+    samples = [(i * per_block, (j + 1) * per_block) for i, j in spans]
+    return _classify(phases, samples, signal, max(1, round(0.002 / step)), limit) if phases else []
+
+
+def stretches(mask):
+    """First and last index of every run of True in a boolean array, as pairs."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).view(np.int8)))
+    return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
+
+
+def _classify(phases, spans, signal, stride, limit):
+    """Name each phase rest, held or paused by what happens before and after it."""
+    ends = [0, *(j for _, j in spans)]
+    starts = [*(i for i, _ in spans), signal.size]
+    gaps = [signal[j:i:stride] for j, i in zip(ends, starts, strict=True)]  # gap g lies before phase g
+
+    at_rest = (
+        [p for p, gap in zip(phases, gaps, strict=False) if _rocks(gap, p.level, limit)]
+        or [p for p in phases if any(_rocks(gap, p.level, limit) for gap in gaps)]
+        or [max(phases, key=lambda p: p.end_s - p.start_s)]
+    )
+    named = []
+    for phase, gap_after in zip(phases, gaps[1:], strict=True):
+        zero = np.interp(phase.mid_s, [p.mid_s for p in at_rest], [p.level for p in at_rest])
+        if phase in at_rest or abs(phase.level - zero) <= NEAR * limit:
+            kind = "rest"
+        else:
+            kind = "held" if _rocks(gap_after, zero, limit) else "paused"
+        named.append(replace(phase, kind=kind))
+    return named
+
+
+def _rocks(signal, level, limit) -> bool:
+    """Whether a signal rocks freely about a level: peaks of falling height between passages of the level."""
+    deviation = signal[np.isfinite(signal)] - level
+    away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)
+    side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
+    telling = (side != 0) | (np.abs(deviation) < away / 2)  # between the two: no change of excursion
+    side, height = side[telling], np.abs(deviation[telling])
+    if not side.any():
+        return False
+    start = np.flatnonzero(np.concatenate(([True], side[1:] != side[:-1])))
+    peaks = np.maximum.reduceat(height, start)[side[start] != 0]
+    peaks = peaks[np.argmax(peaks) :][:MIN_PEAKS]
+    return peaks.size == MIN_PEAKS and bool(np.all(np.diff(peaks) <= 0))

@@ -1,0 +1,281 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from freerock.errors import FreerockError
+from freerock.laser import (
+    FLAGS,
+    Laser,
+    displacement_from_rotation,
+    distance_from_volts,
+    flag_volts,
+    rotation,
+    rotation_from_displacement,
+    sensitivity,
+)
+from freerock.models.block import Block
+
+BLOCK = Block(0.28, 0.07, 5.84)
+LASER = Laser("horizontal", 0.2, 0.1)
+RATE = 2000.0
+
+
+def turned_corners(block, theta):
+    """Corners of the block turned by θ (clockwise) about the base corner it stands on."""
+    pivot = np.array([math.copysign(block.b, theta), 0.0])
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    corners = np.array([[-block.b, 0], [block.b, 0], [block.b, 2 * block.h], [-block.b, 2 * block.h]])
+    return (corners - pivot) @ turn.T + pivot
+
+
+def cut(start, end, axis, at):
+    """Point of the segment start-end with coordinate `at` along `axis`; None when the segment misses it."""
+    if not min(start[axis], end[axis]) <= at <= max(start[axis], end[axis]):
+        return None
+    share = (at - start[axis]) / (end[axis] - start[axis])
+    return start + share * (end - start)
+
+
+def directly(block, laser, theta):
+    """Displacement away from the sensor by cutting the turned rectangle with the beam; None off target."""
+    bottom_left, bottom_right, top_right, top_left = turned_corners(block, theta)
+    if laser.beam == "horizontal":
+        edge = (bottom_left, top_left) if laser.face == "left" else (bottom_right, top_right)
+        hit = cut(*edge, 1, laser.position_m)
+        outwards = -1 if laser.face == "left" else 1
+        return None if hit is None else block.b - outwards * hit[0]
+    if abs(laser.position_m) >= block.b:  # an outrigger of 10 m from the edge on, level with the top
+        along = (top_right - top_left) / block.width_m * math.copysign(1, laser.position_m)
+        edge = (top_right if laser.position_m > 0 else top_left,)
+        edge = (edge[0], edge[0] + 10 * along)
+    else:
+        edge = (top_left, top_right)
+    hit = cut(*edge, 0, laser.position_m)
+    return None if hit is None else block.height_m - hit[1]
+
+
+blocks = st.builds(Block, st.floats(0.1, 2.0), st.floats(0.03, 0.5), st.just(5.0))
+turns = st.floats(math.radians(1e-7), math.radians(40)).flatmap(lambda t: st.sampled_from([t, -t]))
+
+
+@settings(max_examples=400, deadline=None, derandomize=True)
+@given(blocks, turns, st.sampled_from(["left", "right"]), st.floats(0.01, 0.99))
+def test_horizontal_beam_meets_the_turned_rectangle(block, theta, face, share):
+    laser = Laser("horizontal", share * block.height_m, 0.1, face=face)
+    expected = directly(block, laser, theta)
+    given_back = displacement_from_rotation(theta, block, laser)
+    if expected is None:
+        assert np.isnan(given_back)
+        return
+    assert given_back == pytest.approx(expected, abs=2e-14)
+    if sensitivity(theta, block, laser) > 0.01 * laser.position_m:  # not where the lower edge passes the beam
+        assert abs(rotation_from_displacement(expected, block, laser) - theta) <= 1e-12
+
+
+@settings(max_examples=400, deadline=None, derandomize=True)
+@given(blocks, turns, st.floats(-2.0, 2.0))
+def test_vertical_beam_meets_the_turned_rectangle(block, theta, share):
+    laser = Laser("vertical", share * block.b, 0.1)
+    expected = directly(block, laser, theta)
+    given_back = displacement_from_rotation(theta, block, laser)
+    if expected is None:
+        assert np.isnan(given_back)
+        return
+    assert given_back == pytest.approx(expected, abs=2e-14)
+    if sensitivity(theta, block, laser) > 0.05 * block.b:
+        side = math.copysign(1, theta)
+        assert abs(rotation_from_displacement(expected, block, laser, side) - theta) <= 1e-12
+
+
+@pytest.mark.parametrize(
+    "laser",
+    [
+        Laser("horizontal", 0.2, 0.1),
+        Laser("horizontal", 0.2, 0.1, face="right"),
+        Laser("vertical", 0.09, 0.1),
+        Laser("vertical", -0.09, 0.1),
+    ],
+)
+def test_zero_is_exact_and_sensitivity_is_the_derivative(laser):
+    assert rotation_from_displacement(0.0, BLOCK, laser) == 0
+    theta = np.radians([-6.0, -1.0, 1.0, 2.5])
+    step = 1e-6
+    slope = (
+        displacement_from_rotation(theta + step, BLOCK, laser)
+        - displacement_from_rotation(theta - step, BLOCK, laser)
+    ) / (2 * step)
+    np.testing.assert_allclose(sensitivity(theta, BLOCK, laser), np.abs(slope), rtol=1e-8)
+
+
+def test_faces_mirror_each_other():
+    theta = np.radians(np.linspace(-15, 15, 31))
+    left = displacement_from_rotation(theta, BLOCK, LASER)
+    right = displacement_from_rotation(-theta, BLOCK, replace(LASER, face="right"))
+    np.testing.assert_array_equal(left, right)
+
+
+def test_a_linear_law_would_be_wrong_by_percents():
+    theta = math.radians(10)
+    assert abs(displacement_from_rotation(theta, BLOCK, LASER) / (LASER.position_m * theta) - 1) > 0.02
+
+
+def test_beam_under_the_raised_edge_is_lost():
+    low = Laser("horizontal", 0.01, 0.1)
+    edge = math.asin(0.01 / BLOCK.width_m)  # where 2b sin θ = Y
+    assert np.isfinite(displacement_from_rotation(edge - 1e-6, BLOCK, low))
+    assert np.isnan(displacement_from_rotation(edge + 1e-6, BLOCK, low))
+    assert np.isnan(rotation_from_displacement(0.05, BLOCK, low))  # further than that edge ever gives
+
+
+def test_sensor_manual_example():
+    sensor = Laser("horizontal", 0.2, 0.010)
+    assert distance_from_volts(4.6, sensor) == pytest.approx(0.0046)
+    assert distance_from_volts(4.6, sensor) - 0.010 / 2 == pytest.approx(-0.0004)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"beam": "slanted"}, "laser.beam: 'slanted' is unknown; use one of horizontal, vertical"),
+        ({"position_m": 0.0}, "laser.position_m: height 0.0 m; give a height above 0"),
+        ({"range_m": -1.0}, "laser.range_m: range -1.0 m; give a range above 0"),
+        ({"volts_at_end": 0.0}, "laser.volts_at_end: not above volts_at_start; "),
+    ],
+)
+def test_impossible_laser(change, message):
+    with pytest.raises(FreerockError) as error:
+        replace(LASER, **change)
+    assert str(error.value).startswith(message)
+
+
+def test_flags():
+    generator = np.random.default_rng(1)
+    volts = 5 + 0.002 * generator.standard_normal(1000)
+    volts[100:110] = 10.2 + np.linspace(-0.009, 0.009, 10)
+    volts[200], volts[201], volts[202] = 10.12, -0.2, np.nan
+    volts[300:306] = 9.0
+    flags = flag_volts(volts, LASER)
+    assert set(np.flatnonzero(flags == FLAGS["error_level"])) == set(range(100, 110))
+    assert set(np.flatnonzero(flags == FLAGS["out_of_range"])) == {200, 201, 202}
+    assert set(np.flatnonzero(flags == FLAGS["saturated"])) == set(range(300, 306))
+
+
+def test_coarse_converter_is_not_saturated():
+    volts = np.round(5 + 0.01 * np.sin(np.arange(2000) / 20), 2)
+    assert not flag_volts(volts, LASER).any()
+
+
+def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLOCK, release_deg=8.0):
+    """Rest, tilt by hand, hold, a decaying swing about zero, rest: time, θ and volts."""
+    time = np.arange(0, 20, 1 / RATE)
+    t = time - 8.0
+    tilt = np.clip((time - 4) / 1.5, 0, 1)
+    theta = math.radians(release_deg) * tilt**2 * (3 - 2 * tilt)
+    swing = (
+        math.radians(release_deg) * np.exp(-1.2 * np.maximum(t, 0)) * np.cos(2 * np.pi * (1.1 + 0.4 * t) * t)
+    )
+    theta = np.where(t > 0, swing, theta)
+    volts = 5.1 + displacement_from_rotation(theta, block, laser) / laser.metres_per_volt
+    volts = volts + drift * time / 20 + hum * np.sin(2 * np.pi * 50.013 * time + 0.4)
+    return time, theta, volts + noise * generator.standard_normal(time.size)
+
+
+@pytest.mark.parametrize(
+    "laser", [LASER, replace(LASER, face="right"), replace(LASER, sign=-1), Laser("vertical", 0.12, 0.1)]
+)
+def test_rotation_scores_have_unit_variance(laser):
+    time, theta, volts = record(np.random.default_rng(2), drift=0.003, hum=0.003, laser=laser)
+    found = rotation(time, volts, laser, BLOCK)
+    score = (found.theta - theta) / found.sigma_theta
+    assert score.var().item() == pytest.approx(1, abs=0.03)
+    assert found.attrs["noise_v"] == pytest.approx(0.002, rel=0.02)
+    assert found.attrs["hum_amplitude_v"] == pytest.approx(0.003, rel=0.03)
+    assert found.attrs["hum_hz"] == pytest.approx(50.013, abs=0.001)
+    assert found.attrs["sampling_rate_hz"] == pytest.approx(RATE)
+    assert not found.flags.any()
+
+
+def test_hum_stays_when_told_so():
+    time, _, volts = record(np.random.default_rng(3), hum=0.004)
+    found = rotation(time, volts, LASER, BLOCK, mains_hz=None)
+    assert found.attrs["hum_amplitude_v"] == 0
+    assert found.theta[: int(RATE)].std() > 1.5 * rotation(time, volts, LASER, BLOCK).theta[: int(RATE)].std()
+
+
+def test_noise_free_rotation_is_exact():
+    time, theta, volts = (x[: int(8 * RATE)] for x in record(np.random.default_rng(4), noise=0.0))
+    found = rotation(time, volts, LASER, BLOCK, mains_hz=None)
+    assert np.abs(found.theta - theta).max() <= 1e-12
+
+
+def test_vertical_beam_between_the_corners_changes_side_at_touch_down():
+    laser = Laser("vertical", 0.004, 0.1, release_side="negative")
+    time, theta, volts = record(np.random.default_rng(5), noise=0.001, laser=laser, release_deg=-5.0)
+    found = rotation(time, volts, laser, BLOCK)
+    clear = np.abs(theta) > math.radians(0.4)
+    assert np.abs(found.theta - theta)[clear].max() < 6 * found.sigma_theta.max()
+    assert {1.0, -1.0} == set(np.sign(theta[clear]))
+
+
+def test_invalid_samples_leave_the_rest_untouched():
+    time, theta, volts = record(np.random.default_rng(6))
+    volts[9000:9800] = 10.2  # a hand in the beam during the tilt
+    volts[2000:2003] = np.nan
+    found = rotation(time, volts, LASER, BLOCK)
+    assert (found.flags[9000:9800] == FLAGS["error_level"]).all()
+    assert np.isnan(found.theta[9000:9800]).all() and np.isnan(found.sigma_theta[9000:9800]).all()
+    assert ((found.theta - theta) / found.sigma_theta).var().item() == pytest.approx(1, abs=0.03)
+
+
+def test_target_lost_is_flagged():
+    time, _, volts = record(np.random.default_rng(7))
+    low = replace(LASER, position_m=0.02)
+    found = rotation(time, volts, low, BLOCK)
+    lost = found.flags == FLAGS["target_lost"]
+    assert lost.any() and np.isnan(found.theta[lost.values]).all()
+
+
+@pytest.mark.parametrize(
+    ("volts", "message"),
+    [
+        (
+            np.full(4000, np.nan),
+            "laser signal: no sample is a number; check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 4.5),
+            "laser signal: constant at 4.5 V; check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 10.2),
+            "laser signal: no sample within -0.1 to 10.1 V (100% error_level); "
+            "check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 10.5),
+            "laser signal: no sample within -0.1 to 10.1 V (100% out_of_range); "
+            "check the channel, the cable and the sensor's range",
+        ),
+        (
+            5 + np.sin(np.arange(4000) / 100),
+            "laser signal: the block never rests for 0.25 s, so θ = 0 is unknown; "
+            "record the block at rest before the first or after the last release",
+        ),
+    ],
+)
+def test_useless_signals(volts, message):
+    with pytest.raises(FreerockError) as error:
+        rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
+    assert str(error.value) == message
+
+
+def test_uneven_time():
+    time, _, volts = record(np.random.default_rng(8))
+    with pytest.raises(FreerockError, match="time is not evenly spaced; resample it"):
+        rotation(np.where(time > 10, time + 1, time), volts, LASER, BLOCK)
+    with pytest.raises(FreerockError, match="one equal length"):
+        rotation(time[:-1], volts, LASER, BLOCK)
