@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
@@ -57,41 +57,48 @@ IMPACTS = {
     "theta_uplift": "theta_uplift",
 }
 
-# Variable -> unit ("" for texts and for quantities whose unit is that of a parameter), long name.
+# Variable -> unit ("" for texts, flags and what has the unit of a parameter), content, long name.
 VARIABLES = {
-    "time": ("s", "time"),
-    "theta": ("rad", "rotation of the block, positive clockwise"),
-    "sigma_theta": ("rad", "standard deviation of the noise of theta"),
-    "flags": ("", "validity of the laser sample"),
-    "voltage": ("V", "output voltage of the laser"),
-    "hold_start": ("s", "start of the held phase before the release"),
-    "release": ("s", "instant of release"),
-    "start": ("s", "first instant used in a fit, after the support has left the block"),
-    "end": ("s", "instant of rest"),
-    "theta0": ("rad", "held rotation before the release"),
-    "impact_time": ("s", "instant of impact"),
-    "peak_before": ("rad", "signed peak rotation before the impact"),
-    "peak_after": ("rad", "signed peak rotation after the impact"),
-    "restitution": ("1", "coefficient of restitution from the peaks before and after the impact"),
-    "restitution_rate": ("1", "coefficient of restitution from the angular rates at the impact"),
-    "theta_uplift": ("rad", "amplitude below which the base stays in full contact"),
-    "parameter": ("", "name of the parameter"),
-    "parameter_b": ("", "name of the parameter"),
-    "unit": ("", "unit of the parameter"),
-    "value": ("", "identified value of the parameter"),
-    "stderr": ("", "standard error of the parameter"),
-    "ci95_low": ("", "lower end of the 95 % confidence interval of the parameter"),
-    "ci95_high": ("", "upper end of the 95 % confidence interval of the parameter"),
-    "covariance": ("", "covariance of the parameters"),
-    "theta_model": ("rad", "rotation of the model with the identified parameters"),
-    "residual": ("rad", "theta_model minus theta"),
-    "epsilon_theta": ("1", "relative mean square discrepancy of theta_model"),
-    "epsilon_holdout": ("1", "the same on the second half of the run, fitted on the first half"),
-    "final_time": ("s", "end of the fitted interval, since release"),
-    "aic": ("1", "Akaike information criterion"),
-    "bic": ("1", "Bayesian information criterion"),
-    "n_parameters": ("1", "number of fitted parameters"),
-    "success": ("", "whether the fit may be used"),
+    "time": ("s", "coordinate", "time"),
+    "theta": ("rad", "measured", "rotation of the block, positive clockwise"),
+    "sigma_theta": ("rad", "quality", "standard deviation of the noise of theta"),
+    "flags": ("", "quality", "validity of the laser sample"),
+    "voltage": ("V", "measured", "output voltage of the laser"),
+    "hold_start": ("s", "measured", "start of the held phase before the release"),
+    "release": ("s", "measured", "instant of release"),
+    "start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
+    "end": ("s", "measured", "instant of rest"),
+    "theta0": ("rad", "measured", "held rotation before the release"),
+    "impact_time": ("s", "measured", "instant of impact"),
+    "peak_before": ("rad", "measured", "signed peak rotation before the impact"),
+    "peak_after": ("rad", "measured", "signed peak rotation after the impact"),
+    "restitution": ("1", "measured", "coefficient of restitution from the peaks before and after the impact"),
+    "restitution_rate": ("1", "measured", "coefficient of restitution from the angular rates at the impact"),
+    "theta_uplift": ("rad", "measured", "amplitude below which the base stays in full contact"),
+    "parameter": ("", "coordinate", "name of the parameter"),
+    "parameter_b": ("", "coordinate", "name of the parameter"),
+    "unit": ("", "auxiliary", "unit of the parameter"),
+    "value": ("", "model", "identified value of the parameter"),
+    "stderr": ("", "quality", "standard error of the parameter"),
+    "ci95_low": ("", "quality", "lower end of the 95 % confidence interval of the parameter"),
+    "ci95_high": ("", "quality", "upper end of the 95 % confidence interval of the parameter"),
+    "covariance": ("", "quality", "covariance of the parameters"),
+    "theta_model": ("rad", "model", "rotation of the model with the identified parameters"),
+    "residual": ("rad", "model", "theta_model minus theta"),
+    "epsilon_theta": ("1", "quality", "relative mean square discrepancy of theta_model from theta"),
+    "epsilon_holdout": ("1", "quality", "the same on the second half of the run, fitted on the first half"),
+    "final_time": ("s", "auxiliary", "end of the fitted interval since release"),
+    "aic": ("1", "quality", "Akaike information criterion"),
+    "bic": ("1", "quality", "Bayesian information criterion"),
+    "n_parameters": ("1", "auxiliary", "number of fitted parameters"),
+    "success": ("", "quality", "whether the fit may be used"),
+}
+CONTENT = {
+    "coordinate": "coordinate",
+    "quality": "qualityInformation",
+    "model": "modelResult",
+    "auxiliary": "auxiliaryInformation",
+    "measured": "physicalMeasurement",
 }
 IN_UNIT = {"comment": "in the unit that the variable unit gives for the parameter"}
 EXTRA = {
@@ -155,17 +162,17 @@ def write_record(
         The file can't be written.
     """
     verdict, reasons = _record_verdict(runs)
-    root = _dataset(
-        {"time": ("time", record["time"].values)}
-        | {str(name): ("time", variable.values) for name, variable in record.data_vars.items()},
+    root = xr.Dataset(
+        {str(name): ("time", variable.values) for name, variable in record.data_vars.items()},
+        {"time": ("time", record["time"].values, _clock(record.attrs.get("start_time")))},
         _root("record", "volts to rotation, runs and impacts", {**record.attrs, **attrs})
         | {"verdict": verdict, "reasons": reasons},
     )
     groups = {"/": root}
     for run, found in zip(runs, impacts, strict=True):
-        groups[f"run_{run.number}"] = _dataset(
+        groups[f"run_{run.number}"] = xr.Dataset(
             {name: ((), getattr(run, field)) for field, name in RUN.items()} | _impacts(found),
-            {
+            attrs={
                 "run": run.number,
                 "verdict": run.verdict,
                 "reasons": _joined(run.reasons),
@@ -303,10 +310,13 @@ def _root(product: str, done: str, attrs: Mapping) -> dict:
     made_by = attrs.get("provenance")
     if isinstance(made_by, Mapping):
         attrs = {**attrs, "provenance": {key: made_by[key] for key in made_by if key != "git"}}
-    return attrs | {
+    return {
         "Conventions": "CF-1.11, ACDD-1.3",
-        "freerock_product": product,
+        "title": f"{attrs['campaign']}: {attrs['test']}",
         "keywords": "rocking, rigid block, free rocking test, restitution, Housner, Winkler, Hunt-Crossley",
+        **attrs,
+        "id": f"{attrs['campaign']}/{attrs['test']}/{product}",
+        "freerock_product": product,
         "source": ORIGINS[attrs["origin"]],
         "history": f"freerock {version('freerock')}: {done}",
     }
@@ -336,66 +346,73 @@ def _impacts(impacts: "Impacts") -> dict:
 def _fits(group: str, dimension: str, models: Mapping, attrs: Mapping) -> dict:
     """Datasets of a run and of its models."""
     first = next(iter(models.values()))
-    groups = {group: _dataset({"time": (dimension, first.time), "theta": (dimension, first.theta)}, attrs)}
+    arrays = {"time": (dimension, first.time), "theta": (dimension, first.theta)}
+    groups = {group: xr.Dataset(arrays, attrs=attrs)}
     for model, fit in models.items():
         if not np.array_equal(fit.time, first.time):
             raise ValueError(f"{group}: the fits must share their time axis")
-        covariance = (("parameter", "parameter_b"), fit.covariance)
-        arrays = {"parameter": ("parameter", fit.parameters), "parameter_b": ("parameter_b", fit.parameters)}
-        arrays |= {"unit": ("parameter", fit.units), "covariance": covariance}
-        for name in ("value", "stderr", "ci95_low", "ci95_high"):
-            arrays[name] = ("parameter", getattr(fit, name))
-        for name in ("theta_model", "residual"):
-            arrays[name] = (dimension, getattr(fit, name))
-        for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic"):
-            arrays[name] = ((), getattr(fit, name))
-        arrays |= {
+        arrays = {
+            "unit": ("parameter", list(fit.units)),
+            "covariance": (("parameter", "parameter_b"), fit.covariance),
             "final_time": ((), fit.final_time_s),
             "n_parameters": ((), np.int32(fit.n_parameters)),
             "success": ((), np.int8(fit.success)),
         }
+        arrays |= {
+            name: ("parameter", getattr(fit, name)) for name in ("value", "stderr", "ci95_low", "ci95_high")
+        }
+        arrays |= {name: (dimension, getattr(fit, name)) for name in ("theta_model", "residual")}
+        arrays |= {
+            name: ((), getattr(fit, name)) for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic")
+        }
         if fit.impacts is not None:
             arrays |= _impacts(fit.impacts)
-        groups[f"{group}/{model}"] = _dataset(
-            arrays, {"model": model, "message": fit.message, **fit.diagnostics}
+        names = list(fit.parameters)
+        groups[f"{group}/{model}"] = xr.Dataset(
+            arrays,
+            {"parameter": names, "parameter_b": names},
+            {"model": model, "message": fit.message, **fit.diagnostics},
         )
     return groups
 
 
-def _dataset(arrays: Mapping, attrs: Mapping) -> xr.Dataset:
-    """Dataset of named (dimensions, values), described and encoded."""
-    variables = {}
-    for name, (dimensions, values) in arrays.items():
-        values = np.asarray(values, np.float32 if name in SINGLE_PRECISION else None)
-        encoding = {}
-        if {"time", "sample"} & set(np.atleast_1d(dimensions)):
-            encoding |= {"zlib": True, "complevel": 4, "shuffle": True}
-        if name == dimensions:
-            encoding["_FillValue"] = None
-        variables[name] = xr.Variable(dimensions, values, _describe(name, arrays), encoding)
-    coordinates = {
-        name: variables.pop(name) for name in ("time", "parameter", "parameter_b") if name in arrays
-    }
-    return xr.Dataset(variables, coordinates, attrs)
+def _clock(start_time: str | None) -> dict:
+    """Attributes of the record's time, for which CF asks a date."""
+    origin = start_time or "1970-01-01 00:00:00"
+    comment = "counted from the start of the record" + ("" if start_time else "; its date is not known")
+    return {"standard_name": "time", "units": f"seconds since {origin}", "comment": comment}
 
 
-def _describe(name: str, present: Iterable[str]) -> dict:
-    """CF attributes of a variable among those present beside it."""
-    unit, long_name = VARIABLES[name.removesuffix("_stderr")]
-    attrs = {"long_name": f"standard error of the {long_name}" if name.endswith("_stderr") else long_name}
+def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
+    simulated = groups["/"].attrs["origin"] == "simulated"
+    for dataset in groups.values():
+        dataset.attrs = _plain(dataset.attrs)
+        for name, variable in dataset.variables.items():
+            variable.attrs = _describe(str(name), dataset, simulated) | variable.attrs
+            if {"time", "sample"} & set(variable.dims):
+                variable.encoding = {"zlib": True, "complevel": 4, "shuffle": True}
+            if name in SINGLE_PRECISION:
+                variable.encoding["dtype"] = np.float32
+            if name in dataset.coords:
+                variable.encoding["_FillValue"] = None
+    with atomic(path) as partial:
+        xr.DataTree.from_dict(groups).to_netcdf(partial, engine="netcdf4")
+
+
+def _describe(name: str, present: Container, simulated: bool) -> dict:
+    """CF and ACDD attributes of a variable among those present beside it."""
+    unit, content, long_name = VARIABLES[name.removesuffix("_stderr")]
+    if name.endswith("_stderr"):
+        content, long_name = "quality", f"standard error of the {long_name}"
+    elif content == "measured" and simulated:
+        content = "model"
+    attrs = {"long_name": long_name, "coverage_content_type": CONTENT[content]}
     if unit:
         attrs["units"] = unit
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
     if beside:
         attrs["ancillary_variables"] = " ".join(beside)
     return attrs | EXTRA.get(name, {})
-
-
-def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
-    for dataset in groups.values():
-        dataset.attrs = _plain(dataset.attrs)
-    with atomic(path) as partial:
-        xr.DataTree.from_dict(groups).to_netcdf(partial, engine="netcdf4")
 
 
 def _plain(attrs: Mapping) -> dict:
