@@ -7,7 +7,8 @@ def epsilon_theta(time_s, theta_model, theta_measured) -> float:
     """Relative mean square discrepancy ε_θ = ∫(θ_th - θ_ex)² dt / ∫θ_ex² dt.
 
     Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024. Samples that are not
-    finite in either series are left out; the integrals are trapezoidal.
+    finite in either series are left out; the integrals are trapezoidal. Where time falls back, a
+    further run begins, and the integrals add up.
 
     Parameters
     ----------
@@ -26,10 +27,12 @@ def epsilon_theta(time_s, theta_model, theta_measured) -> float:
     if valid.sum() < 2:
         return float("nan")
     time_s, theta_model, theta_measured = time_s[valid], theta_model[valid], theta_measured[valid]
-    energy = np.trapezoid(theta_measured**2, time_s)
-    if energy == 0:
-        return float("nan")
-    return float(np.trapezoid((theta_model - theta_measured) ** 2, time_s) / energy)
+    step = np.maximum(np.diff(time_s), 0.0)
+    difference, energy = (
+        step @ (square[1:] + square[:-1])
+        for square in ((theta_model - theta_measured) ** 2, theta_measured**2)
+    )
+    return float(difference / energy) if energy > 0 else float("nan")
 
 
 def select_model(bic_by_model) -> str:

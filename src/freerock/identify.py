@@ -293,7 +293,7 @@ class _Problem:
             limits = [tuple(np.log(K_RANGE)), tuple(np.log(RATIO_RANGE[damping]))]
         for motion in self.motions:
             half = {
-                "theta0": max(6 * motion.theta0_stderr, 0.02 * abs(motion.theta0)),
+                "theta0": max(6 * motion.theta0_stderr, 0.005 * abs(motion.theta0)),
                 "t0": max(6 * motion.t0_stderr, motion.start_s, 0.01),
             }
             centre = {"theta0": motion.theta0, "t0": 0.0}
@@ -432,7 +432,9 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
     samples = problem.samples(np.inf)
     residual = problem.residual(x, *samples)
     jacobian = problem.jacobian(x, *samples, central=problem.model != "housner")
-    covariance_x, coloured = _covariance(residual, jacobian, samples[2])
+    pinned = _at_bound(problem, x)
+    covariance_x = np.full((len(x), len(x)), np.nan)
+    covariance_x[np.ix_(~pinned, ~pinned)], coloured = _covariance(residual, jacobian[:, ~pinned], samples[2])
 
     value = problem.physical(x)
     gradient = np.eye(len(x))
@@ -440,7 +442,9 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
     if problem.model != "housner":
         logarithmic[:2] = True
         gradient[1, 0] = 1.0  # ln(damping) = ln k + ln(damping/k)
-    covariance_log = gradient @ covariance_x @ gradient.T
+    covariance_log = np.where(
+        np.isnan(covariance_x), np.nan, gradient @ np.nan_to_num(covariance_x) @ gradient.T
+    )
     spread = NORMAL_95 * np.sqrt(np.diag(covariance_log))
     scale = np.where(logarithmic, value, 1.0)
     covariance = covariance_log * np.outer(scale, scale)
@@ -448,15 +452,13 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
         low = np.where(logarithmic, value * np.exp(-spread), value - spread)
         high = np.where(logarithmic, value * np.exp(spread), value + spread)
 
-    message = _verdict(problem, result, x, covariance)
-    if message:
+    failure = _failure(problem, result, covariance)
+    if failure:
         covariance, low, high = (np.full_like(a, np.nan) for a in (covariance, low, high))
+    held = [f"{name} held at its bound" for name, at in zip(problem.names, pinned, strict=True) if at]
     times = np.concatenate([m.time_s for m in problem.motions])
     theta = np.concatenate([m.theta for m in problem.motions])
     theta_model = np.concatenate([problem.theta(x, i, m.time_s) for i, m in enumerate(problem.motions)])
-    runs_time = np.concatenate(
-        [m.time_s + 1e3 * i * m.time_s[-1] for i, m in enumerate(problem.motions)]
-    )  # runs far apart on one axis, so that no integral bridges two of them
     sigma = _sigma(problem)
     return Fit(
         model=problem.model,
@@ -471,14 +473,14 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
         theta=theta,
         theta_model=theta_model,
         residual=theta_model - theta,
-        epsilon_theta=epsilon_theta(runs_time, theta_model, theta),
+        epsilon_theta=epsilon_theta(times, theta_model, theta),
         final_time_s=float(max(m.time_s[-1] for m in problem.motions)),
         epsilon_holdout=holdout,
         aic=float(result.aic),
         bic=float(result.bic),
         n_parameters=len(x),
-        success=not message,
-        message=message or "converged",
+        success=not failure,
+        message=failure or "; ".join(["converged", *held]),
         diagnostics={
             "evaluations": float(result.nfev),
             "rtol": problem.rtol,
@@ -490,14 +492,21 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
     )
 
 
-def _verdict(problem: _Problem, result, x, covariance) -> str:
-    """Why the fit is not to be used; "" when it is."""
+def _at_bound(problem: _Problem, x) -> np.ndarray:
+    """Which of the fitted parameters lie at a bound."""
+    low, high = np.array(problem.bounds()).T
+    return np.minimum(x - low, high - x) < 1e-4 * (high - low)
+
+
+def _failure(problem: _Problem, result, covariance) -> str:
+    """Why the fit is not to be used; "" when it is. A nuisance held at its bound is no failure."""
+    n_model = len(MODELS[problem.model])
     if not result.success:
         return f"not converged: {result.message}"
-    for name, value, (low, high) in zip(problem.names, x, problem.bounds(), strict=True):
-        if min(value - low, high - value) < 1e-4 * (high - low):
+    for name, pinned in zip(problem.names[:n_model], _at_bound(problem, result.x), strict=False):
+        if pinned:
             return f"{name} lies at its bound"
-    if not np.all(np.isfinite(covariance)):
+    if not np.all(np.isfinite(np.diag(covariance)[:n_model])):
         return "the data do not determine the parameters"
     return ""
 
@@ -511,7 +520,7 @@ def _covariance(residual, jacobian, lengths):
     """
     n, n_parameters = jacobian.shape
     scale = np.sqrt(np.mean(jacobian**2, axis=0))
-    if not np.all(scale > 0):
+    if not (n_parameters and np.all(scale > 0)):
         return np.full((n_parameters, n_parameters), np.nan), False
     jacobian = jacobian / scale
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)

@@ -26,6 +26,15 @@ def test_epsilon_theta_leaves_flagged_samples_out():
     assert epsilon_theta(time, model, theta) == pytest.approx(0.01)
 
 
+def test_epsilon_theta_of_several_runs_adds_their_integrals():
+    time = np.linspace(0, 1, 101)
+    ones = np.ones(101)
+    both = epsilon_theta(
+        np.tile(time, 2), np.concatenate([1.1 * ones, 3.3 * ones]), np.repeat([1.0, 3.0], 101)
+    )
+    assert both == pytest.approx((0.01 + 0.09) / (1 + 9))
+
+
 @pytest.mark.parametrize("theta", [np.zeros(5), np.full(5, np.nan)])
 def test_epsilon_theta_of_no_motion_is_undefined(theta):
     assert np.isnan(epsilon_theta(np.arange(5.0), np.ones(5), theta))
