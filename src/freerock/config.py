@@ -422,7 +422,7 @@ def load_config(path: str | Path = "config/config.yaml", campaigns: Sequence[str
     """
     path = Path(path)
     data, lines, problems = _read_yaml(path)
-    if campaigns is not None:
+    if campaigns is not None and data is not None:
         data["campaigns"] = campaigns
     file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), problems)
     loaded = {}
@@ -469,7 +469,7 @@ def _load_campaign(path: Path, problems: list) -> Campaign | None:
     file = _validate(CampaignFile, data, lambda loc: _where(path, lines, loc), found)
     if not re.fullmatch(NAME, path.stem):
         found.append(FreerockError(path, "not a name", "name the file by letters, digits and _ only"))
-    names = {"block": data.get("blocks"), "foundation": data.get("foundations"), "laser": data.get("lasers")}
+    names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     records = _read_records(path.with_suffix(".csv"), names, path, found)
     problems += found
     if found:
@@ -488,46 +488,48 @@ def _read_text(path: Path) -> str:
         raise FreerockError(f"{path}:{line}", "is not UTF-8 text", "save the file as UTF-8") from None
 
 
-def _read_yaml(path: Path) -> tuple[dict, dict, list]:
-    """Keys and values, the line of each key, and the problems met."""
+def _read_yaml(path: Path) -> tuple[dict | None, dict, list]:
+    """Keys and values (None when unreadable), the line of each key, and the problems met."""
     try:
         text = _read_text(path)
         loader = yaml.SafeLoader(text)
         root = loader.get_single_node()
         lines, problems = {}, []
-        for loc, line in _key_lines(root):
+        for loc, line in _locate_keys(root):
             if loc in lines:
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
                 problems.append(FreerockError(where, f"is given twice, first on line {first}", "keep one"))
             lines[loc] = line
         data = loader.construct_document(root) if root else None
     except FreerockError as error:
-        return {}, {}, [error]
+        return None, {}, [error]
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f"{path}:{mark.line + 1}" if mark else str(path)
         what = getattr(error, "problem", None) or getattr(error, "reason", None) or "is not YAML"
-        return {}, {}, [FreerockError(where, what, "correct the YAML; indent with spaces, not tabs")]
+        return None, {}, [FreerockError(where, what, "correct the YAML; indent with spaces, not tabs")]
     except (ValueError, RecursionError) as error:
         what = str(error) if isinstance(error, ValueError) else "keys are nested without end"
-        return {}, {}, [FreerockError(path, what, "correct the YAML; put texts in quotes")]
+        return None, {}, [FreerockError(path, what, "correct the YAML; put texts in quotes")]
     if not isinstance(data, dict):
         what = "is empty" if data is None else "is not a list of keys and values"
-        return {}, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
+        return None, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
     return data, lines, problems
 
 
-def _key_lines(node, loc: tuple = ()) -> Iterator[tuple[tuple, int]]:
-    """Location and line of every key and list item below a YAML node."""
+def _locate_keys(node, loc: tuple = ()) -> Iterator[tuple[tuple, int]]:
+    """Location and line of every key and list item below a YAML node; keys become texts, even no and 1."""
+    children = []
     if isinstance(node, yaml.MappingNode):
-        children = [(key.value, key, value) for key, value in node.value if key.value != "<<"]
+        for key, value in node.value:
+            if isinstance(key, yaml.ScalarNode) and not key.tag.endswith(":merge"):
+                key.tag = "tag:yaml.org,2002:str"
+                children.append((key.value, key, value))
     elif isinstance(node, yaml.SequenceNode):
         children = [(str(i), item, item) for i, item in enumerate(node.value)]
-    else:
-        return
     for name, key, value in children:
-        yield (*loc, str(name)), key.start_mark.line + 1
-        yield from _key_lines(value, (*loc, str(name)))
+        yield (*loc, name), key.start_mark.line + 1
+        yield from _locate_keys(value, (*loc, name))
 
 
 def _where(path: Path, lines: Mapping, loc: tuple) -> str:
@@ -558,14 +560,15 @@ def _read_table(path: Path) -> list[tuple[int, list]]:
 
 def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
     """Column, what is wrong with it and what to do."""
-    columns = Record.model_fields
+    columns, meant = Record.model_fields, []
     for column in dict.fromkeys(header):
         if column not in columns:
+            meant += _close(column, columns)
             yield column, "unknown column", _meant(column, columns) or f"use {', '.join(columns)}"
         elif header.count(column) > 1:
             yield column, "column given twice", "keep one"
     for column, field in columns.items():
-        if field.is_required() and column not in header:
+        if field.is_required() and column not in (*header, *meant):
             yield column, "column is missing", f"add it: {field.description}"
 
 
@@ -607,8 +610,10 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
     return tuple(records)
 
 
-def _validate(model: type[Section], data: Mapping, where: Callable, problems: list) -> Any:
+def _validate(model: type[Section], data: Mapping | None, where: Callable, problems: list) -> Any:
     """The section, or None and its problems added; `where` words a location."""
+    if data is None:
+        return None
     try:
         return model.model_validate(data)
     except ValidationError as error:
@@ -634,7 +639,7 @@ def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str
     if kind == "extra_forbidden":
         keys = _keys(model, loc[:-1])
         return "unknown key", _meant(loc[-1], keys) or f"use one of {', '.join(keys)}"
-    if context.get("pattern") == NAME:
+    if context.get("pattern") == NAME and value:
         return f"{value!r} is not a name", "use letters, digits and _ only"
     field, _ = _walk(model, loc)
     give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
@@ -644,8 +649,10 @@ def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str
         return "is empty", give
     if isinstance(value, dict | list | tuple):
         return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
+    if "pattern" in context:
+        return f"{value!r} is not understood", give
     what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
-    what = re.sub(r"valid dictionary.*", "group of keys", what)
+    what = re.sub(r"valid dictionary.*", "group of keys", what).partition(", unable")[0]
     if kind == "literal_error":
         give = _meant(value, re.findall(r"'(\w+)'", context["expected"])) or give
     return f"{value!r} {what}", give

@@ -1,0 +1,466 @@
+"""Configuration: what is accepted, and the line told for each mistake."""
+
+import importlib
+import inspect
+import json
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from freerock import config
+from freerock.config import ConfigError, load_campaign, load_config
+from freerock.config_reference import MARK, markdown
+
+ROOT = Path(__file__).parents[2]
+
+YAML = """\
+title: Blocks
+origin: measured
+blocks:
+  tall:
+    height_m: 0.28
+    width_m: 0.07
+    mass_kg: 5.84
+foundations:
+  marble: {}
+lasers:
+  near: {beam: horizontal, position_m: 0.1, range_m: 0.05}
+"""
+HEADER = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
+CSV = HEADER + "a,a.tdms,,tall,marble,near,,,,\n"
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """Write a campaign in an empty folder, with parts of its files replaced; give the problems."""
+    monkeypatch.chdir(tmp_path)
+    Path("config/campaigns").mkdir(parents=True)
+
+    def problems(yaml_change=("", ""), csv_change=("", "")):
+        yaml_text, csv_text = YAML.replace(*yaml_change), CSV.replace(*csv_change)
+        assert (yaml_text, csv_text) != (YAML, CSV)
+        Path("config/campaigns/lab.yaml").write_text(yaml_text, encoding="utf-8")
+        Path("config/campaigns/lab.csv").write_text(csv_text, encoding="utf-8")
+        with pytest.raises(ConfigError) as caught:
+            load_campaign("config/campaigns/lab.yaml")
+        return str(caught.value).replace("config/campaigns/", "").splitlines()
+
+    return problems
+
+
+YAML_MISTAKES = {
+    "negative mass": (
+        ("5.84", "-8.67"),
+        "lab.yaml:7: blocks.tall.mass_kg: -8.67 is not greater than 0; give the mass in kilograms",
+    ),
+    "unknown key": (("title", "titel"), "lab.yaml:1: titel: unknown key; did you mean 'title'?"),
+    "renamed key": (
+        ("mass_kg", "mass"),
+        "lab.yaml:7: blocks.tall.mass: unknown key; did you mean 'mass_kg'?",
+    ),
+    "foreign key": (
+        ("mass_kg: 5.84", "mass_kg: 5.84\n    zebra: 1"),
+        "lab.yaml:8: blocks.tall.zebra: unknown key; "
+        "use one of height_m, width_m, mass_kg, release_angle_deg, label",
+    ),
+    "missing key": (
+        ("    width_m: 0.07\n", ""),
+        "lab.yaml:4: blocks.tall.width_m: is missing; "
+        "give the full width 2b in the plane of rocking in metres",
+    ),
+    "decimal comma": (
+        ("0.28", "0,28"),
+        "lab.yaml:5: blocks.tall.height_m: '0,28' is not a valid number; give the full height 2h in metres",
+    ),
+    "switch for a number": (
+        ("0.28", "yes"),
+        "lab.yaml:5: blocks.tall.height_m: true is not a number; give a number",
+    ),
+    "not finite": (
+        ("5.84", ".nan"),
+        "lab.yaml:7: blocks.tall.mass_kg: nan is not a finite number; give the mass in kilograms",
+    ),
+    "empty value": (
+        ("5.84", ""),
+        "lab.yaml:7: blocks.tall.mass_kg: is empty; give the mass in kilograms",
+    ),
+    "no block": (
+        ("  tall:\n    height_m: 0.28\n    width_m: 0.07\n    mass_kg: 5.84\n", ""),
+        "lab.yaml:3: blocks: is empty; give one or more blocks, each by its name",
+    ),
+    "group for a value": (
+        ("5.84", "{kg: 5.84}"),
+        "lab.yaml:7: blocks.tall.mass_kg: a group of keys does not belong here; give the mass in kilograms",
+    ),
+    "value for a group": (
+        ("{}", "stone"),
+        "lab.yaml:9: foundations.marble: 'stone' is not a group of keys; "
+        "give one or more foundations, each by its name",
+    ),
+    "list for a group": (
+        ("{}", "[stone]"),
+        "lab.yaml:9: foundations.marble: a list does not belong here; "
+        "give one or more foundations, each by its name",
+    ),
+    "name with a slash": (
+        ("{}", "{}\n  ../mat: {}"),
+        "lab.yaml:10: foundations.../mat: '../mat' is not a name; use letters, digits and _ only",
+    ),
+    "number for a text": (
+        ("Blocks", "2017"),
+        "lab.yaml:1: title: 2017 is not a valid string; give the title of the campaign, in quotes",
+    ),
+    "word close to a choice": (
+        ("horizontal", "horizontl"),
+        "lab.yaml:11: lasers.near.beam: 'horizontl' is not 'horizontal' or 'vertical'; "
+        "did you mean 'horizontal'?",
+    ),
+    "word far from a choice": (
+        ("measured", "real"),
+        "lab.yaml:2: origin: 'real' is not 'simulated' or 'measured'; "
+        "give simulated or measured, as shown in every dataset, table and figure",
+    ),
+    "beam below the base": (
+        ("0.1,", "-0.1,"),
+        "lab.yaml:11: lasers.near.position_m: -0.1 is not above the base; "
+        "give the height of the beam in metres",
+    ),
+    "falling output": (
+        ("0.05}", "0.05, volts_at_start: 10, volts_at_end: 0}"),
+        "lab.yaml:11: lasers.near.volts_at_end: 0 is not above volts_at_start; swap the two and set sign: -1",
+    ),
+    "released beyond the critical angle": (
+        ("5.84", "5.84\n    release_angle_deg: 15"),
+        "lab.yaml:8: blocks.tall.release_angle_deg: released at 15° the block overturns, "
+        "its critical angle is 14.036°; correct the release angle, the height or the width",
+    ),
+    "truth of a measurement": (
+        ("measured", "measured\ntruth: truth.json"),
+        "lab.yaml:3: truth: a measured campaign has no known truth; remove the key or set origin: simulated",
+    ),
+    "truth outside": (
+        ("measured", "simulated\ntruth: ../truth.json"),
+        "lab.yaml:3: truth: '../truth.json' is not inside the raw folder; "
+        "give a path below it, with / between folders",
+    ),
+    "unknown model": (
+        ("title", "fits: {models: [housner, hunt_crosley]}\ntitle"),
+        "lab.yaml:1: fits.models.1: 'hunt_crosley' is not 'housner', 'winkler' or 'hunt_crossley'; "
+        "did you mean 'hunt_crossley'?",
+    ),
+    "text for a list": (
+        ("title", "fits: {models: housner}\ntitle"),
+        "lab.yaml:1: fits.models: 'housner' is not a list; "
+        "give the models to fit: housner, winkler, hunt_crossley",
+    ),
+    "published for an unknown block": (
+        ("title", "published: {doi: 10.1000/x, values: {tal: {marble: {housner: {r: 0.9}}}}}\ntitle"),
+        "lab.yaml:1: published: 'tal' is not a block of this campaign; did you mean 'tall'?",
+    ),
+    "published parameter of another model": (
+        ("title", "published: {doi: 10.1000/x, values: {tall: {marble: {housner: {k: 1}}}}}\ntitle"),
+        "lab.yaml:1: published.values: 'k' is not a parameter of housner; use one of r, epsilon_theta",
+    ),
+    "key given twice": (
+        ("    mass_kg: 5.84", "    mass_kg: 5.84\n    mass_kg: 5.9"),
+        "lab.yaml:8: blocks.tall.mass_kg: is given twice, first on line 7; keep one",
+    ),
+    "tab": (
+        ("    width_m", "\twidth_m"),
+        "lab.yaml:6: found character '\\t' that cannot start any token; "
+        "correct the YAML; indent with spaces, not tabs",
+    ),
+    "open bracket": (
+        ("{}", "{"),
+        "lab.yaml:11: expected ',' or '}', but got ':'; correct the YAML; indent with spaces, not tabs",
+    ),
+    "python object": (
+        ("Blocks", "!!python/object/apply:os.getcwd []"),
+        "lab.yaml:1: could not determine a constructor for the tag "
+        "'tag:yaml.org,2002:python/object/apply:os.getcwd'; correct the YAML; indent with spaces, not tabs",
+    ),
+    "impossible date": (
+        ("Blocks", "2017-13-45"),
+        "lab.yaml: month must be in 1..12; correct the YAML; put texts in quotes",
+    ),
+    "empty file": ((YAML, ""), "lab.yaml: is empty; write lines of the form key: value"),
+    "not keys and values": (
+        (YAML, "- tall\n"),
+        "lab.yaml: is not a list of keys and values; write lines of the form key: value",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", YAML_MISTAKES)
+def test_mistake_in_yaml_is_told_in_one_line(campaign, mistake):
+    change, line = YAML_MISTAKES[mistake]
+    assert campaign(yaml_change=change) == [line]
+
+
+CSV_MISTAKES = {
+    "unknown block": (
+        ("tall", "tal"),
+        "lab.csv:2: block: 'tal' is not a block of lab.yaml; did you mean 'tall'?",
+    ),
+    "unknown laser": (
+        ("near", "x1"),
+        "lab.csv:2: laser: 'x1' is not a laser of lab.yaml; use one of near",
+    ),
+    "test name": (
+        ("a,a.tdms", "../a,a.tdms"),
+        "lab.csv:2: test: '../a' is not a name; use letters, digits and _ only",
+    ),
+    "file outside": (
+        ("a.tdms", "../a.tdms"),
+        "lab.csv:2: file: '../a.tdms' is not inside the raw folder; "
+        "give a path below it, with / between folders",
+    ),
+    "absolute file": (
+        ("a.tdms", "/data/a.tdms"),
+        "lab.csv:2: file: '/data/a.tdms' is not inside the raw folder; "
+        "give a path below it, with / between folders",
+    ),
+    "backslash": (
+        ("a.tdms", "day1\\a.tdms"),
+        "lab.csv:2: file: 'day1\\\\a.tdms' is not inside the raw folder; "
+        "give a path below it, with / between folders",
+    ),
+    "no file": (
+        ("a.tdms", ""),
+        "lab.csv:2: file: is empty; give the record file, inside the raw folder",
+    ),
+    "no test name": (
+        ("a,a.tdms", ",a.tdms"),
+        "lab.csv:2: test: is empty; give the name of the record: letters, digits and _",
+    ),
+    "same test twice": (
+        ("near,,,,\n", "near,,,,\nA,b.tdms,,tall,marble,near,,,,\n"),
+        "lab.csv:3: test: 'A' is on line 2 already; give each record its own name",
+    ),
+    "exclude without reason": (
+        ("near,,,,", "near,2;3,,,"),
+        "lab.csv:2: reason: a run is excluded or overridden without a reason; say why",
+    ),
+    "override without reason": (
+        ("near,,,,", "near,,2@1:9,,"),
+        "lab.csv:2: reason: a run is excluded or overridden without a reason; say why",
+    ),
+    "exclude in words": (
+        ("near,,,,", "near,second,,bad,"),
+        "lab.csv:2: exclude: 'second' is not understood; "
+        "give nothing, record, or the numbers of the runs left out, as 2;3",
+    ),
+    "override without run": (
+        ("near,,,,", "near,,12.3:19.8,bad,"),
+        "lab.csv:2: override: '12.3:19.8' is not run@release:end; give run and seconds, as 2@12.310:19.800",
+    ),
+    "override backwards": (
+        ("near,,,,", "near,,1@19.8:12.3,bad,"),
+        "lab.csv:2: override: run 1 ends before it is released; give the release first",
+    ),
+    "override twice": (
+        ("near,,,,", "near,,1@1:2;1@3:4,bad,"),
+        "lab.csv:2: override: a run is overridden twice; give each run once",
+    ),
+    "unknown column": (
+        ("foundation,", "fundation,"),
+        "lab.csv:1: fundation: unknown column; did you mean 'foundation'?",
+    ),
+    "missing column": (
+        (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
+        "lab.csv:1: laser: column is missing; add it: the name of a laser",
+    ),
+    "column twice": (("note\n", "test\n"), "lab.csv:1: test: column given twice; keep one"),
+    "too many cells": (
+        ("near,,,,", "near,,,,wet, cold"),
+        "lab.csv:2: has 11 cells, the first line has 10; put texts that hold a comma in quotes",
+    ),
+    "semicolons": (
+        (CSV, CSV.replace(",", ";")),
+        "lab.csv:1: has no commas; separate the columns by commas",
+    ),
+    "no record": (
+        (CSV, HEADER),
+        "lab.csv: has no record; write the line "
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note and a line per record",
+    ),
+    "open quote": (
+        ("near,,,,", 'near,,,,"wet'),
+        "lab.csv:2: unexpected end of data; check the quotes",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", CSV_MISTAKES)
+def test_mistake_in_csv_is_told_in_one_line(campaign, mistake):
+    change, line = CSV_MISTAKES[mistake]
+    assert campaign(csv_change=change) == [line]
+
+
+def test_all_mistakes_of_all_files_are_told_at_once(campaign):
+    lines = campaign(yaml_change=("_m: 0.", "_m: -0."), csv_change=("a,a.tdms,,tall", "a b,,,tal"))
+    assert [line.split(": ")[:2] for line in lines] == [
+        ["lab.yaml:5", "blocks.tall.height_m"],
+        ["lab.yaml:6", "blocks.tall.width_m"],
+        ["lab.yaml:11", "lasers.near.position_m"],
+        ["lab.yaml:11", "lasers.near.range_m"],
+        ["lab.csv:2", "test"],
+        ["lab.csv:2", "file"],
+        ["lab.csv:2", "block"],
+    ]
+
+
+def test_a_file_that_is_not_utf8_is_told_with_its_line(campaign):
+    campaign(csv_change=("near", "far"))
+    Path("config/campaigns/lab.csv").write_bytes(CSV.replace(",\n", ",Ä\n").encode("latin-1"))
+    with pytest.raises(ConfigError, match=r"lab\.csv:2: is not UTF-8 text; save the file as UTF-8"):
+        load_campaign("config/campaigns/lab.yaml")
+
+
+@pytest.mark.parametrize("text", ["[" * 5000, "a: &a [*a]"])
+def test_endless_nesting_is_refused(campaign, text):
+    (line,) = campaign(yaml_change=(YAML, text))
+    assert line == "lab.yaml: keys are nested without end; correct the YAML; put texts in quotes"
+
+
+def test_missing_campaign_is_told_with_the_nearest_name(campaign):
+    campaign(csv_change=("near", "far"))
+    Path("config/config.yaml").write_text("campaigns: [lap]\n")
+    with pytest.raises(ConfigError) as caught:
+        load_config("config/config.yaml")
+    assert str(caught.value) == (
+        "config/config.yaml:1: campaigns: there is no campaign 'lap': config/campaigns/lap.yaml is missing; "
+        "did you mean 'lab'?"
+    )
+
+
+def test_missing_files_are_told(campaign):
+    campaign(csv_change=("near", "far"))
+    Path("config/campaigns/lab.csv").unlink()
+    Path("config/config.yaml").write_text("campaigns: [lab]\n")
+    with pytest.raises(ConfigError, match=r"^config/campaigns/lab\.csv: cannot be read \(No such file"):
+        load_config("config/config.yaml")
+    with pytest.raises(ConfigError, match=r"^nowhere\.yaml: cannot be read \(No such file"):
+        load_config("nowhere.yaml")
+
+
+def test_the_errors_of_several_campaigns_are_told_together(campaign):
+    campaign(csv_change=("near", "far"))
+    for suffix in ("yaml", "csv"):
+        Path(f"config/campaigns/two.{suffix}").write_text(Path(f"config/campaigns/lab.{suffix}").read_text())
+    Path("config/config.yaml").write_text("campaigns: [lab, two]\n")
+    with pytest.raises(ConfigError) as caught:
+        load_config("config/config.yaml")
+    assert [problem.where.split(":")[0] for problem in caught.value.problems] == [
+        "config/campaigns/lab.csv",
+        "config/campaigns/two.csv",
+    ]
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
+    campaign(csv_change=("near", "far"))
+    Path("config/campaigns/lab.csv").write_text(CSV)
+    Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
+    assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
+
+
+def test_accepted_campaign(campaign):
+    campaign(csv_change=("near", "far"))
+    rows = (
+        "\n# a remark\n"
+        'b,day1/b.tdms,Laser,tall,marble,near,2;3,1@12.310:19.8,"slid, wet",\n'
+        "c,c,,tall,marble,near,record,,x,\n"
+    )
+    Path("config/campaigns/lab.csv").write_text(CSV + rows, encoding="utf-8-sig")
+    lab = load_campaign("config/campaigns/lab.yaml")
+    assert (lab.name, lab.raw, lab.file("b")) == ("lab", "raw/lab", "raw/lab/day1/b.tdms")
+    assert [record.test for record in lab.records] == ["a", "b", "c"]
+    assert lab.record("b").exclusions == ((2, "slid, wet"), (3, "slid, wet"))
+    assert lab.record("b").overrides == ((1, 12.31, 19.8, "slid, wet"),)
+    assert [record.excluded for record in lab.records] == [False, False, True]
+    assert lab.blocks["tall"].label == "tall"
+    assert lab.blocks["tall"].block.width_m == 0.07
+    assert lab.attributes("b")["block_mass_kg"] == 5.84
+    assert "license" not in lab.attributes("b")
+    assert json.loads(json.dumps(lab.model_dump())) == lab.model_dump(mode="json")
+
+
+def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
+    campaign(csv_change=("tall,marble", "1,on"))
+    text = YAML.replace("tall:", "1:").replace("marble:", "on:")
+    Path("config/campaigns/lab.yaml").write_text(text)
+    lab = load_campaign("config/campaigns/lab.yaml")
+    assert (list(lab.blocks), list(lab.foundations)) == (["1"], ["on"])
+
+
+def test_palermo_campaign():
+    palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
+    blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
+    assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
+    assert all(record.test == f"{record.block}_{record.foundation}" for record in palermo.records)
+    assert palermo.origin == "simulated"
+    assert palermo.attributes("config2_marble")["origin"] == "simulated"
+    assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
+
+
+# Arguments that come from the data, not from the configuration.
+DATA = {
+    "laser.rotation": {"time_s", "volts", "laser", "block"},
+    "impacts.find_impacts": {"time_s", "theta", "sigma_theta", "block", "theta0", "theta0_stderr"},
+    "laser.Laser": set(),
+    "models.block.Block": set(),
+}
+
+
+@pytest.mark.parametrize(
+    ("step", "section"),
+    [
+        ("laser.rotation", config.RotationSection),
+        ("impacts.find_impacts", config.ImpactsSection),
+        ("laser.Laser", config.LaserSection),
+    ],
+)
+def test_section_has_the_arguments_and_defaults_of_its_step(step, section):
+    module, _, name = step.rpartition(".")
+    function = getattr(importlib.import_module(f"freerock.{module}"), name)
+    arguments = {
+        name: parameter.default
+        for name, parameter in inspect.signature(function).parameters.items()
+        if name not in DATA[step]
+    }
+    fields = section.model_fields.items()
+    assert {
+        name: inspect.Parameter.empty if field.is_required() else field.default for name, field in fields
+    } == arguments
+
+
+def test_readme_agrees_with_the_models():
+    readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
+    assert readme.partition(MARK)[2] == markdown() + "\n"
+
+
+def test_every_key_is_described():
+    def descriptions(schema):
+        for definition in [schema, *schema.get("$defs", {}).values()]:
+            for name, key in definition["properties"].items():
+                yield name, key.get("description")
+
+    found = [item for schema in config.json_schema().values() for item in descriptions(schema)]
+    assert len(found) > 40
+    assert [name for name, description in found if not description] == []
+
+
+def test_schema_has_the_keys_of_the_example():
+    keys = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
+    assert set(keys) <= set(config.json_schema()["campaign"]["properties"])
+
+
+def test_configuration_loads_without_the_numerical_libraries():
+    code = "import sys, freerock.config; print([m for m in ('numpy', 'scipy', 'pandas') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
