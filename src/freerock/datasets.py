@@ -154,7 +154,8 @@ def write_record(
     impacts : sequence of Impacts
         One per run.
     attrs : mapping
-        Root attributes: campaign, test, block, foundation, origin, title, ... and `provenance`.
+        Root attributes: campaign, test, block, foundation, origin, title, ... and `provenance`; where it is
+        known, start_time (ISO 8601).
 
     Raises
     ------
@@ -162,11 +163,13 @@ def write_record(
         The file can't be written.
     """
     verdict, reasons = _record_verdict(runs)
+    attrs = {**record.attrs, **attrs}
+    start_time = attrs.pop("start_time", None)
     root = xr.Dataset(
         {str(name): ("time", variable.values) for name, variable in record.data_vars.items()},
-        {"time": ("time", record["time"].values, _clock(record.attrs.get("start_time")))},
-        _root("record", "volts to rotation, runs and impacts", {**record.attrs, **attrs})
-        | {"verdict": verdict, "reasons": reasons},
+        {"time": ("time", record["time"].values, _clock(start_time))},
+        _root("record", "volts to rotation, runs and impacts", attrs)
+        | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
     )
     groups = {"/": root}
     for run, found in zip(runs, impacts, strict=True):

@@ -1,0 +1,61 @@
+"""Checksums of raw files."""
+
+import hashlib
+
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.manifest import check_manifest, sha256, write_manifest
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("a.tdms", "day1/b.tdms"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(name.encode())
+    write_manifest(tmp_path, ["day1/b.tdms", "a.tdms"])
+    return tmp_path
+
+
+def test_manifest_lists_checksum_and_size(folder):
+    checksums = [hashlib.sha256(name).hexdigest() for name in (b"a.tdms", b"day1/b.tdms")]
+    assert (folder / "manifest.csv").read_text().splitlines() == [
+        "file,sha256,bytes",
+        f"a.tdms,{checksums[0]},6",
+        f"day1/b.tdms,{checksums[1]},11",
+    ]
+
+
+def test_unchanged_and_unlisted_files_pass(folder):
+    (folder / "new.tdms").write_bytes(b"new")
+    check_manifest(folder)
+    check_manifest(folder, ["a.tdms", "new.tdms"])
+
+
+def test_changed_file_is_refused_with_both_checksums(folder):
+    listed = sha256(folder / "a.tdms")
+    (folder / "a.tdms").write_bytes(b"changed")
+    with pytest.raises(FreerockError) as caught:
+        check_manifest(folder)
+    assert str(caught.value) == (
+        f"{folder}/a.tdms: has the sha256 {sha256(folder / 'a.tdms')}, {folder}/manifest.csv lists {listed}; "
+        "restore the file, or renew the manifest if the change is meant"
+    )
+    check_manifest(folder, ["day1/b.tdms"])
+
+
+def test_missing_file_is_refused(folder):
+    (folder / "a.tdms").unlink()
+    with pytest.raises(FreerockError, match=r"a\.tdms: is missing but listed"):
+        check_manifest(folder)
+
+
+def test_without_a_manifest_nothing_is_refused(folder):
+    (folder / "manifest.csv").unlink()
+    check_manifest(folder, ["a.tdms", "nowhere.tdms"])
+
+
+def test_foreign_manifest_is_refused(folder):
+    (folder / "manifest.csv").write_text("name,md5\n")
+    with pytest.raises(FreerockError, match="has no columns file and sha256; write file,sha256,bytes first"):
+        check_manifest(folder)
