@@ -401,14 +401,16 @@ class Config(Section):
     campaigns: dict[str, Campaign]
 
 
-def load_config(path: str | Path = "config/config.yaml", campaigns: Sequence[str] | None = None) -> Config:
+def load_config(
+    path: str | Path = "config/config.yaml", campaigns: str | Sequence[str] | None = None
+) -> Config:
     """Read and check config.yaml and the campaigns it names.
 
     Parameters
     ----------
     path : path
         The configuration file; campaigns lie in the folder `campaigns` beside it.
-    campaigns : sequence of str, optional
+    campaigns : sequence of str, or str with commas, optional
         Names that replace those of the file.
 
     Returns
@@ -423,7 +425,7 @@ def load_config(path: str | Path = "config/config.yaml", campaigns: Sequence[str
     path = Path(path)
     data, lines, problems = _read_yaml(path)
     if campaigns is not None and data is not None:
-        data["campaigns"] = campaigns
+        data["campaigns"] = campaigns.split(",") if isinstance(campaigns, str) else campaigns
     file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), problems)
     loaded = {}
     for name in dict.fromkeys(file.campaigns) if file else ():

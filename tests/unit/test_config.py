@@ -7,6 +7,7 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 import yaml
@@ -14,6 +15,8 @@ import yaml
 from freerock import config
 from freerock.config import ConfigError, load_campaign, load_config
 from freerock.config_reference import MARK, markdown
+from freerock.laser import Laser
+from freerock.models import MODELS
 
 ROOT = Path(__file__).parents[2]
 
@@ -367,6 +370,7 @@ def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
     Path("config/campaigns/lab.csv").write_text(CSV)
     Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
     assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
+    assert list(load_config("config/config.yaml", campaigns="lab").campaigns) == ["lab"]
 
 
 def test_accepted_campaign(campaign):
@@ -399,44 +403,59 @@ def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
 
 
 def test_palermo_campaign():
+    twin = importlib.import_module("freerock.twin")
     palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
     blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
     assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
     assert all(record.test == f"{record.block}_{record.foundation}" for record in palermo.records)
+    for record in palermo.records:
+        block, _, laser = twin.CONFIGURATIONS[record.block]
+        assert palermo.blocks[record.block].block == block
+        assert Laser(**palermo.lasers[record.laser].model_dump()) == laser
     assert palermo.origin == "simulated"
     assert palermo.attributes("config2_marble")["origin"] == "simulated"
     assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
 
 
-# Arguments that come from the data, not from the configuration.
-DATA = {
-    "laser.rotation": {"time_s", "volts", "laser", "block"},
-    "impacts.find_impacts": {"time_s", "theta", "sigma_theta", "block", "theta0", "theta0_stderr"},
-    "laser.Laser": set(),
-    "models.block.Block": set(),
-}
+def keyword_arguments(function, without):
+    parameters = inspect.signature(function).parameters.items()
+    return {name: parameter.default for name, parameter in parameters if name not in without}
+
+
+def defaults(section, without=()):
+    return {
+        name: inspect.Parameter.empty if field.is_required() else field.default
+        for name, field in section.model_fields.items()
+        if name not in without
+    }
 
 
 @pytest.mark.parametrize(
-    ("step", "section"),
+    ("step", "data", "section", "own"),
     [
-        ("laser.rotation", config.RotationSection),
-        ("impacts.find_impacts", config.ImpactsSection),
-        ("laser.Laser", config.LaserSection),
+        ("laser.Laser", "", config.LaserSection, ""),
+        ("laser.rotation", "time_s volts laser block", config.RotationSection, ""),
+        (
+            "impacts.find_impacts",
+            "time_s theta sigma_theta block theta0 theta0_stderr",
+            config.ImpactsSection,
+            "",
+        ),
+        ("models.block.Block", "", config.BlockSection, "label release_angle_deg"),
+        ("identify.fit_record", "model block motions free", config.FitsSection, "models free pooled"),
     ],
 )
-def test_section_has_the_arguments_and_defaults_of_its_step(step, section):
+def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
     module, _, name = step.rpartition(".")
     function = getattr(importlib.import_module(f"freerock.{module}"), name)
-    arguments = {
-        name: parameter.default
-        for name, parameter in inspect.signature(function).parameters.items()
-        if name not in DATA[step]
-    }
-    fields = section.model_fields.items()
-    assert {
-        name: inspect.Parameter.empty if field.is_required() else field.default for name, field in fields
-    } == arguments
+    assert defaults(section, own.split()) == keyword_arguments(function, data.split())
+
+
+def test_freed_nuisances_are_named_for_every_model():
+    nuisances = importlib.import_module("freerock.identify").NUISANCES
+    assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
+    assert get_args(config.Nuisance) == nuisances
+    assert get_args(config.Model) == tuple(MODELS)
 
 
 def test_readme_agrees_with_the_models():
