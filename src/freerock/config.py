@@ -411,7 +411,7 @@ def load_config(
     path : path
         The configuration file; campaigns lie in the folder `campaigns` beside it.
     campaigns : sequence of str, or str with commas, optional
-        Names that replace those of the file.
+        Names that replace those of the file, which then is not read.
 
     Returns
     -------
@@ -423,9 +423,11 @@ def load_config(
         All problems of all files.
     """
     path = Path(path)
-    data, lines, problems = _read_yaml(path)
-    if campaigns is not None and data is not None:
-        data["campaigns"] = campaigns.split(",") if isinstance(campaigns, str) else campaigns
+    if campaigns is None:
+        data, lines, problems = _read_yaml(path)
+    else:
+        names = campaigns.split(",") if isinstance(campaigns, str) else campaigns
+        data, lines, problems = {"campaigns": names}, {}, []
     file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), problems)
     loaded = {}
     for name in dict.fromkeys(file.campaigns) if file else ():
