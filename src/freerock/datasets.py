@@ -8,7 +8,7 @@ import os
 import platform
 import subprocess
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -136,7 +136,8 @@ def atomic(path: str | Path) -> Iterator[Path]:
         remedy = "free some space or allow writing to the folder"
         raise FreerockError(path, f"cannot be written ({error.strerror or error})", remedy) from error
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
 
 
 def write_record(
@@ -394,7 +395,7 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
             variable.attrs = _describe(str(name), dataset, simulated) | variable.attrs
             if {"time", "sample"} & set(variable.dims):
                 variable.encoding = {"zlib": True, "complevel": 4, "shuffle": True}
-            if name in SINGLE_PRECISION:
+            if name in SINGLE_PRECISION and variable.dims:
                 variable.encoding["dtype"] = np.float32
             if name in dataset.coords:
                 variable.encoding["_FillValue"] = None

@@ -1,0 +1,379 @@
+"""netCDF in and out: what is written comes back, described, and always in the same bytes."""
+
+import importlib
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from freerock import datasets
+from freerock.datasets import (
+    atomic,
+    impacts_in,
+    open_fits,
+    open_record,
+    provenance,
+    runs_in,
+    write_failure,
+    write_fits,
+    write_json,
+    write_record,
+)
+from freerock.errors import FreerockError
+from freerock.impacts import Impacts
+from freerock.manifest import sha256
+from freerock.models import MODELS, UNITS
+
+ATTRS = {
+    "campaign": "lab",
+    "test": "a",
+    "block": "tall",
+    "foundation": "marble",
+    "origin": "measured",
+    "license": None,
+    "start_time": "2017-05-02T09:00:00.000Z",
+    "provenance": {"inputs": {"a.tdms": "00"}, "config": {"hum": True}, "git": "abc"},
+}
+SAMPLES = 400
+
+
+def made_up_impacts(n=5):
+    arrays = {field.name: np.linspace(0.1, 0.9, n) for field in fields(Impacts)}
+    return Impacts(**arrays | {"theta_uplift": 0.01})
+
+
+def made_up_runs():
+    from freerock.runs import Run
+
+    run = Run(
+        number=1,
+        hold_start_s=0.1,
+        release_s=0.2,
+        release_stderr_s=0.001,
+        start_s=0.21,
+        end_s=0.9,
+        theta0=0.17,
+        theta0_stderr=1e-5,
+        sigma_theta=1e-4,
+        verdict="ok",
+        reasons=(),
+        excluded=False,
+        overridden=False,
+    )
+    late = ("late; and short", "few impacts")
+    return [run, replace(run, number=2, verdict="warn", reasons=late, excluded=True, overridden=True)]
+
+
+def made_up_record():
+    time = np.arange(SAMPLES) / 400
+    theta = 0.17 * np.cos(7 * time)
+    theta[3] = np.nan
+    arrays = {
+        "theta": theta,
+        "sigma_theta": np.where(np.isnan(theta), np.nan, 1e-4),
+        "flags": np.isnan(theta).astype(np.uint8),
+        "voltage": 5 + theta,
+    }
+    variables = {name: ("time", values) for name, values in arrays.items()}
+    return xr.Dataset(variables, {"time": time}, {"sampling_rate_hz": np.float64(400)})
+
+
+def made_up_fit(model, runs=1, **changes):
+    names = (*MODELS[model], *(("theta0", "t0") if runs == 1 else [f"theta0_{i + 1}" for i in range(runs)]))
+    n = len(names)
+    time = np.tile(np.arange(SAMPLES) / 400, runs)
+    theta = np.cos(7 * time)
+    fit = {
+        "model": model,
+        "parameters": names,
+        "value": np.arange(1.0, n + 1),
+        "stderr": np.full(n, 0.1),
+        "ci95_low": np.arange(n) + 0.8,
+        "ci95_high": np.arange(n) + 1.2,
+        "covariance": 0.01 * np.eye(n),
+        "units": tuple(UNITS[name.split("_")[0]] for name in names),
+        "time": time,
+        "theta": theta,
+        "theta_model": 0.9 * theta,
+        "residual": -0.1 * theta,
+        "epsilon_theta": 0.01,
+        "final_time_s": 1.0,
+        "epsilon_holdout": np.nan,
+        "aic": -10.0,
+        "bic": -9.0,
+        "n_parameters": n,
+        "success": True,
+        "message": "converged",
+        "impacts": made_up_impacts() if runs == 1 else None,
+        "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
+    }
+    return SimpleNamespace(**fit | changes)
+
+
+def write(folder, name="a"):
+    runs = made_up_runs()
+    write_record(
+        folder / f"record_{name}.nc", made_up_record(), runs, [made_up_impacts(), made_up_impacts(0)], ATTRS
+    )
+    fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
+    pooled = {model: made_up_fit(model, runs=2) for model in MODELS}
+    write_fits(folder / f"fits_{name}.nc", fits, pooled, ATTRS | {"verdict": "ok", "reasons": ""})
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("datasets")
+    write(folder)
+    return folder
+
+
+def assert_equal(found, expected):
+    for field in fields(expected):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(expected, field.name))
+
+
+def test_record_comes_back(folder):
+    tree, record = open_record(folder / "record_a.nc"), made_up_record()
+    for name in ("time", "theta", "flags"):
+        np.testing.assert_array_equal(tree[name].values, record[name].values, strict=True)
+    for name in ("sigma_theta", "voltage"):
+        np.testing.assert_array_equal(tree[name].values, record[name].values.astype(np.float32), strict=True)
+    assert tree.attrs["sampling_rate_hz"] == 400
+    assert (tree.attrs["campaign"], tree.attrs["origin"]) == ("lab", "measured")
+
+
+def test_runs_and_impacts_come_back(folder):
+    tree, (first, second) = open_record(folder / "record_a.nc"), made_up_runs()
+    assert list(tree.children) == ["run_1", "run_2"]
+    assert runs_in(tree) == [first, replace(second, reasons=("late, and short", "few impacts"))]
+    assert_equal(impacts_in(tree["run_1"]), made_up_impacts())
+    assert_equal(impacts_in(tree["run_2"]), made_up_impacts(0))
+
+
+def test_record_has_the_verdict_of_its_runs(folder):
+    tree = open_record(folder / "record_a.nc")
+    assert (tree.attrs["verdict"], tree.attrs["reasons"]) == (
+        "warn",
+        "run 2: late, and short; run 2: few impacts",
+    )
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "excluded", "expected"),
+    [
+        (["ok", "ok"], [], "ok"),
+        (["ok", "fail"], [], "warn"),
+        (["fail", "fail"], [], "fail"),
+        (["ok", "fail"], [1], "fail"),
+        (["ok", "fail"], [1, 2], "warn"),
+    ],
+)
+def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded, expected):
+    runs = [
+        replace(made_up_runs()[0], number=number, verdict=verdict, excluded=number in excluded)
+        for number, verdict in enumerate(verdicts, 1)
+    ]
+    write_record(tmp_path / "a.nc", made_up_record(), runs, [made_up_impacts()] * 2, ATTRS)
+    assert open_record(tmp_path / "a.nc").attrs["verdict"] == expected
+
+
+def test_fits_come_back(folder):
+    tree = open_fits(folder / "fits_a.nc")
+    assert list(tree.children) == ["run_1", "run_2", "pooled"]
+    for group, runs in (("run_1", 1), ("pooled", 2)):
+        assert list(tree[group].children) == list(MODELS)
+        for model in MODELS:
+            node, fit = tree[f"{group}/{model}"], made_up_fit(model, runs)
+            assert tuple(node["parameter"].values) == fit.parameters
+            assert tuple(node["unit"].values) == fit.units
+            for name in ("value", "stderr", "ci95_low", "ci95_high", "covariance", "theta_model", "residual"):
+                np.testing.assert_array_equal(node[name].values, getattr(fit, name))
+            for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic", "n_parameters", "success"):
+                np.testing.assert_array_equal(node[name].item(), getattr(fit, name))
+            assert node["final_time"].item() == fit.final_time_s
+            assert (node.attrs["message"], node.attrs["rtol"]) == ("converged", 1e-8)
+        np.testing.assert_array_equal(tree[group]["time"].values, fit.time)
+        np.testing.assert_array_equal(tree[group]["theta"].values, fit.theta)
+    assert_equal(impacts_in(tree["run_1/winkler"]), made_up_impacts())
+    np.testing.assert_array_equal(tree["run_1/winkler"]["time"].values, tree["run_1"]["time"].values)
+
+
+def test_failed_fit_is_written_as_such(tmp_path):
+    nothing = np.full(3, np.nan)
+    fit = made_up_fit(
+        "housner", value=nothing, covariance=np.full((3, 3), np.nan), success=False, message="no"
+    )
+    write_fits(tmp_path / "a.nc", {4: {"housner": fit}}, {}, ATTRS)
+    node = open_fits(tmp_path / "a.nc")["run_4/housner"]
+    assert (node["success"].item(), node.attrs["message"]) == (0, "no")
+    assert np.isnan(node["value"].values).all()
+
+
+def test_fits_of_a_run_share_their_time(tmp_path):
+    fits = {"housner": made_up_fit("housner"), "winkler": made_up_fit("winkler", time=np.arange(SAMPLES))}
+    with pytest.raises(ValueError, match="run_1: the fits must share their time axis"):
+        write_fits(tmp_path / "a.nc", {1: fits}, {}, ATTRS)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_record_is_a_product(tmp_path):
+    error = FreerockError("raw/a.tdms", "is truncated", "record it again")
+    write_failure(tmp_path / "a.nc", error, ATTRS)
+    tree = open_record(tmp_path / "a.nc")
+    assert (tree.attrs["verdict"], tree.attrs["reasons"]) == (
+        "fail",
+        "raw/a.tdms: is truncated; record it again",
+    )
+    assert (tree.attrs["campaign"], tree.attrs["test"]) == ("lab", "a")
+    assert runs_in(tree) == []
+    write_fits(tmp_path / "b.nc", {}, {}, ATTRS | {"verdict": "fail", "reasons": str(error)})
+    assert not open_fits(tmp_path / "b.nc").children
+
+
+def test_every_variable_is_described(folder):
+    without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
+    without_units |= {"value", "stderr", "ci95_low", "ci95_high"}
+    for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
+        for node in tree.subtree:
+            for name, variable in node.variables.items():
+                assert variable.attrs["long_name"], name
+                assert ("units" in variable.attrs) == (name not in without_units), name
+                for beside in variable.attrs.get("ancillary_variables", "").split():
+                    assert beside in node.variables
+
+
+def test_attributes_follow_cf_and_acdd(folder):
+    with netCDF4.Dataset(folder / "record_a.nc") as file:
+        assert file.Conventions == "CF-1.11, ACDD-1.3"
+        assert file.title == "lab: a"
+        assert file.time_coverage_start == ATTRS["start_time"]
+        assert "license" not in file.ncattrs()
+        assert json.loads(file.provenance) == {"inputs": {"a.tdms": "00"}, "config": {"hum": True}}
+        assert file["time"].units == "seconds since 2017-05-02T09:00:00.000Z"
+        assert "_FillValue" not in file["time"].ncattrs()
+        assert file["theta"].ancillary_variables == "sigma_theta flags"
+        assert file["flags"].flag_meanings == "error_level out_of_range saturated target_lost"
+        assert file["flags"].flag_masks.dtype == file["flags"].dtype == np.uint8
+        assert file["theta"].filters()["complevel"] == 4
+        assert file["run_2"].excluded == 1
+        assert file["run_1/restitution"].ancillary_variables == "restitution_stderr"
+        assert "time" not in file["run_1"].variables
+
+
+@pytest.mark.parametrize(
+    ("origin", "content"), [("measured", "physicalMeasurement"), ("simulated", "modelResult")]
+)
+def test_simulated_data_are_called_simulated(tmp_path, origin, content):
+    write_record(tmp_path / "a.nc", made_up_record(), [], [], ATTRS | {"origin": origin})
+    tree = open_record(tmp_path / "a.nc")
+    assert tree.attrs["origin"] == origin
+    assert ("simulated" in tree.attrs["source"]) == (origin == "simulated")
+    assert tree["theta"].attrs["coverage_content_type"] == content
+
+
+def test_same_inputs_same_bytes(folder, tmp_path):
+    write(tmp_path, "b")
+    for product in ("record", "fits"):
+        assert sha256(folder / f"{product}_a.nc") == sha256(tmp_path / f"{product}_b.nc")
+
+
+def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
+    path = tmp_path / "a.nc"
+    with pytest.raises(FreerockError, match=r"a\.nc: there is no such file; run snakemake to make it"):
+        open_record(path)
+    whole = (folder / "record_a.nc").read_bytes()
+    for content in (b"", b"time,theta\n", whole[: len(whole) // 2]):
+        path.write_bytes(content)
+        with pytest.raises(
+            FreerockError, match=r"a\.nc: is not a readable netCDF file \(.*\); delete the file"
+        ):
+            open_record(path)
+    xr.Dataset({"theta": 1.0}).to_netcdf(path)
+    with pytest.raises(FreerockError, match=r"a\.nc: is not the record dataset of a record; delete the file"):
+        open_record(path)
+    with pytest.raises(FreerockError, match="is not the fits dataset of a record"):
+        open_fits(folder / "record_a.nc")
+
+
+def test_atomic_leaves_all_or_nothing(tmp_path):
+    path = tmp_path / "tables" / "a.csv"
+    with atomic(path) as partial:
+        partial.write_text("new")
+        assert not path.exists()
+        assert partial.parent == path.parent
+    assert path.read_text() == "new"
+    with pytest.raises(KeyboardInterrupt), atomic(path) as partial:
+        partial.write_text("half")
+        raise KeyboardInterrupt
+    assert [each.read_text() for each in path.parent.iterdir()] == ["new"]
+
+
+def test_atomic_writes_over_what_a_killed_process_left(tmp_path):
+    code = (
+        "import os, sys; from freerock.datasets import atomic\n"
+        "with atomic(sys.argv[1]) as partial: partial.write_text('half'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path / "a.txt"]).returncode == 9
+    assert len(list(tmp_path.iterdir())) == 1
+    with atomic(tmp_path / "a.txt") as partial:
+        partial.write_text("whole")
+    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_unwritable_folder_is_told(tmp_path):
+    (tmp_path / "results").write_text("a file, not a folder")
+    with pytest.raises(FreerockError, match=r"results/a\.json: cannot be written \(.*\); free some space"):
+        write_json(tmp_path / "results" / "a.json", {})
+
+
+def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.tdms").write_bytes(b"volts")
+    made_by = provenance(["a.tdms"], {"window_s": 0.25})
+    assert made_by["inputs"] == {"a.tdms": sha256("a.tdms")}
+    assert made_by["config"] == {"window_s": 0.25}
+    assert made_by["software"]["numpy"] == np.__version__
+    assert set(made_by["software"]) == {"python", *datasets.SOFTWARE}
+    assert made_by["git"]
+    write_json("provenance.json", made_by)
+    assert json.loads((tmp_path / "provenance.json").read_text()) == made_by
+
+
+def test_git_state_is_unknown_without_git(monkeypatch):
+    monkeypatch.setitem(os.environ, "PATH", "")
+    assert provenance([], {})["git"] == "unknown"
+
+
+def test_example_of_the_documentation_runs(folder, tmp_path, monkeypatch, capsys):
+    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
+    for kind, product in (("records", "record"), ("fits", "fits")):
+        (tmp_path / "results/palermo_virtual" / kind).mkdir(parents=True)
+        copy = tmp_path / "results/palermo_virtual" / kind / "config2_marble.nc"
+        copy.write_bytes((folder / f"{product}_a.nc").read_bytes())
+    monkeypatch.chdir(tmp_path)
+    exec(text.split("```python\n")[1].split("```")[0], {})
+    assert "k = 1 ± 0.1 N m-2" in capsys.readouterr().out
+
+
+def test_every_variable_is_documented(folder):
+    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
+    documented = set(re.findall(r"`(\w+)`", text))
+    for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
+        written = {str(name).removesuffix("_stderr") for node in tree.subtree for name in node.variables}
+        assert written <= documented
+
+
+def test_every_field_of_runs_and_impacts_is_written():
+    in_attributes = {"number", "verdict", "reasons", "excluded", "overridden"}
+    run = importlib.import_module("freerock.runs").Run
+    assert {field.name for field in fields(run)} == set(datasets.RUN) | in_attributes
+    assert {field.name for field in fields(Impacts)} == set(datasets.IMPACTS)
