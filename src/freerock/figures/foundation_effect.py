@@ -1,0 +1,72 @@
+"""Effect of the foundation: Spanos et al. 2017, figure 2 (doi:10.1016/j.proeng.2017.09.024)."""
+
+from itertools import cycle
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from freerock.figures.style import FOUNDATION_STYLES, footer, gathered, label, legend_above, styled, thin
+from freerock.tables import usable_runs
+
+
+@styled()
+def foundation_effect(records, labels=None):
+    """Measured θ(t) of the first usable run on each foundation, one panel per block.
+
+    Parameters
+    ----------
+    records : sequence of xarray.DataTree
+        Record datasets.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        Columns block, foundation, test, run, time_s (since the release), theta_deg.
+    """
+    blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
+    styles = dict(zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(FOUNDATION_STYLES)))
+    curves = {}
+    for tree in records:
+        for number, run in list(usable_runs(tree).items())[:1]:
+            scene = (tree.attrs["block"], tree.attrs["foundation"])
+            curves.setdefault(scene, _curve(tree, number, run))
+
+    figure = Figure(figsize=(7.0, 0.6 + 1.75 * len(blocks)))
+    axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
+    for letter, ax, block in zip("abcdefghijklmnopqrstuvwxyz", axes, blocks, strict=False):
+        ax.axhline(0, color="0.6", linewidth=0.5)
+        for foundation, style in styles.items():
+            if (block, foundation) in curves:
+                curve = curves[block, foundation]
+                ax.plot(curve["time_s"], curve["theta_deg"], **style)
+        ax.set_title(f"({letter}) {label(labels, block)}", loc="left")
+        ax.set_ylabel("θ / °")
+    axes[-1].set_xlabel("time since release / s")
+    legend_above(
+        axes[0], [Line2D([], [], **style, label=label(labels, name)) for name, style in styles.items()]
+    )
+    footer(figure, records[0].attrs["origin"])
+    columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
+    return figure, gathered(curves.values(), columns)
+
+
+def _curve(tree, number, run):
+    time = tree["time"].values
+    release, end = run["release"].item(), run["end"].item()
+    during = np.flatnonzero((time >= release) & (time <= end))
+    during = during[thin(len(during))]
+    return pd.DataFrame(
+        {
+            "block": tree.attrs["block"],
+            "foundation": tree.attrs["foundation"],
+            "test": tree.attrs["test"],
+            "run": number,
+            "time_s": time[during] - release,
+            "theta_deg": np.degrees(tree["theta"].values[during]),
+        }
+    )

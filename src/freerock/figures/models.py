@@ -1,0 +1,82 @@
+"""Measured against modelled θ(t): Spanos et al. 2017, figure 3 (doi:10.1016/j.proeng.2017.09.024)."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import MEASURED, MODEL_STYLES, footer, gathered, label, legend_above, styled, thin
+from freerock.models import MODELS
+from freerock.tables import quantity, runs_of
+
+
+@styled()
+def models(fits, labels=None):
+    """θ(t) of the first fitted run of each record beside the models fitted to it, residuals below.
+
+    Parameters
+    ----------
+    fits : sequence of xarray.DataTree
+        Fit datasets, as a rule those of one block.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        Columns test, run, source ("measured" or a model), time_s (since the release), theta_deg, residual_deg
+        (model minus measured).
+    """
+    drawn = [(tree, *next(iter(runs_of(tree).items()), (None, None))) for tree in fits]
+    figure = Figure(figsize=(7.0, 0.5 + 3.0 * len(fits)))
+    axes = figure.subplots(2 * len(fits), squeeze=False, height_ratios=[2.6, 1] * len(fits))[:, 0]
+    parts = []
+    for i, (tree, number, run) in enumerate(drawn):
+        motion, residual = axes[2 * i : 2 * i + 2]
+        residual.sharex(motion)
+        motion.tick_params(labelbottom=False)
+        names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
+        motion.set_title(f"({chr(97 + i)}) {', '.join(names)}", loc="left", pad=16)
+        motion.set_ylabel("θ / °")
+        residual.set_ylabel("residual / °")
+        residual.set_xlabel("time since release / s")
+        if run is None:
+            motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
+            continue
+        curves = _curves(tree, number, run)
+        parts.append(curves)
+        measured = curves[curves["source"] == "measured"]
+        motion.plot(measured["time_s"], measured["theta_deg"], **MEASURED)
+        for model in MODELS:
+            own = curves[curves["source"] == model]
+            if len(own):
+                style = MODEL_STYLES[model]
+                epsilon = quantity(100 * run[model]["epsilon_theta"].item())
+                named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %"}
+                motion.plot(own["time_s"], own["theta_deg"], **named)
+                residual.plot(own["time_s"], own["residual_deg"], **style)
+        legend_above(motion)
+    figure.align_ylabels(axes)
+    footer(figure, fits[0].attrs["origin"])
+    columns = ["test", "run", "source", "time_s", "theta_deg", "residual_deg"]
+    return figure, gathered(parts, columns)
+
+
+def _curves(tree, number, run):
+    drawn = thin(run.sizes["time"])
+    measured = run["theta"].values[drawn]
+    sources = {"measured": measured}
+    sources |= {model: run[model]["theta_model"].values[drawn] for model in MODELS if model in run.children}
+    return pd.concat(
+        pd.DataFrame(
+            {
+                "test": tree.attrs["test"],
+                "run": number,
+                "source": source,
+                "time_s": run["time"].values[drawn],
+                "theta_deg": np.degrees(theta),
+                "residual_deg": np.degrees(theta - measured),
+            }
+        )
+        for source, theta in sources.items()
+    )

@@ -1,0 +1,71 @@
+"""Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from freerock.figures.style import MODEL_STYLES, footer, label, styled
+from freerock.models import MODELS
+from freerock.tables import impacts_table, usable_runs
+
+MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^"}
+
+
+@styled()
+def restitution(records, fits, blocks, labels=None):
+    """Restitution of each impact against the peak before it, one panel per block and foundation.
+
+    Parameters
+    ----------
+    records, fits : sequence of xarray.DataTree
+        Record and fit datasets; failed and excluded runs are left out.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        Columns of `freerock.tables.impacts_table`.
+    """
+    data = impacts_table(records, fits)
+    usable = {(tree.attrs["test"], number) for tree in records for number in usable_runs(tree)}
+    kept = [key in usable for key in zip(data["test"], data["run"], strict=True)]
+    data = data[np.array(kept, bool)]
+    rows = list(dict.fromkeys(tree.attrs["block"] for tree in records))
+    columns = list(dict.fromkeys(tree.attrs["foundation"] for tree in records))
+
+    figure = Figure(figsize=(max(3.5 * len(columns), 4.5), 0.5 + 2.0 * len(rows)))
+    axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex="row", sharey="row")
+    for i, block in enumerate(rows):
+        for j, foundation in enumerate(columns):
+            scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+            _panel(axes[i, j], scene, blocks[block].restitution_housner)
+            axes[i, j].set_title(f"{label(labels, block)}, {label(labels, foundation)}", loc="left")
+        axes[i, 0].set_ylabel("restitution r")
+    for ax in axes[-1]:
+        ax.set_xlabel("peak |θ| before the impact / °")
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
+    footer(figure, records[0].attrs["origin"])
+    return figure, data
+
+
+def _panel(ax, scene, r_housner):
+    ax.margins(x=0.05)
+    ax.axhline(r_housner, color="0.45", linestyle=":", label="1 − 1.5 sin²θ$_{cr}$ (rigid)")
+    for model in MODELS:
+        style = MODEL_STYLES[model] | {"marker": MARKERS[model], "markersize": 2.5, "linewidth": 0.8}
+        for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
+            ax.plot(run["peak_before_deg"], run["r"], **style | ({"label": "_"} if k else {}))
+    measured = scene[scene["source"] == "experiment"]
+    ax.errorbar(
+        measured["peak_before_deg"],
+        measured["r"],
+        yerr=measured["r_stderr"],
+        fmt="o",
+        color="0.55",
+        markersize=3.5,
+        elinewidth=0.8,
+        label="measured",
+    )

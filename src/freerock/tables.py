@@ -1,0 +1,639 @@
+"""Tables: the tidy CSV contract, and the printed tables in CSV, Markdown and LaTeX.
+
+The tidy tables (`runs_table`, `parameters_table`, `epsilon_table`, `restitution_table`) gather what the
+record and fit datasets hold. The printed ones start from these: `table1` to `table3` follow the numbering of
+Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024), `recovered_table` sets the values identified in a
+simulated campaign beside those it was simulated with. Each has a numeric frame and a `..._text` frame,
+whose cells are what a reader sees.
+"""
+
+import math
+import re
+
+import numpy as np
+import pandas as pd
+
+from freerock.compare import select_model
+from freerock.datasets import atomic
+from freerock.models import MODELS, UNITS
+
+MODEL_LABELS = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
+SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀"}
+
+SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
+PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
+
+IDENTITY = ["campaign", "test", "run", "block", "foundation"]
+RUNS = [*IDENTITY, "origin", "theta0_deg", "start_s", "duration_s", "n_impacts", "sigma_theta_deg"]
+RUNS += ["verdict", "reasons"]
+PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit"]
+EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
+EPSILON += ["aic", "bic", "selected"]
+NORMAL_95 = 1.959963984540054
+RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
+
+
+# The datasets' groups
+
+
+def runs_of(tree):
+    """Runs of a record or fit dataset, in order.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `records/<test>.nc` or `fits/<test>.nc`.
+
+    Returns
+    -------
+    dict of int to xarray.DataTree
+        By run number.
+    """
+    numbered = ((name.removeprefix("run_"), node) for name, node in tree.children.items())
+    return dict(sorted((int(number), node) for number, node in numbered if number.isdigit()))
+
+
+def fits_of(tree):
+    """Fits of a dataset: those of each run in order, then the joint fit of all runs ("pooled").
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `fits/<test>.nc`.
+
+    Yields
+    ------
+    run : int or "pooled"
+    model : str
+    fit : xarray.DataTree
+    """
+    groups = dict(runs_of(tree))
+    if "pooled" in tree.children:
+        groups["pooled"] = tree["pooled"]
+    for run, group in groups.items():
+        for model in MODELS:
+            if model in group.children:
+                yield run, model, group[model]
+
+
+def _identity(tree, run) -> dict:
+    return {key: run if key == "run" else str(tree.attrs[key]) for key in IDENTITY}
+
+
+# Tidy tables
+
+
+def runs_table(records) -> pd.DataFrame:
+    """One row per run; a record that could not be processed has one row without a run number.
+
+    Parameters
+    ----------
+    records : iterable of xarray.DataTree
+        Record datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `RUNS`: start_s is the release on the record's clock [s], duration_s the time from release to
+        rest [s], angles in degrees. Failed and excluded runs are rows like any other, with their reasons.
+    """
+    rows = []
+    for tree in records:
+        runs = runs_of(tree)
+        for number, run in runs.items():
+            release = run["release"].item()
+            rows.append(
+                {
+                    **_identity(tree, number),
+                    "origin": tree.attrs["origin"],
+                    "theta0_deg": math.degrees(run["theta0"].item()),
+                    "start_s": release,
+                    "duration_s": run["end"].item() - release,
+                    "n_impacts": run.sizes.get("impact", 0),
+                    "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
+                    "verdict": run.attrs["verdict"],
+                    "reasons": run.attrs["reasons"],
+                }
+            )
+        if not runs:
+            verdict = {key: tree.attrs[key] for key in ("origin", "verdict", "reasons")}
+            rows.append({**_identity(tree, pd.NA), **verdict, "n_impacts": 0})
+    return pd.DataFrame(rows, columns=RUNS).astype({"run": "Int64", "n_impacts": "Int64"})
+
+
+def parameters_table(fits) -> pd.DataFrame:
+    """One row per identified parameter, freed release angles and times included.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units.
+    """
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            numbers = {key: fit[key].values for key in ("value", "stderr", "ci95_low", "ci95_high")}
+            for i, parameter in enumerate(fit["parameter"].values.astype(str)):
+                rows.append(
+                    {
+                        **_identity(tree, run),
+                        "model": model,
+                        "parameter": parameter,
+                        **{key: column[i] for key, column in numbers.items()},
+                        "unit": UNITS[parameter.split("_")[0]],
+                    }
+                )
+    return pd.DataFrame(rows, columns=PARAMETERS)
+
+
+def epsilon_table(fits) -> pd.DataFrame:
+    """One row per fit: how far the model is from the measured θ(t).
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model of the
+        lowest BIC among the successful fits of that run.
+    """
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            scalars = ("epsilon_theta", "final_time", "aic", "bic", "n_parameters")
+            row = {key: fit[key].item() for key in scalars}
+            row["final_time_s"] = row.pop("final_time")
+            row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+            row["success"] = bool(fit["success"].item())
+            rows.append({**_identity(tree, run), "model": model, **row})
+    frame = pd.DataFrame(rows, columns=[*EPSILON[:-1], "success"]).astype({"n_parameters": "Int64"})
+    chosen = {
+        key: select_model(group.set_index("model")["bic"].where(group["success"].values).to_dict())
+        for key, group in frame.groupby(["test", "run"], sort=False)
+    }
+    selected = [
+        chosen[test, run] == model
+        for test, run, model in zip(frame["test"], frame["run"], frame["model"], strict=True)
+    ]
+    return frame.assign(selected=selected)[EPSILON]
+
+
+def restitution_table(records, fits) -> pd.DataFrame:
+    """One row per impact of the measured runs and of the models fitted to each of them.
+
+    Parameters
+    ----------
+    records, fits : iterable of xarray.DataTree
+        Record and fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `RESTITUTION`; source is "experiment" or a model, impact counts from 1, time_s is since the
+        release [s], r the restitution from the peaks before and after the impact.
+    """
+    return impacts_table(records, fits)[RESTITUTION]
+
+
+def impacts_table(records, fits) -> pd.DataFrame:
+    """As `restitution_table`, with block, foundation and peak_before_deg, the peak |θ| before the impact."""
+    parts = []
+    for tree in records:
+        for number, run in runs_of(tree).items():
+            parts.append((tree, number, "experiment", run, run["release"].item()))
+    for tree in fits:
+        parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree) if run != "pooled"]
+    frames = [
+        pd.DataFrame(
+            {
+                **_identity(tree, run),
+                "source": source,
+                "impact": np.arange(1, node.sizes["impact"] + 1),
+                "time_s": node["impact_time"].values - release,
+                "r": node["restitution"].values,
+                "r_stderr": node["restitution_stderr"].values,
+                "peak_before_deg": np.degrees(np.abs(node["peak_before"].values)),
+            }
+        )
+        for tree, run, source, node, release in parts
+        if node.sizes.get("impact", 0)
+    ]
+    columns = [*RESTITUTION, "block", "foundation", "peak_before_deg"]
+    if not frames:
+        return pd.DataFrame(columns=columns)
+    frame = pd.concat(frames, ignore_index=True)
+    ranks = {"test": list(dict.fromkeys(frame["test"])), "source": ["experiment", *MODELS]}
+    order = frame.sort_values(
+        ["test", "run", "source", "impact"],
+        key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
+    )
+    return order[columns].reset_index(drop=True)
+
+
+# Printed tables
+
+
+def table1(records, blocks, release_angles_deg=None) -> pd.DataFrame:
+    """Block configurations with the release angle as measured.
+
+    Parameters
+    ----------
+    records : iterable of xarray.DataTree
+        Record datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The campaign's blocks by name.
+    release_angles_deg : mapping of str to float, optional
+        Nominal release angle of each block [degree].
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per block: height 2h and width 2b [m], slenderness h/b, mass [kg], nominal release angle,
+        mean and standard deviation of the held angle |θ₀| over the usable runs [degree], their number.
+    """
+    held = {name: [] for name in blocks}
+    for tree in records:
+        held[tree.attrs["block"]] += [
+            abs(math.degrees(run["theta0"].item())) for run in usable_runs(tree).values()
+        ]
+    rows = [
+        {
+            "block": name,
+            "height_m": block.height_m,
+            "width_m": block.width_m,
+            "slenderness": block.height_m / block.width_m,
+            "mass_kg": block.mass_kg,
+            "alpha_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
+            "alpha_deg": np.mean(held[name]) if held[name] else math.nan,
+            "alpha_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
+            "n_runs": len(held[name]),
+        }
+        for name, block in blocks.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def table1_text(frame, labels=None) -> pd.DataFrame:
+    """Cells of `table1` as printed: one column per block.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `table1`.
+    labels : mapping of str to str, optional
+        Printed names of blocks.
+    """
+    labels = labels or {}
+    text = {"": ["2h / m", "2b / m", "h/b", "m / kg", "α nominal / °", "α measured / °"]}
+    for row in frame.itertuples():
+        given = (row.height_m, row.width_m, row.slenderness, row.mass_kg, row.alpha_nominal_deg)
+        text[labels.get(row.block, row.block)] = [
+            *(f"{number:.4g}" if math.isfinite(number) else "–" for number in given),
+            quantity(row.alpha_deg, row.alpha_std_deg),
+        ]
+    return pd.DataFrame(text)
+
+
+def table2(parameters, published=None) -> pd.DataFrame:
+    """Identified parameters of the pooled fits, beside the published ones.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        From `parameters_table`.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, block, foundation, model, parameter, unit, value, stderr, published; SI units.
+    """
+    frame = parameters[parameters["run"] == "pooled"]
+    own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
+    frame = frame[np.array(own, bool)].reset_index(drop=True)
+    frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
+    return frame[
+        ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr", "published"]
+    ]
+
+
+def table2_text(frame, labels=None) -> pd.DataFrame:
+    """Cells of `table2` as printed: one row per foundation, model and parameter, grouped by block.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `table2`.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    """
+    return _grouped(
+        frame,
+        labels,
+        lambda row: {
+            "Model": MODEL_LABELS[row.model],
+            "Parameter": _with_unit(SYMBOLS[row.parameter], row.unit),
+            "Identified": quantity(row.value, row.stderr),
+            "Published": quantity(row.published),
+        },
+    )
+
+
+def table3(epsilon, published=None) -> pd.DataFrame:
+    """Discrepancy ε_θ of the pooled fits, beside the published one.
+
+    Parameters
+    ----------
+    epsilon : pandas.DataFrame
+        From `epsilon_table`.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s.
+    """
+    frame = epsilon[epsilon["run"] == "pooled"].reset_index(drop=True)
+    frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
+    return frame[["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]]
+
+
+def table3_text(frame, labels=None) -> pd.DataFrame:
+    """Cells of `table3` as printed: one row per foundation and model, grouped by block.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `table3`.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    """
+    return _grouped(
+        frame,
+        labels,
+        lambda row: {
+            "Model": MODEL_LABELS[row.model],
+            "ε_θ / %": quantity(100 * row.epsilon_theta),
+            "Published / %": fixed(100 * row.published, 2),
+            "t_f / s": fixed(row.final_time_s, 2),
+        },
+    )
+
+
+def _grouped(frame, labels, cells) -> pd.DataFrame:
+    """Printed rows under the name of their block; a repeated foundation or model is left blank."""
+    labels = labels or {}
+    text = []
+    for block, rows in frame.groupby("block", sort=False):
+        if frame["block"].nunique() > 1:
+            text.append({"Foundation": labels.get(block, block)})
+        for foundation, own in rows.groupby("foundation", sort=False):
+            for test, fits in own.groupby("test", sort=False):
+                name = labels.get(foundation, foundation)
+                name += f" ({test})" if own["test"].nunique() > 1 else ""
+                printed = pd.DataFrame([{"Foundation": name, **cells(row)} for row in fits.itertuples()])
+                for column in ("Model", "Foundation"):
+                    printed[column] = printed[column].mask(printed[column].duplicated(), "")
+                text += printed.to_dict("records")
+    return pd.DataFrame(text).fillna("")
+
+
+def recovered_table(parameters, truth) -> pd.DataFrame:
+    """Values identified in a simulated campaign beside those it was simulated with.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        From `parameters_table`.
+    truth : mapping of (str, int, str) to float
+        True value by test, run and parameter of the Hunt–Crossley model, SI units.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
+        truth lies in the 95 % interval).
+    """
+    keys = zip(parameters["test"], parameters["run"], parameters["parameter"], strict=True)
+    true = pd.Series([truth.get(key, math.nan) for key in keys], parameters.index, float)
+    chosen = (parameters["model"] == "hunt_crossley") & true.notna()
+    frame = parameters[chosen].assign(
+        truth=true,
+        error_percent=100 * (parameters["value"] / true - 1),
+        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+    )
+    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "error_percent"]
+    return frame[[*columns, "inside"]].reset_index(drop=True)
+
+
+def recovered_text(frame) -> pd.DataFrame:
+    """Cells of `recovered_table` as printed."""
+    rows = list(frame.itertuples())
+    return pd.DataFrame(
+        {
+            "Record": [row.test for row in rows],
+            "Run": [str(row.run) for row in rows],
+            "Parameter": [_with_unit(SYMBOLS[row.parameter], row.unit) for row in rows],
+            "Truth": [quantity(row.truth, digits=5) for row in rows],
+            "Identified": [
+                quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95) for row in rows
+            ],
+            "Error / %": [fixed(row.error_percent, 3) for row in rows],
+            "In 95 % interval": ["yes" if row.inside else "no" for row in rows],
+        }
+    )
+
+
+def usable_runs(tree):
+    """Runs of a record that are neither failed nor excluded, by number.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Record dataset.
+
+    Returns
+    -------
+    dict of int to xarray.DataTree
+    """
+    return {
+        number: run
+        for number, run in runs_of(tree).items()
+        if run.attrs["verdict"] != "fail" and not run.attrs["excluded"]
+    }
+
+
+def _published(published, row, name) -> float:
+    for key in (row.block, row.foundation, row.model):
+        published = (published or {}).get(key)
+    return (published or {}).get(name, math.nan)
+
+
+# Numbers and units as text
+
+
+def quantity(value, stderr=math.nan, digits=3) -> str:
+    """A value rounded by its uncertainty, with a power of ten where it is large or small.
+
+    Parameters
+    ----------
+    value : float
+        The value.
+    stderr : float, optional
+        Its standard error, printed with two significant digits; without one the value has `digits` of them.
+    digits : int
+        Significant digits of a value without a standard error.
+
+    Returns
+    -------
+    str
+        For instance "0.9570 ± 0.0012", "(6.880 ± 0.012)·10⁶", "6.88·10⁶"; "–" for NaN.
+    """
+    if not math.isfinite(value):
+        return "–"
+    magnitude = _exponent(value, digits)
+    power = magnitude if not -3 <= magnitude < 4 else 0
+    known = math.isfinite(stderr) and stderr > 0
+    decimals = max(0, 1 - _exponent(stderr, 2) + power if known else digits - 1 - magnitude + power)
+    text = fixed(value / 10.0**power, decimals)
+    if known:
+        text = f"{text} ± {stderr / 10.0**power:.{decimals}f}"
+    if power:
+        text = f"({text})" if known else text
+        text += "·10" + str(power).translate(SUPERSCRIPTS)
+    return text
+
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _exponent(value, digits) -> int:
+    return int(f"{value:.{digits - 1}e}".split("e")[1]) if value else 0
+
+
+def fixed(value, decimals) -> str:
+    """A number with so many decimals and a true minus sign; "–" for NaN."""
+    return f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "–"
+
+
+def _with_unit(symbol, unit) -> str:
+    """Symbol and unit, "k / (N m⁻²)"; the symbol alone for a pure number."""
+    if unit == "1":
+        return symbol
+    return f"{symbol} / ({re.sub(r'-[0-9]', lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)})"
+
+
+# Writing
+
+
+def write_csv(frame, path):
+    """Write a frame as CSV, the same bytes for the same numbers.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        The table.
+    path : path-like
+        File to write; replaced in one step.
+    """
+    with atomic(path) as part:
+        frame.to_csv(part, index=False, float_format="%.10g", lineterminator="\n")
+
+
+def write_table(stem, frame, text, *, caption, notes=()):
+    """Write a printed table: numbers as `<stem>.csv`, printed cells as `<stem>.md` and `<stem>.tex`.
+
+    Parameters
+    ----------
+    stem : path-like
+        Path without suffix.
+    frame, text : pandas.DataFrame
+        The numeric frame and its printed cells.
+    caption : str
+        Caption.
+    notes : sequence of str
+        Footnotes.
+    """
+    write_csv(frame, f"{stem}.csv")
+    for suffix, render in ((".md", markdown), (".tex", latex)):
+        with atomic(f"{stem}{suffix}") as part, open(part, "w", encoding="utf-8") as file:
+            file.write(render(text, caption, notes))
+
+
+def markdown(text, caption, notes=()) -> str:
+    """A printed table as GitHub-flavoured Markdown.
+
+    Parameters
+    ----------
+    text : pandas.DataFrame
+        Printed cells.
+    caption : str
+        Caption.
+    notes : sequence of str
+        Footnotes.
+    """
+    rows = [list(text.columns), ["---"] * len(text.columns), *text.values.tolist()]
+    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    return "\n".join([f"**{caption}**", "", *lines, "", *(f"*{note}*  " for note in notes)]).rstrip() + "\n"
+
+
+def latex(text, caption, notes=()) -> str:
+    """A printed table as LaTeX; the document needs no package but booktabs.
+
+    Parameters
+    ----------
+    text : pandas.DataFrame
+        Printed cells.
+    caption : str
+        Caption.
+    notes : sequence of str
+        Footnotes.
+    """
+    rows = [" & ".join(map(_tex, row)) + r" \\" for row in [list(text.columns), *text.values.tolist()]]
+    return "\n".join(
+        [
+            r"\begin{table}",
+            r"\centering\small\setlength{\tabcolsep}{4pt}",
+            rf"\caption{{{_tex(caption)}}}",
+            rf"\begin{{tabular}}{{{'l' * len(text.columns)}}}",
+            r"\toprule",
+            rows[0],
+            r"\midrule",
+            *rows[1:],
+            r"\bottomrule",
+            r"\end{tabular}",
+            *(rf"\par\footnotesize {_tex(note)}" for note in notes),
+            r"\end{table}",
+            "",
+        ]
+    )
+
+
+TEX = {
+    **{char: rf"\{char}" for char in "&%$#_{}"},
+    **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
+    **{"±": r"$\pm$", "·": r"$\cdot$", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
+    **{"α": r"$\alpha$", "λ": r"$\lambda$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
+    **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
+}
+_TEX_TOKEN = re.compile(
+    "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|" + "|".join(re.escape(key) for key in sorted(TEX, key=len, reverse=True))
+)
+_NORMAL_DIGITS = {ord(high): low for high, low in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
+
+
+def _tex(text) -> str:
+    def command(match):
+        return TEX.get(match[0]) or f"$^{{{match[0].translate(_NORMAL_DIGITS)}}}$"
+
+    return _TEX_TOKEN.sub(command, str(text))

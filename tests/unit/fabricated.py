@@ -1,0 +1,168 @@
+"""Record and fit datasets of made-up numbers, written and read by the pipeline's own functions."""
+
+import tempfile
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import xarray as xr
+
+from freerock import datasets
+from freerock.errors import FreerockError
+from freerock.impacts import Impacts
+from freerock.models import MODELS, UNITS
+
+VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
+STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
+SIGMA = np.radians(0.01)
+RATE_HZ = 200.0
+
+
+def swing(time_s, theta0_deg, frequency_hz=1.2):
+    """A decaying swing [rad], held before time 0."""
+    time_s = np.maximum(time_s, 0.0)
+    return np.radians(theta0_deg) * np.exp(-time_s / 1.5) * np.cos(2 * np.pi * frequency_hz * time_s)
+
+
+def impacts(release_s, theta0_deg, decay=0.8, error=0.002):
+    n = np.arange(4)
+    peaks, small = np.radians(theta0_deg) * decay**n, np.full(4, 1e-4)
+    r, r_stderr = 0.94 + 0.003 * n, np.full(4, error)
+    return Impacts(
+        release_s + 0.3 + 0.4 * n, small, peaks, small, -peaks * decay, small, r, r_stderr, r, r_stderr, 0.0
+    )
+
+
+def identity(test, block, foundation, origin):
+    return {"campaign": "made_up", "test": test, "block": block, "foundation": foundation, "origin": origin}
+
+
+def record(test="b1_marble", block="b1", foundation="marble", origin="simulated", n_runs=3, theta0_deg=10.0):
+    """A record with a run every 6 s; of three runs the last is excluded."""
+    time_s = np.arange(round(RATE_HZ * (6 * n_runs + 1))) / RATE_HZ
+    theta, runs, found = np.zeros_like(time_s), [], []
+    for number in range(1, n_runs + 1):
+        release, angle = 6.0 * number - 4.0, theta0_deg + 0.1 * number
+        during = (time_s > release - 1) & (time_s < release + 4)
+        theta[during] = swing(time_s[during] - release, angle)
+        excluded = n_runs == number == 3
+        runs.append(
+            SimpleNamespace(
+                number=number,
+                hold_start_s=release - 1,
+                release_s=release,
+                release_stderr_s=0.002,
+                start_s=release + 0.02,
+                end_s=release + 4,
+                theta0=np.radians(angle),
+                theta0_stderr=1e-4,
+                sigma_theta=SIGMA,
+                verdict="warn" if excluded else "ok",
+                reasons=("excluded: the block slid & turned <1°",) if excluded else (),
+                excluded=excluded,
+                overridden=False,
+            )
+        )
+        found.append(impacts(release, angle))
+    theta += np.random.default_rng(1).normal(0, SIGMA, len(time_s))
+    flags = np.zeros(len(time_s), np.uint8)
+    flags[100:105] = 1
+    volts = xr.Dataset(
+        {
+            "theta": ("time", np.where(flags, np.nan, theta)),
+            "sigma_theta": ("time", np.full(len(time_s), SIGMA)),
+            "flags": ("time", flags),
+            "voltage": ("time", np.where(flags, 10.2, 5 + 10 * theta)),
+        },
+        coords={"time": time_s},
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "record.nc")
+        datasets.write_record(path, volts, runs, found, identity(test, block, foundation, origin))
+        return datasets.open_record(path)
+
+
+def failed_record():
+    error = FreerockError("b1_broken.tdms", "the file is truncated", "record it again")
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "record.nc")
+        datasets.write_failure(path, error, identity("b1_broken", "b1", "marble", "simulated"))
+        return datasets.open_record(path)
+
+
+def fits(tree, failed=()):
+    """Fits of the runs of a record that are not excluded, and of all of them jointly."""
+    runs = [
+        SimpleNamespace(
+            number=group.attrs["run"],
+            release_s=group["release"].item(),
+            end_s=group["end"].item(),
+            theta0=group["theta0"].item(),
+        )
+        for group in tree.children.values()
+        if not group.attrs["excluded"]
+    ]
+    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in MODELS} for run in runs}
+    pooled = {model: fit(tree, model, runs, failed) for model in MODELS} if runs else {}
+    attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "fits.nc")
+        datasets.write_fits(path, fitted, pooled, attrs)
+        return datasets.open_fits(path)
+
+
+def fit(tree, model, runs, failed):
+    rank = list(MODELS).index(model)
+    time_s = tree["time"].values
+    spans = [np.flatnonzero((time_s >= run.release_s) & (time_s <= run.end_s)) for run in runs]
+    since = [time_s[span] - run.release_s for run, span in zip(runs, spans, strict=True)]
+    angles = [np.degrees(run.theta0) for run in runs]
+    own = np.concatenate([swing(t, a, 1.24 - 0.02 * rank) for t, a in zip(since, angles, strict=True)])
+    theta = tree["theta"].values[np.concatenate(spans)]
+    theta0 = ["theta0"] if len(runs) == 1 else [f"theta0_{i + 1}" for i in range(len(runs))]
+    names = (*MODELS[model], *(theta0 if model != "housner" else []))
+    value = np.array([VALUES.get(name, np.radians(10)) for name in names])
+    stderr = np.array([STDERR.get(name, 1e-5) for name in names])
+    return SimpleNamespace(
+        model=model,
+        parameters=names,
+        value=value,
+        stderr=stderr,
+        ci95_low=value - 1.96 * stderr,
+        ci95_high=value + 1.96 * stderr,
+        covariance=np.diag(stderr**2),
+        units=tuple(UNITS[name.split("_")[0]] for name in names),
+        time=np.concatenate(since),
+        theta=theta,
+        theta_model=own,
+        residual=own - theta,
+        epsilon_theta=[0.246, 0.026, 1.3e-6][rank],
+        epsilon_holdout=np.nan,
+        final_time_s=4.0,
+        aic=-10.0 * rank,
+        bic=-8.0 * rank,
+        n_parameters=len(names),
+        success=model not in failed,
+        message="k lies at its bound" if model in failed else "converged",
+        impacts=impacts(0.0, angles[0], 0.8 + 0.02 * rank, 0.0) if len(runs) == 1 else None,
+        diagnostics={
+            "evaluations": 20.0,
+            "rtol": [1e-6, 1e-6, 1e-7][rank],
+            "sample_step": 1.0,
+            "integrator_error": [0.0, 0.002, 0.004][rank],
+            "residual_over_sigma": [200.0, 60.0, 1.0][rank],
+            "coloured": [1.0, 1.0, 0.0][rank],
+        },
+    )
+
+
+def campaign():
+    """Records and fits of two blocks on two foundations, and a record that failed."""
+    records = [
+        record("b1_marble"),
+        record("b1_mat", "b1", "mat"),
+        record("b2_marble", "b2", "marble", n_runs=2, theta0_deg=-20.0),
+        record("b2_mat", "b2", "mat", n_runs=1, theta0_deg=-20.0),
+        failed_record(),
+    ]
+    return records, [fits(tree) for tree in records]

@@ -1,0 +1,185 @@
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from fabricated import campaign, failed_record, fits, record
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from freerock.figures import style
+from freerock.figures.foundation_effect import foundation_effect
+from freerock.figures.models import models
+from freerock.figures.qc import qc
+from freerock.figures.restitution import restitution
+from freerock.models.block import Block
+from freerock.tables import restitution_table
+
+BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+LABELS = {"b1": "Slender block", "marble": "Marble"}
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    return campaign()
+
+
+def texts(figure):
+    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+
+
+def test_foundation_effect_follows_the_papers_line_styles(datasets):
+    figure, data = foundation_effect(datasets[0], LABELS)
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["(a) Slender block", "(b) b2"]
+    marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
+    assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")
+    assert to_rgb(mat.get_color())[2] > 0.7
+    assert mat.get_linestyle() == "--"
+    assert data.groupby(["block", "foundation"])["test"].unique().str.len().eq(1).all()
+
+
+def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
+    figure, data = foundation_effect(datasets[0])
+    own = data[(data["block"] == "b2") & (data["foundation"] == "mat")]
+    assert own["theta_deg"].iloc[0] == pytest.approx(-19.9, abs=0.05)
+    assert own["time_s"].iloc[[0, -1]].tolist() == pytest.approx([0.0, 4.0])
+    np.testing.assert_array_equal(figure.axes[1].lines[2].get_ydata(), own["theta_deg"])
+
+
+def test_foundation_effect_leaves_out_failed_and_excluded_runs():
+    tree = record(n_runs=3)
+    tree["run_1"].attrs["verdict"] = "fail"
+    _, data = foundation_effect([failed_record(), tree])
+    assert set(data["run"]) == {2}
+    tree["run_2"].attrs["excluded"] = 1
+    assert foundation_effect([tree])[1].empty
+
+
+def test_models_shows_measured_models_and_residuals(datasets):
+    figure, data = models(datasets[1][:2], LABELS)
+    assert len(figure.axes) == 4
+    assert data["source"].unique().tolist() == ["measured", "housner", "winkler", "hunt_crossley"]
+    measured = data[(data["source"] == "measured") & (data["test"] == "b1_mat")]
+    housner = data[(data["source"] == "housner") & (data["test"] == "b1_mat")]
+    difference = housner["theta_deg"].values - measured["theta_deg"].values
+    np.testing.assert_allclose(housner["residual_deg"], difference, atol=1e-9)
+    assert any("24.6 %" in text for text in texts(figure))
+
+
+def test_models_without_fits_says_so(datasets):
+    figure, data = models([fits(failed_record())])
+    assert data.empty
+    assert "no fitted run" in texts(figure)
+
+
+def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
+    figure, data = restitution(*datasets, BLOCKS, LABELS)
+    assert len(figure.axes) == 4
+    assert figure.axes[2].lines[0].get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
+    shown = {tuple(row) for row in data[["test", "run"]].values}
+    assert ("b1_marble", 3) not in shown
+    assert ("b1_marble", 2) in shown
+    assert len(data) < len(restitution_table(*datasets))
+
+
+def test_restitution_without_any_impact():
+    broken = failed_record()
+    figure, data = restitution([broken], [fits(broken)], BLOCKS)
+    assert data.empty
+    assert len(figure.axes) == 1
+
+
+def test_qc_has_a_page_per_run_with_verdict_and_reasons(datasets):
+    pages, data = qc(datasets[0][0], datasets[1][0], LABELS)
+    assert len(pages) == 3
+    assert "ok" in texts(pages[0])
+    assert "warn, excluded" in texts(pages[2])
+    assert any("slid" in text for text in texts(pages[2]))
+    assert "not fitted" in texts(pages[2])
+    assert "not fitted" not in texts(pages[0])
+    assert {"voltage", "theta", "error_level"} <= set(data[data["run"].isna()]["series"])
+    assert (data["series"] == "impact").sum() == 12
+    assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
+
+
+def test_qc_of_a_failed_record_tells_the_reason():
+    broken = failed_record()
+    (page,), data = qc(broken, fits(broken))
+    assert "fail" in texts(page)
+    assert any("truncated" in text for text in texts(page))
+    assert data.empty
+
+
+@pytest.mark.parametrize(("origin", "said"), [("simulated", True), ("measured", False)])
+def test_footer_says_that_a_record_is_simulated(origin, said):
+    tree = record(origin=origin, n_runs=1)
+    fitted = fits(tree)
+    figures = [foundation_effect([tree])[0], models([fitted])[0], restitution([tree], [fitted], BLOCKS)[0]]
+    for figure in [*figures, *qc(tree, fitted)[0]]:
+        assert (style.FOOTER in texts(figure)) is said
+
+
+def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
+    records, fitted = datasets
+    figures = [foundation_effect(records, LABELS)[0], models(fitted[:2], LABELS)[0]]
+    figures += [restitution(records, fitted, BLOCKS, LABELS)[0], *qc(records[0], fitted[0])[0]]
+    for figure in figures:
+        figure.draw_without_rendering()
+        labels = [ax.get_ylabel() for ax in figure.axes if ax.get_subplotspec().is_first_col()]
+        labels += [ax.get_xlabel() for ax in figure.axes if ax.get_subplotspec().is_last_row()]
+        assert all(" / " in text or text == "restitution r" for text in labels)
+        boxes = [ax.get_tightbbox() for ax in figure.axes]
+        boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[i + 1 :])
+
+
+def test_same_figure_same_bytes(tmp_path, datasets):
+    for name in ("one", "two"):
+        style.save(*restitution(*datasets, BLOCKS), tmp_path / name)
+    for suffix in (".pdf", ".png", ".csv"):
+        assert (tmp_path / f"one{suffix}").read_bytes() == (tmp_path / f"two{suffix}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 6
+    pdf = (tmp_path / "one.pdf").read_bytes()
+    assert b"CreationDate" not in pdf
+    assert b"/FontFile2" in pdf
+    assert b"/Type3" not in pdf
+    assert b"Software" not in (tmp_path / "one.png").read_bytes()
+
+
+def test_pages_of_different_height_are_stacked(tmp_path):
+    pages = [Figure(figsize=(2, height)) for height in (1, 2)]
+    style.save(pages, pd.DataFrame({"x": [1.0]}), tmp_path / "pages")
+    assert b"/Count 2" in (tmp_path / "pages.pdf").read_bytes()
+    width, height = np.frombuffer((tmp_path / "pages.png").read_bytes()[16:24], ">u4")
+    assert height == pytest.approx(1.5 * width, abs=2)
+
+
+def test_pyplot_is_not_imported():
+    code = "import sys, freerock.figures.qc; print('matplotlib.pyplot' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
+@given(st.integers(0, 5000), st.integers(1, 2000))
+@settings(deadline=None, derandomize=True)
+def test_thinning_keeps_the_ends(n, n_drawn):
+    kept = style.thin(n, n_drawn)
+    assert len(kept) <= max(2 * n_drawn + 1, 2)
+    if n:
+        assert (kept[0], kept[-1]) == (0, n - 1)
+
+
+@given(st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), max_size=300), st.integers(1, 50))
+@settings(deadline=None, derandomize=True)
+def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
+    kept = style.extremes(values, n_bins)
+    assert len(kept) <= 2 * n_bins
+    assert np.all(np.diff(kept) > 0)
+    finite = np.array(values)[np.isfinite(values)] if values else []
+    if len(finite):
+        shown = np.array(values)[kept]
+        assert (np.nanmin(shown), np.nanmax(shown)) == (min(finite), max(finite))

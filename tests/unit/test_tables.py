@@ -1,0 +1,271 @@
+import math
+import shutil
+import subprocess
+
+import numpy as np
+import pandas as pd
+import pytest
+from fabricated import campaign, failed_record, fits, record
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from freerock.models.block import Block
+from freerock.tables import (
+    epsilon_table,
+    latex,
+    markdown,
+    parameters_table,
+    quantity,
+    recovered_table,
+    recovered_text,
+    restitution_table,
+    runs_table,
+    table1,
+    table1_text,
+    table2,
+    table2_text,
+    table3,
+    table3_text,
+    usable_runs,
+    write_csv,
+    write_table,
+)
+
+PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    return campaign()
+
+
+def test_runs_have_the_columns_of_the_contract(datasets):
+    assert ",".join(runs_table(datasets[0])) == (
+        "campaign,test,run,block,foundation,origin,theta0_deg,start_s,duration_s,n_impacts,sigma_theta_deg,"
+        "verdict,reasons"
+    )
+
+
+def test_runs_in_degrees_and_seconds(datasets):
+    row = runs_table(datasets[0]).iloc[1]
+    assert (row["test"], row["run"], row["origin"], row["n_impacts"]) == ("b1_marble", 2, "simulated", 4)
+    assert row["theta0_deg"] == pytest.approx(10.2)
+    assert (row["start_s"], row["duration_s"]) == pytest.approx((8.0, 4.0))
+    assert row["sigma_theta_deg"] == pytest.approx(0.01)
+
+
+def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
+    runs = runs_table(datasets[0])
+    excluded = runs[(runs["test"] == "b1_marble") & (runs["run"] == 3)]
+    assert "slid" in excluded["reasons"].item()
+    failed = runs[runs["test"] == "b1_broken"]
+    assert failed["run"].isna().all()
+    assert failed["verdict"].item() == "fail"
+    assert "truncated" in failed["reasons"].item()
+
+
+def test_usable_runs_are_neither_excluded_nor_failed():
+    tree = record()
+    assert list(usable_runs(tree)) == [1, 2]
+    tree["run_1"].attrs["verdict"] = "fail"
+    assert list(usable_runs(tree)) == [2]
+
+
+def test_runs_are_ordered_by_number():
+    assert runs_table([record(n_runs=11)])["run"].tolist() == list(range(1, 12))
+
+
+def test_parameters_per_run_and_pooled(datasets):
+    table = parameters_table(datasets[1])
+    assert ",".join(table) == (
+        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,unit"
+    )
+    own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
+    assert own["run"].tolist() == [1] * 3 + [2] * 3 + ["pooled"] * 4
+    assert own["parameter"].tolist()[-4:] == ["k", "lambda", "theta0_1", "theta0_2"]
+    assert own["unit"].tolist()[-4:] == ["N m-2", "N s m-3", "rad", "rad"]
+    assert own["value"].tolist()[:2] == [6.88e6, 1.30e8]
+    assert set(table2(table)["parameter"]) == {"r", "k", "c", "lambda"}
+
+
+def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
+    table = epsilon_table(datasets[1])
+    assert ",".join(table) == (
+        "campaign,test,run,block,foundation,model,epsilon_theta,final_time_s,epsilon_holdout,n_parameters,"
+        "aic,bic,selected"
+    )
+    assert set(table[table["selected"]]["model"]) == {"hunt_crossley"}
+    assert table.groupby(["test", "run"])["selected"].sum().eq(1).all()
+
+    table = epsilon_table([fits(record(), failed=["hunt_crossley"])])
+    assert set(table[table["selected"]]["model"]) == {"winkler"}
+
+
+def test_restitution_of_experiment_and_models_since_release(datasets):
+    table = restitution_table(*datasets)
+    assert ",".join(table) == "campaign,test,run,source,impact,time_s,r,r_stderr"
+    first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
+    assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
+    assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]
+    assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
+    assert set(table["run"]) == {1, 2, 3}
+
+
+def test_campaign_without_any_run():
+    broken = failed_record()
+    records, fitted = [broken], [fits(broken)]
+    assert len(runs_table(records)) == 1
+    assert parameters_table(fitted).empty
+    assert epsilon_table(fitted).empty
+    assert restitution_table(records, fitted).empty
+    assert table2_text(table2(parameters_table(fitted))).empty
+    assert table3_text(table3(epsilon_table(fitted))).empty
+
+
+def test_table1_averages_the_usable_runs(datasets):
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98), "b3": Block(1.0, 0.5, 9.0)}
+    table = table1(datasets[0], blocks, {"b1": 10.0}).set_index("block")
+    assert table.loc["b1", "slenderness"] == pytest.approx(4)
+    assert table.loc["b1", "alpha_deg"] == pytest.approx(10.15)
+    assert table.loc["b1", "n_runs"] == 4
+    assert table.loc["b2", "alpha_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
+    assert math.isnan(table.loc["b3", "alpha_deg"])
+    text = table1_text(table.reset_index(), {"b1": "Configuration #2"})
+    assert text["Configuration #2"].tolist() == ["0.28", "0.07", "4", "5.84", "10", "10.150 ± 0.058"]
+    assert text["b3"].tolist()[-2:] == ["–", "–"]
+
+
+def test_table2_prints_value_and_published_side_by_side(datasets):
+    table = table2(parameters_table(datasets[1]), PUBLISHED)
+    text = table2_text(table[table["block"] == "b1"], {"marble": "Marble", "mat": "Mat"})
+    assert list(text) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
+    assert text["Foundation"].tolist() == ["Marble", "", "", "", "", "Mat", "", "", "", ""]
+    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.958"]
+    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "–"]
+    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "–"]
+
+
+def test_table3_prints_percent_and_final_time(datasets):
+    table = table3(epsilon_table(datasets[1]), PUBLISHED)
+    text = table3_text(table[table["block"] == "b1"])
+    assert text.iloc[0].tolist() == ["marble", "Housner", "24.6", "15.25", "4.00"]
+    assert text["ε_θ / %"].tolist()[:3] == ["24.6", "2.60", "1.30·10⁻⁴"]
+    assert text["Published / %"].tolist() == ["15.25", "–", "–", "–", "–", "–"]
+
+
+def test_several_blocks_stand_under_their_names(datasets):
+    text = table3_text(table3(epsilon_table(datasets[1])), {"b2": "Squat block"})
+    assert text["Foundation"].tolist()[::7] == ["b1", "Squat block"]
+    assert text.iloc[7].tolist() == ["Squat block", "", "", "", ""]
+
+
+def test_second_record_of_a_scene_is_told_apart():
+    fitted = [fits(record("first")), fits(record("second"))]
+    text = table3_text(table3(epsilon_table(fitted)))
+    assert text["Foundation"].tolist() == ["marble (first)", "", "", "marble (second)", "", ""]
+
+
+def test_recovered_compares_runs_with_the_truth(datasets):
+    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    table = recovered_table(parameters_table(datasets[1]), truth)
+    assert table["parameter"].tolist() == ["k", "lambda"]
+    assert table["inside"].tolist() == [True, False]
+    assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
+    text = recovered_text(table)
+    assert text["In 95 % interval"].tolist() == ["yes", "no"]
+    assert text["Identified"].tolist() == ["(6.880 ± 0.012)·10⁶", "(1.3000 ± 0.0040)·10⁸"]
+
+
+@pytest.mark.parametrize(
+    ("value", "stderr", "text"),
+    [
+        (0.957, 0.0012, "0.9570 ± 0.0012"),
+        (6.88e6, 1.2e4, "(6.880 ± 0.012)·10⁶"),
+        (6.88e6, math.nan, "6.88·10⁶"),
+        (1.30e8, math.nan, "1.30·10⁸"),
+        (0.958, math.nan, "0.958"),
+        (-0.01234, 0.00098, "−0.01234 ± 0.00098"),
+        (10.05, 0.0996, "10.05 ± 0.10"),
+        (9.9996, math.nan, "10.0"),
+        (4.2e-6, 1e-7, "(4.20 ± 0.10)·10⁻⁶"),
+        (0.0, math.nan, "0.00"),
+        (3.0, 40.0, "3 ± 40"),
+        (math.nan, 0.1, "–"),
+        (5.0, 0.0, "5.00"),
+    ],
+)
+def test_quantity(value, stderr, text):
+    assert quantity(value, stderr) == text
+
+
+@given(st.floats(1e-12, 1e12), st.floats(1e-6, 0.5))
+@settings(deadline=None, derandomize=True)
+def test_quantity_is_off_by_less_than_a_tenth_of_its_uncertainty(value, relative):
+    text = quantity(value, value * relative)
+    body, _, power = text.partition("·10")
+    digits = power.translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")) or "0"
+    printed, error = (float(part) * 10.0 ** int(digits) for part in body.strip("()").split(" ± "))
+    assert abs(printed - value) <= 0.06 * value * relative
+    assert error == pytest.approx(value * relative, rel=0.06)
+
+
+def test_csv_bytes_are_the_same_and_no_temporary_file_stays(tmp_path):
+    frame = pd.DataFrame({"x": [1 / 3, np.nan], "y": ["a", "b"]})
+    for name in ("one.csv", "two.csv"):
+        write_csv(frame, tmp_path / name)
+    assert (tmp_path / "one.csv").read_bytes() == b"x,y\n0.3333333333,a\n,b\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["one.csv", "two.csv"]
+    assert (tmp_path / "two.csv").read_bytes() == (tmp_path / "one.csv").read_bytes()
+
+
+def test_markdown_keeps_its_columns_whatever_the_cells_hold():
+    text = markdown(pd.DataFrame({"a": ["1|2"], "b": ["3"]}), "Caption", ["A note."])
+    lines = text.splitlines()
+    assert lines[2:5] == ["| a | b |", "| --- | --- |", r"| 1\|2 | 3 |"]
+    assert lines[-1] == "*A note.*"
+
+
+def test_latex_translates_every_sign():
+    frame = pd.DataFrame({"λ / (N s m⁻³)": ["(6.880 ± 0.012)·10⁶"], "ε_θ / %": ["−1 & _x"]})
+    text = latex(frame, "Angles θ₀", ["50 %"])
+    assert r"$\lambda$ / (N s m$^{-3}$) & $\varepsilon_\theta$ / \%" in text
+    assert r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ & $-$1 \& \_x \\" in text
+    assert text.isascii()
+
+
+def has_latex():
+    return (
+        shutil.which("pdflatex")
+        and not subprocess.run(["kpsewhich", "booktabs.sty"], stdout=subprocess.DEVNULL).returncode
+    )
+
+
+@pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
+def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
+    records, fitted = datasets
+    parameters = parameters_table(fitted)
+    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    recovered = recovered_table(parameters, truth)
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+    first, second = table1(records, blocks), table2(parameters, PUBLISHED)
+    third = table3(epsilon_table(fitted), PUBLISHED)
+    labels = {"b1": "Configuration #2", "mat": "Mat 100 % & more"}
+    for name, frame, text in (
+        ("table1", first, table1_text(first, labels)),
+        ("table2", second, table2_text(second, labels)),
+        ("table3", third, table3_text(third, labels)),
+        ("recovered", recovered, recovered_text(recovered)),
+    ):
+        write_table(tmp_path / name, frame, text, caption="Of θ₀ ± 5 %", notes=["A note."])
+    names = ("table1", "table2", "table3", "recovered")
+    inputs = "\n".join(rf"\input{{{name}}}" for name in names)
+    (tmp_path / "all.tex").write_text(
+        rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{inputs}\end{{document}}"
+    )
+    done = subprocess.run(
+        ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "all.tex"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]
