@@ -1,0 +1,207 @@
+"""The distributed contact law of the Winkler and Hunt-Crossley models, written to be read.
+
+One law f(z, ż) = k z + c ż + λ z ż acts per unit width of the base wherever base and foundation are
+in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler
+model, c = 0 the Hunt-Crossley model. With u in [-b, b] measured from the base centre, positive to
+the right, z(u) = z_cb + u sinθ and ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an
+interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. The
+compiled kernel in `integrate` computes the same forces; this is what it is checked against.
+"""
+
+import math
+from itertools import pairwise
+
+from freerock.models.block import GRAVITY, Block
+
+
+def contact_intervals(
+    block: Block,
+    k: float,
+    c: float,
+    lam: float,
+    z_cb: float,
+    z_cb_rate: float,
+    theta: float,
+    theta_rate: float,
+    debonding: str = "geometric",
+) -> list:
+    """Parts of the base [-b, b] in contact with the foundation.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    k, c, lam : float
+        Stiffness [N/m²], linear damping [N·s/m²] and Hunt-Crossley damping λ [N·s/m³].
+    z_cb, z_cb_rate : float
+        Depth of the base centre, positive downward [m], and its rate [m/s].
+    theta, theta_rate : float
+        Rotation, positive clockwise [rad], and its rate [rad/s].
+    debonding : str
+        "geometric": contact where z > 0; "tensionless": contact where z > 0 and f > 0.
+
+    Returns
+    -------
+    list of (float, float)
+        Intervals (u0, u1) [m], from left to right; empty in flight.
+    """
+    b = block.b
+    depth, slope = z_cb, math.sin(theta)
+    rate, spin = z_cb_rate, theta_rate * math.cos(theta)
+    force = _force_coefficients(k, c, lam, depth, slope, rate, spin)
+    cuts = {-b, b, *_roots(depth, slope)}
+    if debonding == "tensionless":
+        # f = z (k + λ ż) without c: the first factor is cut already
+        cuts |= set(_roots(*force) if c else _roots(k + lam * rate, lam * spin))
+    cuts = sorted(u for u in cuts if -b <= u <= b)
+    intervals = []
+    for u0, u1 in pairwise(cuts):
+        middle = 0.5 * (u0 + u1)
+        touches = depth + slope * middle > 0
+        pushes = force[0] + middle * (force[1] + middle * force[2]) > 0
+        if touches and (pushes or debonding == "geometric"):
+            if intervals and intervals[-1][1] == u0:
+                u0 = intervals.pop()[0]
+            intervals.append((u0, u1))
+    return intervals
+
+
+def contact_force(
+    block: Block,
+    k: float,
+    c: float,
+    lam: float,
+    z_cb: float,
+    z_cb_rate: float,
+    theta: float,
+    theta_rate: float,
+    debonding: str = "geometric",
+) -> tuple:
+    """Resultant of the contact law: eqs (2)-(3) of Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024.
+
+    Parameters as in `contact_intervals`.
+
+    Returns
+    -------
+    force : float
+        F_cb = ∫ f du, positive upward on the block [N].
+    moment : float
+        M_cb = ∫ f u cosθ du about the base centre, positive anticlockwise on the block [N·m].
+    """
+    spin = theta_rate * math.cos(theta)
+    f0, f1, f2 = _force_coefficients(k, c, lam, z_cb, math.sin(theta), z_cb_rate, spin)
+    force = moment = 0.0
+    for u0, u1 in contact_intervals(
+        block, k, c, lam, z_cb, z_cb_rate, theta, theta_rate, debonding=debonding
+    ):
+        # Simpson's rule is exact for f, two-panel Boole's for f u, which is a cubic: so is Simpson's
+        middle, width = 0.5 * (u0 + u1), u1 - u0
+        for u, weight in ((u0, width / 6), (middle, 2 * width / 3), (u1, width / 6)):
+            f = f0 + u * (f1 + u * f2)
+            force += weight * f
+            moment += weight * f * u
+    return force, moment * math.cos(theta)
+
+
+def accelerations(
+    block: Block,
+    k: float,
+    c: float,
+    lam: float,
+    z_cb: float,
+    z_cb_rate: float,
+    theta: float,
+    theta_rate: float,
+    debonding: str = "geometric",
+    x_ground: float = 0.0,
+    z_ground: float = 0.0,
+) -> tuple:
+    """Solve eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) for z̈_cb and θ̈.
+
+    The vertical ground acceleration z̈_g, positive upward, acts as a change of gravity,
+    g + z̈_g in both equations; the paper prints the opposite sign in (1b), which contradicts (1a).
+    A positive horizontal ground acceleration ẍ_g keeps the paper's sign: the ground accelerates to
+    the left and the block is tilted clockwise, to the right.
+
+    Parameters
+    ----------
+    x_ground, z_ground : float
+        Ground accelerations ẍ_g and z̈_g [m/s²]. The others as in `contact_intervals`.
+
+    Returns
+    -------
+    z_cb_acceleration : float
+        [m/s²]
+    theta_acceleration : float
+        [rad/s²]
+    """
+    force, moment = contact_force(block, k, c, lam, z_cb, z_cb_rate, theta, theta_rate, debonding=debonding)
+    m, h = block.mass_kg, block.h
+    s, cos = math.sin(theta), math.cos(theta)
+    gravity = GRAVITY + z_ground
+    # m z̈ + m h s θ̈ = vertical,  m h s z̈ + I θ̈ = turning
+    vertical = m * gravity - force - m * h * cos * theta_rate**2
+    turning = m * h * gravity * s - moment + m * h * x_ground * cos
+    theta_acceleration = (turning - h * s * vertical) / (block.inertia_base - m * (h * s) ** 2)
+    return vertical / m - h * s * theta_acceleration, theta_acceleration
+
+
+def static_depth(block: Block, k: float, theta: float) -> float:
+    """Depth z_cb [m] at which the bed k [N/m²] carries the block's weight at rotation theta [rad]."""
+    s = abs(math.sin(theta))
+    flat = block.mass_kg * GRAVITY / (2 * block.b * k)
+    if flat >= block.b * s:
+        return flat
+    return math.sqrt(2 * block.mass_kg * GRAVITY * s / k) - block.b * s
+
+
+def energy(block: Block, k: float, z_cb, z_cb_rate, theta, theta_rate):
+    """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
+
+    The sum of kinetic energy, weight and elastic energy ∫ k z²/2 du over the contact z > 0.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    k : float
+        Stiffness [N/m²].
+    z_cb, z_cb_rate, theta, theta_rate : float or ndarray, shape (n_time,)
+        State [m, m/s, rad, rad/s].
+    """
+    import numpy as np
+
+    m, h, b = block.mass_kg, block.h, block.b
+    s = np.sin(theta)
+    right, left = z_cb + b * s, z_cb - b * s
+    flat = np.abs(s) * b < 1e-9 * np.abs(z_cb)
+    slope = np.where(flat, 1.0, s)
+    partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
+    full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)
+    elastic = np.where(flat | (np.minimum(right, left) >= 0), full, partial)
+    kinetic = (
+        0.5 * m * z_cb_rate**2 + m * h * s * z_cb_rate * theta_rate + 0.5 * block.inertia_base * theta_rate**2
+    )
+    at_rest = static_depth(block, k, 0.0)
+    weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - (z_cb - at_rest))
+    return kinetic + weight + elastic - k * b * at_rest**2
+
+
+def _force_coefficients(k, c, lam, depth, slope, rate, spin):
+    """Coefficients of f(u) = f0 + f1 u + f2 u²."""
+    return (
+        k * depth + c * rate + lam * depth * rate,
+        k * slope + c * spin + lam * (slope * rate + depth * spin),
+        lam * slope * spin,
+    )
+
+
+def _roots(a0, a1, a2=0.0):
+    """Real roots of a0 + a1 u + a2 u², without loss of digits."""
+    if a2 == 0:
+        return [-a0 / a1] if a1 else []
+    discriminant = a1 * a1 - 4 * a0 * a2
+    if discriminant < 0:
+        return []
+    q = -0.5 * (a1 + math.copysign(math.sqrt(discriminant), a1))
+    return [q / a2, a0 / q] if q else [0.0]

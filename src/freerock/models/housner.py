@@ -1,0 +1,250 @@
+"""Free rocking of Housner's block in closed form.
+
+A rigid block turns about its corners; an impact multiplies its angular rate by r (Housner 1963). With
+φ = θ_cr - |θ|, φ̈ = p² sinφ between impacts: a pendulum turned upside down, whose energy
+E = sin²(φ/2) + (its kinetic part) decides the lobe. From a peak,
+
+    sin(φ/2) = k' / dn(p (t - t_peak) | 1 - k'²),    k' = sin(φ_peak/2),
+
+an impact happens at φ = θ_cr, and sin²(θ_cr/2) - k'² is multiplied by r² there. The block comes to rest
+after infinitely many impacts in finite time. Elliptic integrals are Carlson's; dn and sn/dn are
+quotients of theta functions of the complementary nome exp(-π K/K') (DLMF 20.7.30-33, 22.2.4-22.2.9),
+of which four terms give every digit.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ellipj, elliprf
+
+from freerock.models.block import Block
+
+# Amplitude below which the remaining impacts are summed as a geometric series [rad].
+REST_AMPLITUDE = 1e-13
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """The free motion of Housner's block between impacts, one entry per lobe.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    sign : ndarray, shape (n_lobes,)
+        Sign of θ.
+    k2 : ndarray, shape (n_lobes,)
+        k'² = sin²(φ_peak/2); negative in a first lobe thrown in from beyond the critical angle.
+    energy : ndarray, shape (n_lobes,)
+        sin²(θ_cr/2) - k'², which is (θ̇/2p)² at the impact.
+    peak_time : ndarray, shape (n_lobes,)
+        Instant of the peak [s]; of the first lobe perhaps before the release.
+    impact_time : ndarray, shape (n_lobes,)
+        Instant of the impact that ends the lobe [s].
+    rest_time : float
+        Instant after which the block is at rest [s]; inf if the lobes end before it.
+    outcome : str
+        "completed", "overturned" (after the last lobe) or "step_limit".
+    """
+
+    block: Block
+    sign: np.ndarray
+    k2: np.ndarray
+    energy: np.ndarray
+    peak_time: np.ndarray
+    impact_time: np.ndarray
+    rest_time: float
+    outcome: str
+
+    @property
+    def peak(self) -> np.ndarray:
+        """|θ| at the peak of each lobe, shape (n_lobes,) [rad]."""
+        s, c = math.sin(self.block.theta_cr / 2), math.cos(self.block.theta_cr / 2)
+        k2 = np.maximum(self.k2, 0.0)
+        return 2 * np.arcsin(self.energy / (s * np.sqrt(1 - k2) + c * np.sqrt(k2)))
+
+    @property
+    def impact_rate(self) -> np.ndarray:
+        """|θ̇| just before the impact of each lobe, shape (n_lobes,) [rad/s]."""
+        return 2 * self.block.p * np.sqrt(self.energy)
+
+
+def housner_lobes(
+    block: Block,
+    r: float,
+    theta0: float,
+    theta_rate0: float = 0.0,
+    until: float = math.inf,
+    max_impacts: int = 2_000_000,
+) -> Lobes:
+    """Impacts and peaks of free rocking, up to an instant or to rest.
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    r : float
+        Restitution, 0 <= r <= 1: ratio of angular rates after and before an impact.
+    theta0, theta_rate0 : float
+        Rotation [rad] and angular rate [rad/s] at t = 0.
+    until : float
+        Instant up to which lobes are wanted [s].
+    max_impacts : int
+        Impacts after which to give up.
+
+    Returns
+    -------
+    Lobes
+    """
+    p, theta_cr = block.p, block.theta_cr
+    s2 = math.sin(theta_cr / 2) ** 2
+    sign = math.copysign(1.0, theta0 if theta0 else theta_rate0)
+    phi0, inward = theta_cr - abs(theta0), -sign * theta_rate0
+    k2_first = math.sin(phi0 / 2) ** 2 - (theta_rate0 / (2 * p)) ** 2
+    # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
+    energy = math.sin(abs(theta0) / 2) * math.sin(theta_cr - abs(theta0) / 2) + (theta_rate0 / (2 * p)) ** 2
+
+    def lobes(k2, energy, peak_time, impact_time, rest_time=math.inf, outcome="completed"):
+        signs = sign * (-1.0) ** np.arange(len(k2))
+        return Lobes(block, signs, k2, energy, peak_time, impact_time, rest_time, outcome)
+
+    none = np.empty(0)
+    if theta0 == 0 and theta_rate0 == 0:
+        return lobes(none, none, none, none, rest_time=0.0)
+    if (phi0 <= 0 and k2_first >= 0) or (k2_first <= 0 and inward <= 0):
+        return lobes(none, none, none, none, outcome="overturned")
+    start = _from_peak(math.sin(phi0 / 2) ** 2, k2_first, phi0) / p
+    if inward < 0:
+        start = -start
+    first_impact = _from_peak(s2, k2_first, theta_cr) / p - start
+
+    k2, energies, half = (np.array([x]) for x in (k2_first, energy, first_impact + start))
+    impact_time = np.array([first_impact])
+    n_rest = math.inf
+    if r < 1:
+        rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
+        n_rest = 1
+        if r > 0 and energy > rest_energy:
+            n_rest += math.ceil(0.5 * math.log(rest_energy / energy) / math.log(r))
+    outcome = "completed"
+    size = 64
+    while impact_time[-1] < until and len(k2) < n_rest:
+        if len(k2) >= max_impacts:
+            outcome = "step_limit"
+            break
+        n = np.arange(len(k2), min(len(k2) + size, n_rest, max_impacts))
+        new = energy * r ** (2.0 * n)
+        if new[0] >= s2:
+            outcome = "overturned"
+            break
+        k2 = np.append(k2, s2 - new)
+        energies = np.append(energies, new)
+        half = np.append(half, _from_peak(s2, s2 - new, theta_cr) / p)
+        impact_time = first_impact + 2 * np.append(0.0, np.cumsum(half[1:]))
+        size *= 2
+    rest_time = math.inf
+    if len(k2) == n_rest:
+        # the durations fall by r from lobe to lobe
+        last = 2 * half[-1] if len(k2) > 1 else 0.0
+        rest_time = impact_time[-1] + last * r / (1 - r)
+    peak_time = impact_time - half
+    peak_time[0] = -start
+    return lobes(k2, energies, peak_time, impact_time, rest_time, outcome)
+
+
+def housner_motion(
+    lobes: Lobes, time: np.ndarray, theta0: float, theta_rate0: float = 0.0, rates: bool = True
+):
+    """Rotation and angular rate of the closed form.
+
+    Parameters
+    ----------
+    lobes : Lobes
+        From `housner_lobes`, for the same start.
+    time : ndarray, shape (n_time,)
+        Increasing instants [s]; the initial state is held up to t = 0.
+    theta0, theta_rate0 : float
+        Start [rad, rad/s].
+    rates : bool
+        Whether angular rates are wanted.
+
+    Returns
+    -------
+    theta : ndarray, shape (n_time,)
+        [rad]; NaN after the last lobe of a block that overturns or of an incomplete sequence.
+    theta_rate : ndarray, shape (n_time,), or None
+        [rad/s]
+    """
+    p, theta_cr = lobes.block.p, lobes.block.theta_cr
+    after = 0.0 if lobes.outcome == "completed" else np.nan
+    theta = np.full(time.shape, after)
+    theta_rate = np.full(time.shape, after) if rates else None
+    edges = np.searchsorted(time, np.append(0.0, lobes.impact_time), side="right")
+    theta[: edges[0]] = theta0
+    if rates:
+        theta_rate[: edges[0]] = theta_rate0
+    first = 0
+    if len(lobes.k2) and lobes.k2[0] <= 0:
+        piece, first = slice(edges[0], edges[1]), 1
+        kappa = -lobes.k2[0]
+        psi = ellipj(math.sqrt(1 + kappa) * p * (time[piece] - lobes.peak_time[0]), 1 / (1 + kappa))[3]
+        half_phi = np.arctan(math.sqrt(kappa / (1 + kappa)) * np.tan(psi))
+        theta[piece] = lobes.sign[0] * (theta_cr - 2 * half_phi)
+        if rates:
+            theta_rate[piece] = -lobes.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
+    counts = np.diff(edges)[first:]
+    used = np.flatnonzero(counts) + first
+    piece = slice(edges[first], edges[-1])
+    if not len(used):
+        return theta, theta_rate
+
+    sign, k2, peak_time = lobes.sign[used], lobes.k2[used], lobes.peak_time[used]
+    m = 1 - k2
+    k_quarter, k_complement = elliprf(0.0, k2, 1.0), elliprf(0.0, m, 1.0)
+    q = np.exp(-np.pi * k_quarter / k_complement)
+    scale = np.pi / (2 * k_complement)
+    # theta functions of imaginary argument i x as polynomials in C = cosh 2x
+    even = (1 - 2 * q**4 + 2 * q**16, 2 * q - 6 * q**9, 4 * q**4 - 16 * q**16, 8 * q**9, 16 * q**16)
+    odd = (1 - q**2 - q**6 + q**12, 2 * q**2 - 2 * q**6 - 4 * q**12, 4 * q**6 - 4 * q**12, 8 * q**12)
+    columns = [p * scale, peak_time, np.sqrt(k2) * sum(even) / sum(odd), sign, *even, *odd]
+    if rates:
+        alternating = (
+            1 - q**2 - q**6 + q**12,
+            -2 * q**2 + 2 * q**6 + 4 * q**12,
+            4 * q**6 - 4 * q**12,
+            -8 * q**12,
+        )
+        columns += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
+    each = np.repeat(np.array(columns), counts[used - first], axis=1)
+
+    x = each[0] * (time[piece] - each[1])
+    e = np.exp(x)
+    cosh = 0.5 * (e + 1 / e)
+    c = 2 * cosh * cosh - 1
+    even = _horner(each[4:9], c)
+    sin_half = each[2] * cosh * _horner(each[9:13], c) / even
+    theta[piece] = each[3] * (theta_cr - 2 * np.arcsin(sin_half))
+    if rates:
+        sd = each[13] * 0.5 * (e - 1 / e) * _horner(each[14:18], c) / even
+        theta_rate[piece] = -each[3] * 2 * p * sd
+    return theta, theta_rate
+
+
+def _horner(coefficients, x):
+    value = coefficients[-1]
+    for coefficient in coefficients[-2::-1]:
+        value = value * x + coefficient
+    return value
+
+
+def _from_peak(sin2, k2, phi):
+    """p times the time from the peak to φ, where sin²(φ/2) = sin2, for arrays of k'²."""
+    if np.ndim(k2) == 0 and k2 < 0:
+        # no peak: from the instant at which φ = 0
+        cot2 = 1 / math.tan(abs(phi) / 2) ** 2 if phi else math.inf
+        value = 0.0 if phi == 0 else elliprf(-k2 * cot2, -k2 * (1 + cot2), 1 - k2 * (1 + cot2))
+        return math.copysign(value, phi)
+    m = 1 - k2
+    sn2 = np.maximum(sin2 - k2, 0.0) / (sin2 * m)
+    return np.sqrt(sn2) * elliprf(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0)
