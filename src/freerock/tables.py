@@ -454,6 +454,72 @@ def recovered_text(frame) -> pd.DataFrame:
     )
 
 
+def tidy_tables(records, fits) -> dict:
+    """The tidy tables by name: runs, parameters, epsilon, restitution.
+
+    Parameters
+    ----------
+    records, fits : sequence of xarray.DataTree
+        Record and fit datasets.
+    """
+    return {
+        "runs": runs_table(records),
+        "parameters": parameters_table(fits),
+        "epsilon": epsilon_table(fits),
+        "restitution": restitution_table(records, fits),
+    }
+
+
+def printed_tables(tidy, records, blocks, *, release_angles_deg=None, published=None, labels=None) -> dict:
+    """Tables 1 to 3 of Spanos et al. 2017 for another campaign.
+
+    Parameters
+    ----------
+    tidy : mapping of str to pandas.DataFrame
+        From `tidy_tables`.
+    records : sequence of xarray.DataTree
+        Record datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    release_angles_deg : mapping of str to float, optional
+        Nominal release angle of each block [degree].
+    published : mapping, optional
+        doi and values of the publication to compare with.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    dict of str to dict
+        By name ("table1" to "table3") the keyword arguments of `write_table`.
+    """
+    values = published["values"] if published else None
+    first = table1(records, blocks, release_angles_deg)
+    second, third = table2(tidy["parameters"], values), table3(tidy["epsilon"], values)
+    simulated = [SIMULATED_NOTE] if (tidy["runs"]["origin"] == "simulated").any() else []
+    notes = [*simulated, PUBLISHED_NOTE.format(doi=published["doi"])] if published else simulated
+    return {
+        "table1": {
+            "frame": first,
+            "text": table1_text(first, labels),
+            "caption": "Block configurations",
+            "notes": simulated,
+        },
+        "table2": {
+            "frame": second,
+            "text": table2_text(second, labels),
+            "caption": "Identified parameters, all runs of a record jointly",
+            "notes": notes,
+        },
+        "table3": {
+            "frame": third,
+            "text": table3_text(third, labels),
+            "caption": "Discrepancy ε_θ between measured and modelled rotation up to t_f",
+            "notes": notes,
+        },
+    }
+
+
 def usable_runs(tree):
     """Runs of a record that are neither failed nor excluded, by number.
 
@@ -548,6 +614,18 @@ def write_csv(frame, path):
     """
     with atomic(path) as part:
         frame.to_csv(part, index=False, float_format="%.10g", lineterminator="\n")
+
+
+def read_csv(path) -> pd.DataFrame:
+    """Read a table written by `write_csv`; run numbers are texts, as "pooled" is one of them.
+
+    Parameters
+    ----------
+    path : path-like
+        CSV file.
+    """
+    frame = pd.read_csv(path, dtype={"run": str, "reasons": str})
+    return frame.fillna({column: "" for column in ("reasons",) if column in frame})
 
 
 def write_table(stem, frame, text, *, caption, notes=()):
