@@ -381,7 +381,7 @@ def _even_step(time_s, volts):
             f"time has shape {time_s.shape} and volts {volts.shape}",
             "give two arrays of one equal length, of at least two samples",
         )
-    step = (time_s[-1] - time_s[0]) / (time_s.size - 1)
+    step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
     even = time_s[0] + step * np.arange(time_s.size)
     if not (step > 0 and np.all(np.abs(time_s - even) < step)):
         raise FreerockError(

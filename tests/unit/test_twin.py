@@ -1,0 +1,186 @@
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import TdmsFile
+
+from freerock.acquisition import read_record
+from freerock.laser import FLAGS, Laser, rotation, rotation_from_displacement
+from freerock.manifest import check_manifest
+from freerock.models.block import Block
+from freerock.phases import stationary_phases
+from freerock.twin import (
+    CONFIGURATIONS,
+    FOUNDATIONS,
+    Noise,
+    Release,
+    main,
+    palermo_records,
+    simulate_record,
+    write_campaign,
+)
+
+CAMPAIGN = Path(__file__).parents[2] / "raw" / "palermo_virtual"
+TESTS = [f"{block}_{foundation}" for block in CONFIGURATIONS for foundation in FOUNDATIONS]
+BLOCK, _, LASER = CONFIGURATIONS["config2"]
+SILENT = Noise(white_v=0.0, hum_v=0.0, drift_v=0.0)
+MARBLE = FOUNDATIONS["marble"]
+
+
+@pytest.fixture(scope="module")
+def truth():
+    return json.loads((CAMPAIGN / "truth.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def records():
+    return dict(palermo_records())
+
+
+def one(theta0=0.17, parameters=MARBLE, model="hunt_crossley", faults=(), **release):
+    """A record of one release without noise."""
+    how = [Release(theta0, parameters, **release)]
+    return simulate_record(BLOCK, LASER, model, how, seed=1, noise=SILENT, faults=faults)
+
+
+def test_campaign_is_regenerated_bit_for_bit(records, tmp_path):
+    write_campaign(tmp_path, records.items())
+    names = sorted(path.name for path in CAMPAIGN.iterdir() if path.name != "README.md")
+    assert names == sorted(path.name for path in tmp_path.iterdir())
+    assert names == sorted([f"{test}.tdms" for test in TESTS] + ["manifest.csv", "truth.json"])
+    for name in names:
+        assert (tmp_path / name).read_bytes() == (CAMPAIGN / name).read_bytes(), name
+    check_manifest(CAMPAIGN)
+    assert sum((CAMPAIGN / name).stat().st_size for name in names) < 4e6
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_record_says_simulated(test, truth):
+    file = TdmsFile.read_metadata(CAMPAIGN / f"{test}.tdms")
+    assert file.properties["title"].startswith("SIMULATED")
+    assert file.properties["name"] == test
+    channel = file["rocking"]["laser"]
+    assert channel.properties["unit_string"] == "V"
+    assert channel.properties["wf_samples"] == len(channel)
+    assert truth[test]["origin"] == "simulated"
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_rotation_of_a_record_is_as_exact_as_it_says(test, truth):
+    known = truth[test]
+    volts = read_record(CAMPAIGN / f"{test}.tdms", "laser")["laser"]
+    block, laser = Block(**known["block"]), Laser(**known["laser"])
+    assert (block, laser) == CONFIGURATIONS[test.split("_")[0]][::2]
+    found = rotation(volts["time"], volts, laser, block)
+
+    blocked = np.zeros(volts.size, bool)
+    for start, end in (span for run in known["runs"] for span in run["blocked_s"]):
+        blocked |= ((volts["time"] >= start) & (volts["time"] < end)).values
+    np.testing.assert_array_equal(found["flags"], np.where(blocked, FLAGS["error_level"], 0))
+    assert math.radians(0.005) < found["sigma_theta"].max() < math.radians(0.02)
+    assert found.attrs["noise_v"] == pytest.approx(known["noise"]["white_v"], rel=0.02)
+    assert found.attrs["hum_hz"] == pytest.approx(known["noise"]["hum_hz"], abs=2e-3)
+    assert found.attrs["hum_amplitude_v"] == pytest.approx(known["noise"]["hum_v"], rel=0.1)
+
+    phases = stationary_phases(volts["time"], found["theta"])
+    assert [phase.kind for phase in phases] == ["rest", "held"] * 3 + ["rest"]
+    assert phases[0].level == pytest.approx(0, abs=5 * found.attrs["zero_stderr_rad"])
+    for run, held, rest in zip(known["runs"], phases[1::2], phases[2::2], strict=True):
+        assert held.end_s == pytest.approx(run["release_s"], abs=0.06)
+        assert held.level == pytest.approx(run["theta0_rad"], abs=5 * held.level_stderr)
+        assert run["impacts_s"][0] < rest.start_s < run["rest_s"]
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_scores_against_truth_have_unit_variance(test, records):
+    record = records[test]
+    block, _, laser = CONFIGURATIONS[test.split("_")[0]]
+    found = rotation(record.time_s, record.volts, laser, block)
+    score = (found["theta"] - record.theta) / found["sigma_theta"]
+    assert score.var().item() == pytest.approx(1, abs=0.03)
+    assert abs(score.mean().item()) < 0.05
+
+
+def test_releases_scatter_as_told(truth):
+    runs = [(test, run) for test in TESTS for run in truth[test]["runs"]]
+    assert len(runs) == 18
+    for test, run in runs:
+        configuration, foundation = test.split("_")
+        assert abs(run["theta0_rad"] - CONFIGURATIONS[configuration][1]) <= math.radians(0.301)
+        assert 0.005 <= run["fade_s"] <= 0.020
+        for name, value in FOUNDATIONS[foundation].items():
+            assert run[name] == pytest.approx(value, rel=0.0301)
+    for key in ("theta0_rad", "k", "lambda", "release_s"):
+        assert len({run[key] for _, run in runs}) == 18
+
+
+def test_volts_invert_to_the_motion():
+    record = one()
+    displacement = (record.volts - 5.0) * LASER.metres_per_volt
+    theta = rotation_from_displacement(displacement, BLOCK, LASER)
+    one_count = record.volts_per_count * LASER.metres_per_volt / 0.19
+    assert np.abs(theta - record.theta).max() <= one_count
+
+
+def test_fading_finger_delays_the_release():
+    sudden, brief, slow = (one(fade_s=fade).truth["runs"][0] for fade in (0.0, 1e-5, 0.02))
+    first = [run["impacts_s"][0] - run["release_s"] for run in (sudden, brief, slow)]
+    assert first[1] == pytest.approx(first[0], abs=2e-5)
+    assert first[2] - first[0] == pytest.approx(0.01, abs=1e-3)  # by half the fade
+
+
+def test_held_still_until_the_finger_fades():
+    record = one(fade_s=0.02)
+    run = record.truth["runs"][0]
+    held = (record.time_s >= run["hold_start_s"]) & (record.time_s < run["release_s"])
+    np.testing.assert_allclose(record.theta[held], run["theta0_rad"], atol=1e-6)
+    fading = (record.time_s >= run["release_s"]) & (record.time_s <= run["free_s"] + 0.02)
+    step = np.diff(record.theta[fading])
+    assert (step <= 0).all() and (np.diff(step) < 1e-4).all()  # sets off smoothly, without a jump
+    assert record.theta[fading][0] - record.theta[fading][-1] > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("model", "parameters"),
+    [("housner", {"r": 0.9}), ("winkler", {"k": 6.77e6, "c": 2.17e4}), ("hunt_crossley", MARBLE)],
+)
+def test_every_law_and_side(model, parameters):
+    right, left = (one(theta0, parameters, model) for theta0 in (0.15, -0.15))
+    np.testing.assert_allclose(left.theta, -right.theta, atol=2e-6)
+    run = right.truth["runs"][0]
+    assert run["outcome"] in ("completed", "at_rest")
+    assert len(run["impacts_s"]) > 5
+    for instant in run["impacts_s"][:5]:
+        before, after = np.interp([instant - 1e-3, instant + 1e-3], right.time_s, right.theta)
+        assert before * after < 0
+
+
+def test_faults_and_hands_reach_the_converter():
+    def spike(time_s, volts, generator):
+        return np.where(np.abs(time_s - 1.0) < 1e-3, 30.0, volts)
+
+    record = one(faults=[spike], blocked_s=[(0.2, 0.4)])
+    assert record.volts.max() == pytest.approx(Noise().span_v, abs=1e-5)
+    blocked = (record.time_s >= 2.2) & (record.time_s < 2.4)
+    np.testing.assert_allclose(record.volts[blocked], 10.2, atol=1e-6)
+
+
+def test_overturned_block_leaves_the_beam():
+    record = one(math.radians(13.9), {"k": 2e5, "lambda": 1e7})
+    assert record.truth["runs"][0]["outcome"] == "overturned"
+    assert record.volts[-1] == pytest.approx(10.2, abs=1e-6)
+
+
+def test_more_releases_and_coarser_converter():
+    releases = [Release(0.1, MARBLE, held_s=1.5, pause_s=1.5)] * 5
+    record = simulate_record(BLOCK, LASER, "hunt_crossley", releases, seed=3, noise=Noise(bits=12))
+    assert len(record.truth["runs"]) == 5
+    assert record.volts_per_count == 10.5 / 2048
+    assert np.ptp(record.counts) < 4096
+
+
+def test_command_line(tmp_path, capsys):
+    assert main([]) == 1
+    assert capsys.readouterr().err == "freerock.twin: no folder given; name one, as raw/palermo_virtual\n"
