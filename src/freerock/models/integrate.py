@@ -545,9 +545,11 @@ def integrate(
         h = max(grown, size)
         if which >= 0:
             fresh = True
-            for i in range(first_event, end_event):
-                if i == which:
-                    bits ^= 1 << i
+            bits ^= 1 << which
+            if tensionless and which != 4 and _watched(4, bits):
+                bits &= 15
+                if _event(4, regime, z, v, theta, w, law) > 0:
+                    bits |= 16
             regime = _regime(bits, tensionless)
         if clipped:
             t = breaks[segment + 1]
