@@ -1,5 +1,6 @@
 """Record and fit datasets of made-up numbers, written and read by the pipeline's own functions."""
 
+import functools
 import tempfile
 from pathlib import Path
 from types import SimpleNamespace
@@ -156,6 +157,7 @@ def fit(tree, model, runs, failed):
     )
 
 
+@functools.cache
 def campaign():
     """Records and fits of two blocks on two foundations, and a record that failed."""
     records = [

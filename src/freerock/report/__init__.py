@@ -1,0 +1,271 @@
+"""The report of a campaign: one HTML file that opens without internet."""
+
+import base64
+import math
+import struct
+from pathlib import Path
+
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from freerock.datasets import atomic
+from freerock.models.housner import housner_lobes
+from freerock.tables import MODEL_LABELS, SIMULATED_NOTE, fits_of, fixed, quantity
+
+SETTINGS = ["test", "run", "model", "success", "message", "rtol", "sample_step", "integrator_error"]
+SETTINGS += ["residual_over_sigma", "coloured"]
+COMPARISON = [
+    "test",
+    "r_fitted",
+    "r_fitted_stderr",
+    "r_impacts",
+    "r_low",
+    "r_high",
+    "first_impact_s",
+    "rigid_s",
+]
+
+
+def write_report(
+    path,
+    *,
+    title,
+    summary,
+    origin,
+    runs,
+    parameters,
+    epsilon,
+    restitution,
+    fits,
+    blocks,
+    tables,
+    figures,
+    pages,
+    labels=None,
+    debonding="geometric",
+    provenance=None,
+):
+    """Write the report of a campaign.
+
+    Parameters
+    ----------
+    path : path-like
+        HTML file to write; replaced in one step.
+    title, summary : str
+        Of the campaign.
+    origin : str
+        "simulated" or "measured".
+    runs, parameters, epsilon, restitution : pandas.DataFrame
+        The tidy tables of the campaign (`freerock.tables`).
+    fits : iterable of xarray.DataTree
+        Fit datasets, for the numerical settings.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    tables : sequence of (str, pandas.DataFrame, sequence of str)
+        Caption, printed cells and footnotes of each table to show.
+    figures : sequence of (str, path-like)
+        Caption and PNG file of each figure to show.
+    pages : mapping of str to path-like
+        PNG file of the quality pages by record.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    debonding : str
+        "geometric" or "tensionless", as the fits used it.
+    provenance : mapping, optional
+        What made the products; shown as it is, nested mappings and lists included.
+    """
+    labels = labels or {}
+    compared = restitution_comparison(runs, parameters, restitution, blocks)
+    settings = fit_settings(fits)
+    rows = _run_rows(runs, epsilon, labels, pages)
+    environment = Environment(
+        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
+    )
+    html = environment.get_template("report.html.j2").render(
+        title=title,
+        summary=summary,
+        simulated=origin == "simulated",
+        simulated_note=SIMULATED_NOTE,
+        counts=_counts(runs),
+        runs=rows,
+        reasons=[row for row in rows if row["reasons"]],
+        tables=tables,
+        figures=[_image(caption, file) for caption, file in figures],
+        pages=[_image(test, file, anchor=_anchor(test)) for test, file in pages.items()],
+        comparison=_comparison_text(compared),
+        facts=_facts(runs, settings, compared, blocks),
+        debonding=debonding,
+        settings=_settings_text(settings),
+        provenance=provenance or {},
+    )
+    with atomic(path) as part:
+        Path(part).write_text(html, encoding="utf-8")
+
+
+def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFrame:
+    """Restitution of the fitted Housner model beside that of the impacts, and the time to the first impact.
+
+    Parameters
+    ----------
+    runs, parameters, restitution : pandas.DataFrame
+        Tidy tables.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per record with measured impacts: test, r_fitted and its standard error (joint fit of the
+        runs), r_impacts, the median over all impacts, r_low and r_high, their range, first_impact_s, the mean
+        time from release to the first impact, rigid_s, the mean time of a rigid block from the same angles.
+    """
+    rows = []
+    measured = restitution[restitution["source"] == "experiment"]
+    for test, impacts in measured.groupby("test", sort=False):
+        fitted = parameters[
+            (parameters["test"] == test) & (parameters["run"] == "pooled") & (parameters["parameter"] == "r")
+        ]
+        own = runs[runs["test"] == test]
+        block = blocks[own["block"].iloc[0]]
+        rigid = [
+            housner_lobes(block, 1.0, math.radians(abs(angle)), max_impacts=1).impact_time[0]
+            for angle in own["theta0_deg"]
+            if abs(angle) < math.degrees(block.theta_cr)
+        ]
+        rows.append(
+            {
+                "test": test,
+                "r_fitted": fitted["value"].mean(),
+                "r_fitted_stderr": fitted["stderr"].mean(),
+                "r_impacts": impacts["r"].median(),
+                "r_low": impacts["r"].min(),
+                "r_high": impacts["r"].max(),
+                "first_impact_s": impacts[impacts["impact"] == 1]["time_s"].mean(),
+                "rigid_s": sum(rigid) / len(rigid) if rigid else math.nan,
+            }
+        )
+    return pd.DataFrame(rows, columns=COMPARISON)
+
+
+def fit_settings(fits) -> pd.DataFrame:
+    """Integrator and sampling of the fits.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per fit: test, run, model, message, success and the diagnostics kept with it (rtol,
+        sample_step, integrator_error as a share of σ_θ, residual_over_sigma, coloured).
+    """
+    rows = [
+        {**fit.attrs, "test": tree.attrs["test"], "run": run, "model": model, "success": bool(fit["success"])}
+        for tree in fits
+        for run, model, fit in fits_of(tree)
+    ]
+    return pd.DataFrame(rows, columns=SETTINGS)
+
+
+def _counts(runs) -> str:
+    def number(n, noun):
+        return f"{n} {noun}{'' if n == 1 else 's'}"
+
+    found = runs["run"].notna()
+    verdicts = ", ".join(f"{n} {verdict}" for verdict, n in runs["verdict"].value_counts(sort=False).items())
+    lost = f" {number((~found).sum(), 'record')} could not be processed." if not found.all() else ""
+    records = number(runs["test"].nunique(), "record")
+    return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
+
+
+def _run_rows(runs, epsilon, labels, pages) -> list:
+    chosen = epsilon[epsilon["selected"].astype(bool)]
+    best = {(test, str(run)): model for test, run, model in chosen[["test", "run", "model"]].values}
+    rows = []
+    for run in runs.itertuples():
+        number = "–" if pd.isna(run.run) else str(run.run)
+        rows.append(
+            {
+                "test": run.test,
+                "anchor": _anchor(run.test) if run.test in pages else "",
+                "run": number,
+                "block": labels.get(run.block, run.block),
+                "foundation": labels.get(run.foundation, run.foundation),
+                "verdict": run.verdict,
+                "theta0": fixed(run.theta0_deg, 3),
+                "start": fixed(run.start_s, 3),
+                "duration": fixed(run.duration_s, 2),
+                "impacts": str(run.n_impacts),
+                "sigma": quantity(run.sigma_theta_deg, digits=2),
+                "selected": MODEL_LABELS.get(best.get((run.test, number)), "–"),
+                "reasons": run.reasons,
+            }
+        )
+    return rows
+
+
+def _anchor(test) -> str:
+    return f"qc-{test}"
+
+
+def _image(caption, file, anchor="") -> dict:
+    data = Path(file).read_bytes()
+    width, height = struct.unpack(">II", data[16:24])  # in the header of every PNG
+    encoded = base64.b64encode(data).decode()
+    return {"caption": caption, "anchor": anchor, "data": encoded, "width": width, "height": height}
+
+
+def _comparison_text(compared) -> pd.DataFrame:
+    rows = list(compared.itertuples())
+    return pd.DataFrame(
+        {
+            "Record": [row.test for row in rows],
+            "Housner r, fitted": [quantity(row.r_fitted, row.r_fitted_stderr) for row in rows],
+            "r per impact, median": [fixed(row.r_impacts, 3) for row in rows],
+            "r per impact, range": [f"{row.r_low:.3f} to {row.r_high:.3f}" for row in rows],
+            "First impact / s": [fixed(row.first_impact_s, 4) for row in rows],
+            "First impact, rigid / s": [fixed(row.rigid_s, 4) for row in rows],
+        }
+    )
+
+
+def _facts(runs, settings, compared, blocks) -> dict:
+    """Numbers of the report's sentences, as text."""
+    shifts_mm = [
+        500 * blocks[run.block].width_m * (1 - math.cos(math.radians(run.theta0_deg)))
+        for run in runs.dropna(subset=["theta0_deg"]).itertuples()
+    ]
+    known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
+    later = 100 * (known["first_impact_s"] / known["rigid_s"] - 1)
+    integrated = settings[settings["model"] != "housner"]
+    return {
+        "shift_mm": quantity(max(shifts_mm, default=math.nan), digits=2),
+        "later_low": fixed(later.min(), 1),
+        "later_high": fixed(later.max(), 1),
+        "n_above": int((known["r_fitted"] > known["r_impacts"]).sum()),
+        "n_known": len(known),
+        "n_integrated": len(integrated),
+        "rtol_low": f"{integrated['rtol'].min():g}",
+        "rtol_high": f"{integrated['rtol'].max():g}",
+        "error_percent": quantity(100 * integrated["integrator_error"].max(), digits=2),
+        "steps": sorted(settings["sample_step"].astype(int).unique()),
+    }
+
+
+def _settings_text(settings) -> pd.DataFrame:
+    rows = list(settings.itertuples())
+    return pd.DataFrame(
+        {
+            "Record": [row.test for row in rows],
+            "Run": [str(row.run) for row in rows],
+            "Model": [MODEL_LABELS[row.model] for row in rows],
+            "Tolerance": ["closed form" if row.model == "housner" else f"{row.rtol:g}" for row in rows],
+            "Sampling step": [f"{row.sample_step:g}" for row in rows],
+            "Integrator error / % of σ": [quantity(100 * row.integrator_error, digits=2) for row in rows],
+            "Residual / σ": [quantity(row.residual_over_sigma) for row in rows],
+            "Residual is": ["coloured" if row.coloured else "white" for row in rows],
+            "Outcome": [row.message for row in rows],
+        }
+    )
