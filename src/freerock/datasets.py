@@ -187,9 +187,9 @@ def write_record(
     _write(path, groups)
 
 
-def write_failure(path: str | Path, error: Exception, attrs: Mapping) -> None:
-    """Write the dataset of a record that could not be processed: verdict "fail" and the error."""
-    outcome = {"verdict": "fail", "reasons": str(error)}
+def write_failure(path: str | Path, reason: object, attrs: Mapping, verdict: str = "fail") -> None:
+    """Write the dataset of a record without runs: why it could not be processed, or was left out by hand."""
+    outcome = {"verdict": verdict, "reasons": str(reason)}
     _write(path, {"/": xr.Dataset(attrs=_root("record", "not processed", attrs) | outcome)})
 
 

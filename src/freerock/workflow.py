@@ -17,7 +17,8 @@ def code(script: str | Path) -> list[str]:
     """Files a script runs: itself, every freerock module it imports, directly or not, and their data files.
 
     Declared as a step's input they make an edited module rerun the steps that use it, and no other.
-    Imports inside functions count, those for type checkers don't; those by a computed name can't be seen.
+    Imports inside functions count, those for type checkers don't. What calls `import_module` is taken to
+    import every module beside it.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def _imported(file: Path) -> frozenset[Path]:
     """The freerock modules a file names, with the packages that hold them."""
     if file.suffix != ".py":
         return frozenset()
-    names, nodes = set(), [ast.parse(file.read_bytes())]
+    names, found, nodes = set(), set(), [ast.parse(file.read_bytes())]
     for node in nodes:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             continue
@@ -51,8 +52,10 @@ def _imported(file: Path) -> frozenset[Path]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Name) and node.id == "import_module":
+            found |= set(file.parent.glob("*.py"))
         nodes += ast.iter_child_nodes(node)
-    return frozenset(path for name in names for path in _files(name))
+    return frozenset(found.union(*map(_files, names)))
 
 
 def _files(name: str) -> Iterator[Path]:
