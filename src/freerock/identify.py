@@ -6,6 +6,7 @@ The objective is the paper's: the mean square error between measured and modelle
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import lmfit
 import numpy as np
@@ -17,6 +18,7 @@ from freerock.errors import FreerockError
 from freerock.impacts import Impacts
 from freerock.models import MODELS, UNITS
 from freerock.models.block import Block
+from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate_theta
 
 NUISANCES = ("theta0", "t0")
@@ -25,12 +27,12 @@ NORMAL_95 = 1.959963984540054
 # Positive parameters are fitted as logarithms. Bounds [SI]; damping is bounded as its ratio to k [s or s/m].
 K_RANGE = (1e4, 1e11)
 RATIO_RANGE = {"c": (1e-5, 1.0), "lambda": (1e-2, 1e4)}
-R_RANGE = (0.05, 1.0)
 # Starting grid: stiffness [N/m²] by damping ratio c/k [s] or λ/k [s/m].
 K_GRID = np.geomspace(3e5, 1e9, 22)
 RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 9), "lambda": np.geomspace(2, 200, 9)}
-R_GRID = 1 - np.geomspace(1e-3, 0.7, 110)
+R_GRID = 1 - np.geomspace(1e-3, 0.95, 130)
 SCAN_SAMPLES = 250
+SCAN, COARSE, FINE = 1e-4, 1e-6, 1e-8  # integrator's rtol: of the scan, of growing horizons, of the last fit
 CANDIDATES = 3
 
 
@@ -204,7 +206,7 @@ class _Problem:
     motions: tuple
     free: tuple
     debonding: str
-    rtol: float = 1e-6
+    rtol: float = COARSE
 
     @property
     def names(self) -> tuple:
@@ -281,13 +283,29 @@ class _Problem:
 
     @property
     def steps(self) -> list:
-        model = [-1e-5] if self.model == "housner" else [1e-4, 1e-3]
+        model = [-1e-5] if self.model == "housner" else [1e-5, 1e-5] if self.rtol <= FINE else [1e-4, 1e-3]
         nuisance = {"theta0": 1e-6, "t0": 1e-5}
         return model + [nuisance[name] for _ in self.motions for name in self.free]
 
+    @cached_property
+    def r_min(self) -> float:
+        """Least r with which the rigid block rocks for half the measured time.
+
+        Where the rigid block's period is wrong, a block that stops at once has a lower mean square error
+        than one that rocks out of step; these false minima are shut out.
+        """
+        motion = self.motions[0]
+        rocks = [
+            r
+            for r in R_GRID
+            if housner_lobes(self.block, r, motion.theta0, until=motion.time_s[-1] / 2).rest_time
+            > motion.time_s[-1] / 2
+        ]
+        return min(rocks, default=R_GRID[0])
+
     def bounds(self) -> list:
         if self.model == "housner":
-            limits = [R_RANGE]
+            limits = [(self.r_min, 1.0)]
         else:
             damping = MODELS[self.model][1]
             limits = [tuple(np.log(K_RANGE)), tuple(np.log(RATIO_RANGE[damping]))]
@@ -316,9 +334,10 @@ def _minimise(problem: _Problem, integrator_error: float):
         ends.append((_mean_square(single, x), x))
     x = min(ends, key=lambda end: end[0])[1]
 
+    single = replace(single, rtol=FINE)
     while True:
         x = _least_squares(single, x, np.inf).x
-        if _integration_error(single, x) <= integrator_error * _sigma(single) or single.rtol < 1e-11:
+        if _integration_error(single, x) <= integrator_error * _sigma(single) or single.rtol < 1e-12:
             break
         single = replace(single, rtol=single.rtol / 10)
     problem = replace(problem, rtol=single.rtol)
@@ -350,14 +369,21 @@ def _thinning(problem: _Problem, horizon_s: float) -> int:
 
 
 def _scan(problem: _Problem, horizon_s: float) -> list:
-    """Starting points: the lowest local minima of the mean square error over the model's grid."""
+    """Starting points: the lowest local minima of the mean square error over the model's grid.
+
+    Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
+    block that stops early is out of step for less time.
+    """
     if problem.model == "housner":
         samples = problem.samples(np.inf, _thinning(problem, np.inf))
-        errors = [np.mean(problem.residual(problem.start([r]), *samples) ** 2) for r in R_GRID]
-        return [problem.start([R_GRID[int(np.argmin(errors))]])]
+        grid = [r for r in R_GRID if r >= problem.r_min]
+        errors = np.array([np.mean(problem.residual(problem.start([r]), *samples) ** 2) for r in grid])
+        inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
+        best = inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)
+        return [problem.start([grid[best]])]
     step = max(1, len(problem.samples(horizon_s)[0]) // SCAN_SAMPLES)
     samples = problem.samples(horizon_s, step)
-    coarse = replace(problem, rtol=1e-4)
+    coarse = replace(problem, rtol=SCAN)
     ratios = RATIO_GRID[MODELS[problem.model][1]]
     errors = np.array(
         [
