@@ -168,6 +168,29 @@ class RotationSection(Section):
 class RunsSection(Section):
     """θ(t) to free-rocking runs."""
 
+    window_s: Number = Field(
+        0.25, gt=0, description="the window in which a still block is sought, in seconds"
+    )
+    held_s: Number = Field(
+        1.0, gt=0, description="how long before the release the held angle is read, in seconds"
+    )
+    finger_s: Number = Field(
+        0.03, ge=0, description="the time the finger takes to leave, in seconds; its samples are not fitted"
+    )
+    min_impacts: Whole = Field(3, ge=0, description="the fewest impacts of a run that is not a fail")
+    max_flagged_fraction: Number = Field(
+        0.02, ge=0, le=1, description="the largest share of invalid samples of a run that is not a fail"
+    )
+    max_push_fraction: Number = Field(
+        0.02, ge=0, description="the largest push at the release without a warning, as a share of θ0"
+    )
+    max_hold_drift_deg: Number = Field(
+        0.05, ge=0, description="the largest creep of the held angle without a warning, in degrees"
+    )
+    max_rest_shift_deg: Number = Field(
+        0.05, ge=0, description="the largest shift of the rest position without a warning, in degrees"
+    )
+
 
 class ImpactsSection(Section):
     """A run to its impacts and restitution coefficients."""

@@ -42,6 +42,7 @@ RUN = {
     "theta0": "theta0",
     "theta0_stderr": "theta0_stderr",
     "sigma_theta": "sigma_theta",
+    "n_impacts": "n_impacts",
 }
 IMPACTS = {
     "time_s": "impact_time",
@@ -69,6 +70,7 @@ VARIABLES = {
     "start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
     "end": ("s", "measured", "instant of rest"),
     "theta0": ("rad", "measured", "held rotation before the release"),
+    "n_impacts": ("1", "measured", "number of sign changes of theta that stand out of the noise"),
     "impact_time": ("s", "measured", "instant of impact"),
     "peak_before": ("rad", "measured", "signed peak rotation before the impact"),
     "peak_after": ("rad", "measured", "signed peak rotation after the impact"),

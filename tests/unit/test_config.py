@@ -436,6 +436,12 @@ def defaults(section, without=()):
         ("laser.Laser", "", config.LaserSection, ""),
         ("laser.rotation", "time_s volts laser block", config.RotationSection, ""),
         (
+            "runs.find_runs",
+            "time_s theta sigma_theta flags block zero_stderr overrides exclusions",
+            config.RunsSection,
+            "",
+        ),
+        (
             "impacts.find_impacts",
             "time_s theta sigma_theta block theta0 theta0_stderr",
             config.ImpactsSection,

@@ -1,6 +1,5 @@
 """netCDF in and out: what is written comes back, described, and always in the same bytes."""
 
-import importlib
 import json
 import os
 import re
@@ -32,6 +31,7 @@ from freerock.errors import FreerockError
 from freerock.impacts import Impacts
 from freerock.manifest import sha256
 from freerock.models import MODELS, UNITS
+from freerock.runs import Run
 
 ATTRS = {
     "campaign": "lab",
@@ -52,8 +52,6 @@ def made_up_impacts(n=5):
 
 
 def made_up_runs():
-    from freerock.runs import Run
-
     run = Run(
         number=1,
         hold_start_s=0.1,
@@ -64,6 +62,7 @@ def made_up_runs():
         theta0=0.17,
         theta0_stderr=1e-5,
         sigma_theta=1e-4,
+        n_impacts=7,
         verdict="ok",
         reasons=(),
         excluded=False,
@@ -374,6 +373,5 @@ def test_every_variable_is_documented(folder):
 
 def test_every_field_of_runs_and_impacts_is_written():
     in_attributes = {"number", "verdict", "reasons", "excluded", "overridden"}
-    run = importlib.import_module("freerock.runs").Run
-    assert {field.name for field in fields(run)} == set(datasets.RUN) | in_attributes
+    assert {field.name for field in fields(Run)} == set(datasets.RUN) | in_attributes
     assert {field.name for field in fields(Impacts)} == set(datasets.IMPACTS)
