@@ -76,7 +76,9 @@ def test_coloured_noise_widens_the_intervals():
     time = np.arange(0, 4, 5e-4)
     run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
     white = fit_run("hunt_crossley", CONFIG2, run)
-    slow = np.convolve(np.random.default_rng(3).normal(size=len(time) + 199), np.ones(200) / 200**0.5, "valid")
+    slow = np.convolve(
+        np.random.default_rng(3).normal(size=len(time) + 199), np.ones(200) / 200**0.5, "valid"
+    )
     coloured = fit_run("hunt_crossley", CONFIG2, Motion(**{**vars(run), "theta": run.theta + 1e-4 * slow}))
     assert white.diagnostics["coloured"] == 0
     assert coloured.diagnostics["coloured"] == 1
@@ -88,19 +90,35 @@ def test_holdout_of_the_true_law_is_at_the_noise():
     assert fit_run("hunt_crossley", CONFIG2, run).epsilon_holdout < 1e-4
 
 
-def test_a_fit_that_fails_says_so_and_prints_no_error_bar():
-    time = np.arange(0, 2, 1e-3)
-    still = Motion(time, np.full(len(time), 0.17), 1e-4, theta0=0.17, theta0_stderr=1e-5, t0_stderr=1e-3)
-    fit = fit_run("hunt_crossley", CONFIG2, still)
+@pytest.mark.parametrize("model", TRUTHS)
+def test_a_motion_that_gains_energy_is_a_failed_fit_without_error_bars(model):
+    decaying = motion(model, TRUTHS[model], span=2.0)
+    last_peak = np.flatnonzero(np.diff(np.sign(np.diff(decaying.theta))))[-1]
+    growing = decaying.theta[:last_peak][::-1]
+    run = Motion(decaying.time_s[:last_peak], growing, 1e-4, theta0=growing[0], theta0_stderr=1e-5)
+    fit = fit_run(model, CONFIG2, run, free=())
     assert not fit.success
-    assert fit.message != "converged"
+    assert "lies at its bound" in fit.message or "not converged" in fit.message
     assert np.all(np.isnan(fit.stderr))
+    assert np.isfinite(fit.epsilon_theta)
+
+
+def test_a_nuisance_at_its_bound_is_held_there_and_named():
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"], t0=0.06)
+    fit = fit_run("hunt_crossley", CONFIG2, run)
+    assert fit.success
+    assert fit.message.startswith("converged") and "t0 held at its bound" in fit.message
+    assert np.isnan(fit.stderr[fit.parameters.index("t0")])
+    assert np.all(np.isfinite(fit.stderr[:2]))
 
 
 @pytest.mark.parametrize(
     "change, message",
     [
-        ({"model": "hausner"}, "fits.models: unknown model 'hausner'; use one of housner, winkler, hunt_crossley"),
+        (
+            {"model": "hausner"},
+            "fits.models: unknown model 'hausner'; use one of housner, winkler, hunt_crossley",
+        ),
         ({"free": ("theta_0",)}, "fits.free.housner: unknown nuisance 'theta_0'; use theta0 or t0"),
     ],
 )
