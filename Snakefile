@@ -1,0 +1,24 @@
+"""Free-rocking tests: from laser records to θ(t), runs, restitution, identified models and a report.
+
+record file → record → fit → qc, tables, figures → report → complete
+"""
+
+from snakemake.utils import min_version
+
+min_version("9.27")
+
+given = config.get("campaigns")  # by --config or by the workflow that uses this one as a module
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/records.smk"
+include: "workflow/rules/campaign.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        expand("results/{campaign}/complete.txt", campaign=CAMPAIGNS),

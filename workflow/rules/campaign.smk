@@ -1,0 +1,204 @@
+rule tables:
+    input:
+        records=products("records"),
+        fits=products("fits"),
+        code=code("tables"),
+    output:
+        tidy=expand(
+            "results/{{campaign}}/tables/{table}.csv",
+            table=["runs", "parameters", "epsilon", "restitution"],
+        ),
+        printed=report(
+            expand(
+                "results/{{campaign}}/tables/{table}{suffix}",
+                table=["table1", "table2", "table3"],
+                suffix=[".csv", ".md", ".tex"],
+            ),
+            caption="../report/tables.rst",
+            category="{campaign}",
+            subcategory="Tables",
+        ),
+    log:
+        "results/{campaign}/logs/tables.log",
+    benchmark:
+        "results/{campaign}/benchmarks/tables.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        blocks=geometries,
+        release_angles_deg=release_angles,
+        published=published,
+        labels=labels,
+    message:
+        "{wildcards.campaign}: tables"
+    script:
+        "../scripts/tables.py"
+
+
+rule figure_foundation_effect:
+    input:
+        records=products("records"),
+        code=code("figure_foundation_effect"),
+    output:
+        pdf="results/{campaign}/figures/foundation_effect.pdf",
+        png=report(
+            "results/{campaign}/figures/foundation_effect.png",
+            caption="../report/foundation_effect.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "Effect of the foundation"},
+        ),
+        data="results/{campaign}/figures/foundation_effect.csv",
+    log:
+        "results/{campaign}/logs/figure_foundation_effect.log",
+    benchmark:
+        "results/{campaign}/benchmarks/figure_foundation_effect.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        labels=labels,
+    message:
+        "{wildcards.campaign}: figure of the effect of the foundation"
+    script:
+        "../scripts/figure_foundation_effect.py"
+
+
+rule figure_models:
+    input:
+        fits=products("fits"),
+        code=code("figure_models"),
+    output:
+        pdf="results/{campaign}/figures/models_{block}.pdf",
+        png=report(
+            "results/{campaign}/figures/models_{block}.png",
+            caption="../report/models.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "Measured and modelled rotation of {block}"},
+        ),
+        data="results/{campaign}/figures/models_{block}.csv",
+    log:
+        "results/{campaign}/logs/figure_models_{block}.log",
+    benchmark:
+        "results/{campaign}/benchmarks/figure_models_{block}.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        labels=labels,
+    message:
+        "{wildcards.campaign}: figure of the models of {wildcards.block}"
+    script:
+        "../scripts/figure_models.py"
+
+
+rule figure_restitution:
+    input:
+        records=products("records"),
+        fits=products("fits"),
+        code=code("figure_restitution"),
+    output:
+        pdf="results/{campaign}/figures/restitution.pdf",
+        png=report(
+            "results/{campaign}/figures/restitution.png",
+            caption="../report/restitution.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "Restitution of each impact"},
+        ),
+        data="results/{campaign}/figures/restitution.csv",
+    log:
+        "results/{campaign}/logs/figure_restitution.log",
+    benchmark:
+        "results/{campaign}/benchmarks/figure_restitution.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        blocks=geometries,
+        labels=labels,
+    message:
+        "{wildcards.campaign}: figure of the restitution of each impact"
+    script:
+        "../scripts/figure_restitution.py"
+
+
+rule recovered:
+    input:
+        fits=products("fits"),
+        truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
+        code=code("recovered"),
+    output:
+        csv="results/{campaign}/tables/recovered.csv",
+        md=report(
+            "results/{campaign}/tables/recovered.md",
+            caption="../report/recovered.rst",
+            category="{campaign}",
+            subcategory="Tables",
+            labels={"table": "Recovered against truth"},
+        ),
+        tex="results/{campaign}/tables/recovered.tex",
+    log:
+        "results/{campaign}/logs/recovered.log",
+    benchmark:
+        "results/{campaign}/benchmarks/recovered.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    message:
+        "{wildcards.campaign}: identified against true values"
+    script:
+        "../scripts/recovered.py"
+
+
+rule report:
+    input:
+        raw=lambda w: filter(os.path.exists, map(campaign(w).file, tests(w))),
+        records=products("records"),
+        fits=products("fits"),
+        foundation_effect=rules.figure_foundation_effect.output.png,
+        models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
+        restitution=rules.figure_restitution.output.png,
+        pages=lambda w: expand(rules.qc.output.png, campaign=w.campaign, test=tests(w)),
+        code=code("report"),
+    output:
+        html=report(
+            "results/{campaign}/report.html",
+            caption="../report/report.rst",
+            category="{campaign}",
+            labels={"figure": "Report"},
+        ),
+        provenance="results/{campaign}/provenance.json",
+    log:
+        "results/{campaign}/logs/report.log",
+    benchmark:
+        "results/{campaign}/benchmarks/report.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        campaign=lambda w: plain(campaign(w)),
+        blocks=geometries,
+        release_angles_deg=release_angles,
+        published=published,
+        labels=labels,
+    message:
+        "{wildcards.campaign}: report"
+    script:
+        "../scripts/report.py"
+
+
+rule complete:
+    input:
+        report=rules.report.output.html,
+        runs="results/{campaign}/tables/runs.csv",
+        recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],
+        code=code("complete"),
+    output:
+        complete="results/{campaign}/complete.txt",
+    log:
+        "results/{campaign}/logs/complete.log",
+    benchmark:
+        "results/{campaign}/benchmarks/complete.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    message:
+        "{wildcards.campaign}: every record processed?"
+    script:
+        "../scripts/complete.py"

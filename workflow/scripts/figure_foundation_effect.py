@@ -1,0 +1,10 @@
+"""Figure: the effect of the foundation on each block."""
+
+from freerock.datasets import open_record
+from freerock.figures.foundation_effect import foundation_effect
+from freerock.figures.style import save
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+records = [open_record(path) for path in snakemake.input.records]
+save(*foundation_effect(records, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))

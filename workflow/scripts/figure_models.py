@@ -1,0 +1,10 @@
+"""Figure: measured against modelled rotation of one block."""
+
+from freerock.datasets import open_fits
+from freerock.figures.models import models
+from freerock.figures.style import save
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+fits = [open_fits(path) for path in snakemake.input.fits]
+save(*models(fits, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))

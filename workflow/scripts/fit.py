@@ -1,0 +1,52 @@
+"""Models identified on each run of one record, and on all its runs jointly."""
+
+import logging
+from dataclasses import replace
+
+from freerock.datasets import open_record, provenance, runs_in, write_fits
+from freerock.identify import Motion, fit_record
+from freerock.impacts import find_impacts
+from freerock.models.block import Block
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+params = snakemake.params
+block, record = Block(**params.block), open_record(snakemake.input.record)
+
+
+def motion(run):
+    time, theta = record["time"].values, record["theta"].values
+    during = (time >= run.release_s) & (time <= run.end_s)
+    return Motion(
+        time[during] - run.release_s,
+        theta[during],
+        sigma_theta=run.sigma_theta,
+        theta0=run.theta0,
+        theta0_stderr=run.theta0_stderr,
+        t0_stderr=run.release_stderr_s,
+        start_s=run.start_s - run.release_s,
+    )
+
+
+def fit(model, motions):
+    found = fit_record(model, block, motions, free=params.free[model], **params.options)
+    logging.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
+    return found
+
+
+def with_impacts(found):
+    theta0 = dict(zip(found.parameters, found.value, strict=True)).get("theta0", found.theta_model[0])
+    impacts = find_impacts(found.time, found.theta_model, 0.0, block, theta0=theta0, **params.impacts)
+    return replace(found, impacts=impacts)
+
+
+runs = [run for run in runs_in(record) if run.verdict != "fail" and not run.excluded]
+motions = {run.number: motion(run) for run in runs}
+fits = {
+    number: {model: with_impacts(fit(model, [motions[number]])) for model in params.models}
+    for number in motions
+}
+pooled = {model: fit(model, list(motions.values())) for model in params.models if params.pooled and motions}
+attributes = params.attributes | {key: record.attrs[key] for key in ("verdict", "reasons")}
+attributes["provenance"] = provenance([snakemake.input.record], dict(params.items()))
+write_fits(snakemake.output.fits, fits, pooled, attributes)

@@ -1,0 +1,10 @@
+"""Quality control of one record, a page per run."""
+
+from freerock.datasets import open_fits, open_record
+from freerock.figures.qc import qc
+from freerock.figures.style import save
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+record, fits = open_record(snakemake.input.record), open_fits(snakemake.input.fits)
+save(*qc(record, fits, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))
