@@ -253,7 +253,8 @@ def flag_volts(volts, laser: Laser):
     valid = flags == 0
     if valid.any():
         extreme = valid & ((volts == volts[valid].min()) | (volts == volts[valid].max()))
-        jump = np.abs(np.diff(volts, prepend=np.nan, append=np.nan))  # into each sample and out of the last
+        usable = np.concatenate(([np.nan], np.where(valid, volts, np.nan), [np.nan]))
+        jump = np.abs(np.diff(usable))  # into each sample, and out of the last
         usual = jump[1:-1][~(extreme[1:] & extreme[:-1]) & np.isfinite(jump[1:-1])]
         if np.count_nonzero(usual == 0) <= 0.01 * usual.size:
             abrupt = 0.1 * np.median(usual) if usual.size else 0.0
@@ -319,7 +320,7 @@ def rotation(
     if not rest:
         raise FreerockError(
             "laser signal",
-            f"the block never rests for {window_s:g} s, so θ = 0 is unknown",
+            "the block never stands still, so θ = 0 is unknown",
             "record the block at rest before the first or after the last release",
         )
     still, deviation = _inside(phases, time_s, clean, window_s / 2)
@@ -333,8 +334,12 @@ def rotation(
     )
     theta = rotation_from_displacement(displacement, block, laser, side)
     flags[np.isnan(theta) & (flags == 0)] = FLAGS["target_lost"]
-    sigma = noise_v * scale / sensitivity(theta, block, laser)
-    zero_stderr = max(phase.level_stderr for phase in rest) * scale / sensitivity(0.0, block, laser)
+    with np.errstate(
+        divide="ignore", invalid="ignore"
+    ):  # a beam over a corner is blind to one side: infinite error
+        sigma = noise_v * scale / sensitivity(theta, block, laser)
+        about_zero = sensitivity(np.array([-1e-12, 1e-12]), block, laser).min()
+        zero_stderr = max(phase.level_stderr for phase in rest) * scale / about_zero
 
     return xr.Dataset(
         {
@@ -464,13 +469,15 @@ def _white_noise(time_s, deviation, step):
 def _lobe_sides(rise, sigma, time_s, rest_mid_s, laser):
     """Sign of θ for a reading that has none: lobes change side at each touch-down, anew after every rest.
 
-    A lobe is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half that.
+    A lobe is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half of
+    that; what is smaller keeps the side of the lobe before it.
     """
     first = 1.0 if laser.release_side == "positive" else -1.0
     side = np.full(rise.size, first)
     high = max(8 * sigma, 0.01 * np.nanmax(rise))
-    index = np.flatnonzero((rise > high) | (rise < high / 2))
-    lobes = [(index[i], index[j]) for i, j in stretches(rise[index] > high)]
+    smooth = np.convolve(rise, np.full(5, 0.2), "same")  # to tell lobes from noise; θ itself is not smoothed
+    index = np.flatnonzero((smooth > high) | (smooth < high / 2))
+    lobes = [(index[i], index[j]) for i, j in stretches(smooth[index] > high)]
     sign = first
     for (_, last), (start, _) in pairwise(lobes):
         rested = any(time_s[last] < mid < time_s[start] for mid in rest_mid_s)

@@ -113,7 +113,8 @@ def stationary_phases(
         if spans and first - spans[-1][1] <= BLOCKS_PER_WINDOW and abs(level - spans[-1][2]) < NEAR * limit:
             first = spans.pop()[0]
         spans.append((first, last, level))
-    spans = [(i, j) for i, j, _ in spans if (j - i + 1) * per_block * step >= min_duration_s]
+    shortest = max(BLOCKS_PER_WINDOW + 3, min_duration_s / (per_block * step))
+    spans = [(i, j) for i, j, _ in spans if j - i + 1 >= shortest]
 
     phases = []
     for first, last in spans:

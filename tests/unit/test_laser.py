@@ -262,7 +262,7 @@ def test_target_lost_is_flagged():
         ),
         (
             5 + np.sin(np.arange(4000) / 100),
-            "laser signal: the block never rests for 0.25 s, so θ = 0 is unknown; "
+            "laser signal: the block never stands still, so θ = 0 is unknown; "
             "record the block at rest before the first or after the last release",
         ),
     ],
