@@ -324,7 +324,7 @@ def test_a_file_that_is_not_utf8_is_told_with_its_line(campaign):
         load_campaign("config/campaigns/lab.yaml")
 
 
-@pytest.mark.parametrize("text", ["[" * 5000, "a: &a [*a]"])
+@pytest.mark.parametrize("text", ["[" * 1000, "a: &a [*a]"])
 def test_endless_nesting_is_refused(campaign, text):
     (line,) = campaign(yaml_change=(YAML, text))
     assert line == "lab.yaml: keys are nested without end; correct the YAML; put texts in quotes"
