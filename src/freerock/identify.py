@@ -311,8 +311,8 @@ class _Problem:
             limits = [tuple(np.log(K_RANGE)), tuple(np.log(RATIO_RANGE[damping]))]
         for motion in self.motions:
             half = {
-                "theta0": max(6 * motion.theta0_stderr, 0.005 * abs(motion.theta0)),
-                "t0": max(6 * motion.t0_stderr, motion.start_s, 0.01),
+                "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
+                "t0": max(6 * motion.t0_stderr, 1e-3),
             }
             centre = {"theta0": motion.theta0, "t0": 0.0}
             limits += [(centre[name] - half[name], centre[name] + half[name]) for name in self.free]
