@@ -184,3 +184,14 @@ def test_more_releases_and_coarser_converter():
 def test_command_line(tmp_path, capsys):
     assert main([]) == 1
     assert capsys.readouterr().err == "freerock.twin: no folder given; name one, as raw/palermo_virtual\n"
+
+
+@pytest.mark.parametrize(("theta0", "release_side"), [(0.085, "positive"), (-0.085, "negative")])
+def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side):
+    laser = Laser("vertical", 0.0, 0.05, release_side=release_side)
+    releases = [Release(theta0, MARBLE, blocked_s=[(0.3, 0.6)])] * 3
+    record = simulate_record(BLOCK, laser, "hunt_crossley", releases, seed=4, rtol=1e-8)
+    found = rotation(record.time_s, record.volts, laser, BLOCK)
+    clear = (np.abs(record.theta) > math.radians(0.5)) & (found["flags"].values == 0)
+    assert clear.sum() > 10_000
+    assert (np.abs(found["theta"] - record.theta) < 6 * found["sigma_theta"])[clear].all()
