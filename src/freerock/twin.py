@@ -134,8 +134,8 @@ def simulate_record(
     faults : sequence of callable
         Each takes (time_s, volts, generator) and returns volts, between sensor and converter.
     **options
-        Passed on to `freerock.models.simulate.simulate`: debonding, base_excitation, rtol. The ground stands
-        still until the finger has left.
+        Passed on to `freerock.models.simulate.simulate` from the moment the finger has left, such as
+        debonding and rtol.
 
     Returns
     -------
@@ -185,7 +185,8 @@ def _release(block, model, release, clock, rate_hz, longest_s, options):
     """θ [rad] at the samples from the start of a tilt to the end of the pause, the truth, that end [s]."""
     hold, let_go = clock + release.tilt_s, clock + release.tilt_s + release.held_s
     free = let_go + release.fade_s
-    grid = np.arange(math.ceil(clock * rate_hz), math.ceil((free + longest_s) * rate_hz)) / rate_hz
+    first = math.ceil(clock * rate_hz)
+    grid = np.arange(first, math.ceil((free + longest_s) * rate_hz)) / rate_hz
 
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
     theta = release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
@@ -195,7 +196,7 @@ def _release(block, model, release, clock, rate_hz, longest_s, options):
     theta[rocking] = motion.theta
 
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
-    rest = round(float(grid[moving[-1]]) + 1 / rate_hz, 6)
+    rest = round(float(grid[moving[-1]]) + 1 / rate_hz, 6) if moving.size else free
     end = rest + release.pause_s
     lifted = motion.time[motion.contact != 0]
     impacts = motion.impacts[motion.impacts < lifted[-1]] if lifted.size else motion.impacts[:0]
@@ -211,7 +212,7 @@ def _release(block, model, release, clock, rate_hz, longest_s, options):
         "outcome": motion.outcome,
         "blocked_s": [[round(clock + t, 6) for t in blocked] for blocked in release.blocked_s],
     }
-    return theta[grid < end], truth, end
+    return theta[: math.ceil(end * rate_hz) - first], truth, end
 
 
 def _fade(block, model, release, times, debonding):
