@@ -31,9 +31,10 @@ RATIO_RANGE = {"c": (1e-5, 1.0), "lambda": (1e-2, 1e4)}
 K_GRID = np.geomspace(3e5, 1e9, 22)
 RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 9), "lambda": np.geomspace(2, 200, 9)}
 R_GRID = 1 - np.geomspace(1e-3, 0.95, 130)
-SCAN_SAMPLES = 250
+SCAN_SAMPLES, GROWTH_SAMPLES, FINE_SAMPLES = 250, 1000, 3000  # per run, before the last fit to all of them
 SCAN, COARSE, FINE = 1e-4, 1e-6, 1e-8  # integrator's rtol: of the scan, of growing horizons, of the last fit
 CANDIDATES = 3
+PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
 
 
 @dataclass(frozen=True)
@@ -174,14 +175,15 @@ def fit_record(
     block: Block,
     motions: Sequence[Motion],
     *,
+    start: Sequence[float] | None = None,
     free: Sequence[str] = NUISANCES,
     debonding: str = "geometric",
     integrator_error: float = 0.01,
 ) -> Fit:
     """Identify a model on several runs of one block jointly: one set of parameters, nuisances per run.
 
-    Parameters, returns and errors as in `fit_run`; `motions` is a sequence of Motion. The first run
-    gives the start.
+    `motions` is a sequence of Motion; `start` are the model's parameters to start from [SI], by default
+    those that a scan finds on the first run. All else, and the errors, as in `fit_run`.
     """
     if model not in MODELS:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(MODELS)}")
@@ -195,7 +197,7 @@ def fit_record(
         raise FreerockError(
             "fit", "fewer valid samples than parameters", "exclude the run or widen it by an override"
         )
-    problem, result, holdout = _minimise(problem, integrator_error)
+    problem, result, holdout = _minimise(problem, start, integrator_error)
     return _fit(problem, result, holdout)
 
 
@@ -225,6 +227,16 @@ class _Problem:
             value[1] = np.exp(x[0] + x[1])
         return value
 
+    def fitted(self, values) -> list:
+        """The model's fitted parameters from those in SI units, the inverse of `physical`."""
+        if self.model == "housner":
+            return list(values)
+        return [np.log(values[0]), np.log(values[1] / values[0])]
+
+    def alone(self) -> "_Problem":
+        """The same problem on the first run only."""
+        return replace(self, motions=self.motions[:1])
+
     def theta(self, x, i: int, time_s, rtol: float | None = None) -> np.ndarray:
         """θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2."""
         motion, value = self.motions[i], self.physical(x)
@@ -242,14 +254,15 @@ class _Problem:
         )
         return np.where(np.isnan(theta), np.copysign(np.pi / 2, theta0), theta)
 
-    def samples(self, horizon_s: float, step: int = 1):
-        """Times [s] and θ [rad] that count, per run, up to the horizon."""
+    def samples(self, horizon_s: float, most: float = np.inf):
+        """Times [s] and θ [rad] that count up to the horizon, and their number per run; thinned to `most`."""
         times, thetas = [], []
         for motion in self.motions:
             counts = np.isfinite(motion.theta) & (motion.time_s >= motion.start_s)
-            counts &= motion.time_s <= horizon_s
-            times.append(motion.time_s[counts][::step])
-            thetas.append(motion.theta[counts][::step])
+            index = np.flatnonzero(counts & (motion.time_s <= horizon_s))
+            index = index[:: max(1, int(len(index) // most))]
+            times.append(motion.time_s[index])
+            thetas.append(motion.theta[index])
         return np.concatenate(times), np.concatenate(thetas), [len(t) for t in times]
 
     def residual(self, x, time_s, theta, lengths) -> np.ndarray:
@@ -323,33 +336,30 @@ class _Problem:
         return np.array([*model_values, *(nuisance[n](m) for m in self.motions for n in self.free)])
 
 
-def _minimise(problem: _Problem, integrator_error: float):
+def _minimise(problem: _Problem, start, integrator_error: float):
     """Best end of the candidates over growing horizons, at a tolerance the noise asks for."""
-    single = replace(problem, motions=problem.motions[:1])
-    horizons = _horizons(single.motions[0])
-    ends = []
-    for x in _scan(single, horizons[0]):
-        for horizon in horizons:
-            x = _least_squares(single, x, horizon, step=_thinning(single, horizon)).x
-        ends.append((_mean_square(single, x), x))
-    x = min(ends, key=lambda end: end[0])[1]
+    horizons = _horizons(problem.motions[0])
+    starts = _scan(problem.alone(), horizons[0]) if start is None else [problem.fitted(start)]
+    tracks = [_grow(problem, problem.start(values), horizons[:1]) for values in starts]
+    promising = PROMISING * min(error for error, _ in tracks)
+    tracks = [_grow(problem, x, horizons[1:]) for error, x in tracks if error <= promising]
+    x = min(tracks, key=lambda track: track[0])[1]
 
-    single = replace(single, rtol=FINE)
-    while True:
-        x = _least_squares(single, x, np.inf).x
-        if _integration_error(single, x) <= integrator_error * _sigma(single) or single.rtol < 1e-12:
-            break
-        single = replace(single, rtol=single.rtol / 10)
-    problem = replace(problem, rtol=single.rtol)
-    if len(problem.motions) > 1:
-        n_model = len(MODELS[problem.model])
-        x = problem.start(x[:n_model])
-        for horizon in horizons[1:]:
-            x = _least_squares(problem, x, horizon, step=4).x
-        holdout = float("nan")
-    else:
-        holdout = _holdout(single, x)
+    problem = replace(problem, rtol=FINE)
+    x = _least_squares(problem, x, np.inf, FINE_SAMPLES).x
+    while _integration_error(problem, x) > integrator_error * _sigma(problem) and problem.rtol > 1e-12:
+        problem = replace(problem, rtol=problem.rtol / 10)
+    holdout = _holdout(problem, x) if len(problem.motions) == 1 else float("nan")
     return problem, _least_squares(problem, x, np.inf), holdout
+
+
+def _grow(problem: _Problem, x, horizons) -> tuple:
+    """Mean square error [rad²] and fitted parameters after least squares over each horizon in turn."""
+    result = None
+    for horizon in horizons:
+        result = _least_squares(problem, x, horizon, GROWTH_SAMPLES)
+        x = result.x
+    return (np.inf if result is None else result.chisqr / result.ndata), x
 
 
 def _horizons(motion: Motion) -> list:
@@ -364,25 +374,20 @@ def _horizons(motion: Motion) -> list:
     return spans
 
 
-def _thinning(problem: _Problem, horizon_s: float) -> int:
-    return max(1, len(problem.samples(horizon_s)[0]) // 1000)
-
-
 def _scan(problem: _Problem, horizon_s: float) -> list:
-    """Starting points: the lowest local minima of the mean square error over the model's grid.
+    """Starting values of the model's parameters: lowest local minima of the error over the model's grid.
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
     block that stops early is out of step for less time.
     """
     if problem.model == "housner":
-        samples = problem.samples(np.inf, _thinning(problem, np.inf))
+        samples = problem.samples(np.inf, GROWTH_SAMPLES)
         grid = [r for r in R_GRID if r >= problem.r_min]
         errors = np.array([np.mean(problem.residual(problem.start([r]), *samples) ** 2) for r in grid])
         inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
         best = inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)
-        return [problem.start([grid[best]])]
-    step = max(1, len(problem.samples(horizon_s)[0]) // SCAN_SAMPLES)
-    samples = problem.samples(horizon_s, step)
+        return [[grid[best]]]
+    samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=SCAN)
     ratios = RATIO_GRID[MODELS[problem.model][1]]
     errors = np.array(
@@ -396,11 +401,11 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     )
     minima = np.argwhere(errors == minimum_filter(errors, size=3, mode="nearest"))
     minima = sorted(minima.tolist(), key=lambda ij: errors[tuple(ij)])[:CANDIDATES]
-    return [problem.start([np.log(K_GRID[i]), np.log(ratios[j])]) for i, j in minima]
+    return [[np.log(K_GRID[i]), np.log(ratios[j])] for i, j in minima]
 
 
-def _least_squares(problem: _Problem, x, horizon_s: float, step: int = 1):
-    samples = problem.samples(horizon_s, step)
+def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf):
+    samples = problem.samples(horizon_s, most)
     names = [f"x{i}" for i in range(len(x))]
     parameters = lmfit.Parameters()
     for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
@@ -425,10 +430,6 @@ def _least_squares(problem: _Problem, x, horizon_s: float, step: int = 1):
     return result
 
 
-def _mean_square(problem: _Problem, x) -> float:
-    return float(np.mean(problem.residual(x, *problem.samples(np.inf)) ** 2))
-
-
 def _sigma(problem: _Problem) -> float:
     return float(np.sqrt(np.mean([m.sigma_theta**2 for m in problem.motions])))
 
@@ -448,7 +449,7 @@ def _holdout(problem: _Problem, x) -> float:
     """ε_θ of the second half of a run under the parameters fitted to the first half."""
     motion = problem.motions[0]
     half = motion.time_s[-1] / 2
-    x = _least_squares(problem, x, half).x
+    x = _least_squares(problem, x, half, FINE_SAMPLES).x
     later = motion.time_s > half
     return epsilon_theta(motion.time_s[later], problem.theta(x, 0, motion.time_s)[later], motion.theta[later])
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from freerock.datasets import open_record, provenance, runs_in, write_fits
 from freerock.identify import Motion, fit_record
 from freerock.impacts import find_impacts
+from freerock.models import MODELS
 from freerock.models.block import Block
 from freerock.workflow import log_to
 
@@ -28,8 +29,8 @@ def motion(run):
     )
 
 
-def fit(model, motions):
-    found = fit_record(model, block, motions, free=params.free[model], **params.options)
+def fit(model, motions, start=None):
+    found = fit_record(model, block, motions, start=start, free=params.free[model], **params.options)
     logging.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
     return found
 
@@ -46,7 +47,10 @@ fits = {
     number: {model: with_impacts(fit(model, [motions[number]])) for model in params.models}
     for number in motions
 }
-pooled = {model: fit(model, list(motions.values())) for model in params.models if params.pooled and motions}
+pooled = {}
+for model in params.models if params.pooled and motions else []:
+    mean = sum(fits[number][model].value for number in motions) / len(motions)
+    pooled[model] = fit(model, list(motions.values()), start=mean[: len(MODELS[model])])
 attributes = params.attributes | {key: record.attrs[key] for key in ("verdict", "reasons")}
 attributes["provenance"] = provenance([snakemake.input.record], dict(params.items()))
 write_fits(snakemake.output.fits, fits, pooled, attributes)
