@@ -1,0 +1,159 @@
+"""Impacts against closed forms, the printed numbers of the case, and noise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from freerock.impacts import find_impacts, restitution_from_peaks
+from freerock.models.block import GRAVITY, Block
+from freerock.models.housner import housner_lobes
+from freerock.models.simulate import simulate_theta
+
+BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
+RELEASE_DEG = {1: 6.0, 2: 10.0, 3: 20.0}
+FOUNDATIONS = {"marble": {"k": 6.88e6, "lambda": 1.30e8}, "aerstop": {"k": 2.86e6, "lambda": 8.16e7}}
+SCENES = [(block, foundation) for block in BLOCKS for foundation in FOUNDATIONS]
+SIGMA = math.radians(0.01)
+
+
+def motion(model, number, parameters, theta0_deg=None, duration_s=8.0, rate_hz=2000.0):
+    time = np.arange(round(duration_s * rate_hz)) / rate_hz
+    theta0 = math.radians(RELEASE_DEG[number] if theta0_deg is None else theta0_deg)
+    theta, outcome = simulate_theta(model, BLOCKS[number], parameters, time, theta0=theta0)
+    assert outcome in ("completed", "at_rest")
+    return time, theta, theta0
+
+
+def noisy(theta, seed, sigma=SIGMA):
+    return theta + sigma * np.random.default_rng(seed).standard_normal(theta.size)
+
+
+@pytest.mark.parametrize(
+    ("r", "times", "peaks_deg"),
+    [
+        (0.958, [0.26888, 0.71043, 1.09557, 1.44071, 1.75486], [8.4603, 7.3517, 6.4754, 5.7520]),
+        (0.895, [0.26888, 0.62923, 0.91424, 1.15108], [6.8169, 5.0438, 3.8421, 2.9724]),
+    ],
+)
+def test_housner_motion_to_the_digits_printed(r, times, peaks_deg):
+    time, theta, theta0 = motion("housner", 2, {"r": r})
+    found = find_impacts(time, theta, 0.0, BLOCKS[2], theta0=theta0)
+    assert found.time_s[: len(times)] == pytest.approx(times, abs=6e-6)
+    signs = np.resize([-1, 1], len(peaks_deg))
+    assert np.degrees(found.peak_after_rad[: len(peaks_deg)]) == pytest.approx(signs * peaks_deg, abs=6e-5)
+    assert found.peak_before_rad[0] == theta0
+    assert found.peak_before_rad[1:] == pytest.approx(found.peak_after_rad[:-1], abs=0)
+    assert found.restitution == pytest.approx(np.full(found.time_s.size, r), abs=1e-5)
+    assert found.restitution_rate[:10] == pytest.approx(np.full(10, r), abs=1e-4)
+    assert found.theta_uplift == 0
+
+
+def test_peak_map_inverts_itself():
+    block, r = BLOCKS[3], 0.7
+    lobes = housner_lobes(block, r, math.radians(20), until=1.0)
+    for before, after in zip(lobes.peak, lobes.peak[1:], strict=False):
+        assert restitution_from_peaks(before, 0.0, -after, 0.0, block)[0] == pytest.approx(r, abs=1e-12)
+
+
+def test_peak_map_error_is_that_of_a_finite_difference():
+    block, step = BLOCKS[2], 1e-7
+    r, stderr = restitution_from_peaks(0.15, step, 0.12, 2 * step, block)
+    by_before = restitution_from_peaks(0.15 + step, 0, 0.12, 0, block)[0] - r
+    by_after = restitution_from_peaks(0.15, 0, 0.12 + 2 * step, 0, block)[0] - r
+    assert stderr == pytest.approx(math.hypot(by_before, by_after), rel=1e-5)
+    assert math.isnan(restitution_from_peaks(0.3, 0, 0.12, 0, block)[0])  # beyond θ_cr
+
+
+def test_no_bias_and_honest_errors_on_rigid_motion_down_to_ten_sigma():
+    generator = np.random.default_rng(1)
+    scores = {"restitution": [], "restitution_rate": [], "peak": [], "time": []}
+    lowest = []
+    for _ in range(120):
+        block = BLOCKS[generator.integers(1, 4)]
+        r, theta0 = generator.uniform(0.75, 0.96), block.theta_cr * generator.uniform(0.5, 0.8)
+        time = generator.uniform(0, 5e-4) + np.arange(16000) / 2000
+        theta, _ = simulate_theta("housner", block, {"r": r}, time, theta0=theta0)
+        theta += SIGMA * generator.standard_normal(theta.size)
+        found = find_impacts(time, theta, SIGMA, block, theta0=theta0)
+        lobes = housner_lobes(block, r, theta0, until=9.0)
+        true = slice(0, found.time_s.size)
+        after = lobes.peak[1:][true]
+        scores["time"].extend((found.time_s - lobes.impact_time[true]) / found.time_stderr_s)
+        scores["peak"].extend((np.abs(found.peak_after_rad) - after) / found.peak_after_stderr_rad)
+        scores["restitution"].extend((found.restitution - r) / found.restitution_stderr)
+        scores["restitution_rate"].extend((found.restitution_rate - r) / found.restitution_rate_stderr)
+        lowest.append(after[-1] / SIGMA)
+    for name, score in scores.items():
+        score = np.array(score)[np.isfinite(score)]
+        assert score.size > 1500, name
+        assert abs(score.mean()) < 0.1, name
+        assert 0.93 < np.mean(np.abs(score) < 1.96) < 0.97, name
+    assert np.median(lowest) < 13
+
+
+def test_housner_stops_at_the_last_peak_above_ten_sigma():
+    time, theta, theta0 = motion("housner", 2, {"r": 0.9})
+    found = find_impacts(time, noisy(theta, 1), SIGMA, BLOCKS[2], theta0=theta0)
+    peaks = housner_lobes(BLOCKS[2], 0.9, theta0, until=8.0).peak[1:]
+    n = found.time_s.size
+    assert peaks[n - 1] > 9 * SIGMA and peaks[n] < 11 * SIGMA
+
+
+@pytest.mark.parametrize(
+    ("foundation", "peaks_deg", "low", "high"),
+    [
+        ("marble", [7.9027, 6.5832, 5.5949, 4.8059], 0.9385, 0.9435),
+        ("aerstop", [5.547, 3.641, 2.479, 1.716], 0.83, 0.86),
+    ],
+)
+def test_hunt_crossley_first_peaks_and_restitution(foundation, peaks_deg, low, high):
+    time, theta, theta0 = motion("hunt_crossley", 2, FOUNDATIONS[foundation])
+    found = find_impacts(time, theta, 0.0, BLOCKS[2], theta0=theta0)
+    digits = 6e-5 if foundation == "marble" else 6e-4
+    assert np.abs(np.degrees(found.peak_after_rad[:4])) == pytest.approx(peaks_deg, abs=digits)
+    assert np.all((low < found.restitution[:7]) & (found.restitution[:7] < high))
+    assert found.time_s[0] == pytest.approx({"marble": 0.3077, "aerstop": 0.3487}[foundation], abs=1e-4)
+
+
+@pytest.mark.parametrize(("number", "foundation"), SCENES)
+@pytest.mark.parametrize("sigma", [0.0, SIGMA / 2], ids=["clean", "noisy"])
+def test_uplift_amplitude_from_the_tail(number, foundation, sigma):
+    block = BLOCKS[number]
+    time, theta, theta0 = motion("hunt_crossley", number, FOUNDATIONS[foundation], duration_s=12.0)
+    found = find_impacts(time, noisy(theta, number, sigma), sigma, block, theta0=theta0)
+    sink = block.mass_kg * GRAVITY / (2 * block.b * FOUNDATIONS[foundation]["k"])
+    assert found.theta_uplift == pytest.approx(math.asin(sink / block.b), rel=0.05)
+    assert np.all(np.abs(found.peak_after_rad) >= found.theta_uplift)
+
+
+@pytest.mark.parametrize(("number", "foundation"), SCENES)
+def test_errors_cover_the_scatter_on_compliant_bases(number, foundation):
+    time, theta, theta0 = motion("hunt_crossley", number, FOUNDATIONS[foundation])
+    clean = find_impacts(time, theta, 0.0, BLOCKS[number], theta0=theta0)
+    peaks, restitutions = [], []
+    for seed in range(6):
+        found = find_impacts(time, noisy(theta, seed), SIGMA, BLOCKS[number], theta0=theta0)
+        n = min(found.time_s.size, clean.time_s.size)
+        peaks.extend((found.peak_after_rad - clean.peak_after_rad[:n])[:n] / found.peak_after_stderr_rad[:n])
+        restitutions.extend((found.restitution - clean.restitution[:n])[:n] / found.restitution_stderr[:n])
+    for scores in (peaks, restitutions):
+        assert np.sqrt(np.mean(np.square(scores))) < 1.35
+
+
+def test_rates_agree_with_peaks_on_a_hard_base_and_not_on_a_mat():
+    """On a mat dissipation is spread over the swing, so less of it is seen at the impact."""
+    rigid, mat = (
+        find_impacts(*motion(model, 2, parameters)[:2], 0.0, BLOCKS[2], theta0=math.radians(10))
+        for model, parameters in (("housner", {"r": 0.9}), ("hunt_crossley", FOUNDATIONS["aerstop"]))
+    )
+    assert np.abs(rigid.restitution_rate - rigid.restitution)[:8].max() < 1e-3
+    assert (mat.restitution_rate - mat.restitution)[:4].min() > 0.05
+
+
+def test_winkler_motion():
+    time, theta, theta0 = motion("winkler", 2, {"k": 6.77e6, "c": 2.17e4})
+    found = find_impacts(time, theta, 0.0, BLOCKS[2], theta0=theta0)
+    assert found.time_s.size > 8
+    assert np.all(np.diff(np.abs(found.peak_after_rad)) < 0)
+    assert np.all((found.restitution > 0.5) & (found.restitution < 1))
