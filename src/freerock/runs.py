@@ -1,0 +1,352 @@
+"""θ(t) of a record -> its free-rocking runs: held, released, rocking to rest.
+
+No time is set by hand. Where the block stands still comes from `phases`; the instant of release is the start
+of a motion from rest that matches the data after the finger has left, so it does not hang on how it left.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.phases import stationary_phases
+
+FALL = 0.25  # of θ0: the early motion is fitted until the block has fallen by this
+UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
+SMOOTH_S = 0.005  # averaging time in which the last of the motion is told from noise
+OUT_OF_NOISE = 5.0  # standard deviations
+VERDICTS = ("ok", "warn", "fail")
+SURE = 4.0  # standard errors
+BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
+
+
+@dataclass(frozen=True)
+class Run:
+    """One free-rocking run of a record.
+
+    Parameters
+    ----------
+    number : int
+        Counted from 1 in the order of time.
+    hold_start_s : float
+        Start of the held phase [s].
+    release_s, release_stderr_s : float
+        Instant at which a motion at rest at θ0 began that matches the data after the finger has left, and its
+        standard error [s]. A finger that fades symmetrically began to do so half its fading time earlier.
+    start_s : float
+        First instant fit for use, after the finger has left [s].
+    end_s : float
+        Rest: from here the motion is lost in the noise [s].
+    theta0, theta0_stderr : float
+        Held angle and its standard error, which includes creep of the hold and error of the zero [rad].
+    sigma_theta : float
+        Standard deviation of the noise of θ, from the rest that follows (else the hold) [rad].
+    n_impacts : int
+        Sign changes of θ that stand out of the noise.
+    verdict : str
+        "ok", "warn" or "fail".
+    reasons : tuple of str
+        Why not "ok", and what was set by hand.
+    excluded, overridden : bool
+        Left out by hand; release and end set by hand.
+    """
+
+    number: int
+    hold_start_s: float
+    release_s: float
+    release_stderr_s: float
+    start_s: float
+    end_s: float
+    theta0: float
+    theta0_stderr: float
+    sigma_theta: float
+    n_impacts: int
+    verdict: str
+    reasons: tuple[str, ...] = ()
+    excluded: bool = False
+    overridden: bool = False
+
+
+def find_runs(
+    time_s,
+    theta,
+    sigma_theta,
+    flags,
+    block: Block | None = None,
+    zero_stderr: float = 0.0,
+    *,
+    overrides: Sequence[tuple[int, float, float, str]] = (),
+    exclusions: Sequence[tuple[int, str]] = (),
+    window_s: float = 0.25,
+    held_s: float = 1.0,
+    finger_s: float = 0.03,
+    min_impacts: int = 3,
+    max_flagged_fraction: float = 0.02,
+    max_push_fraction: float = 0.01,
+    max_hold_wander_deg: float = 0.05,
+    max_rest_shift_deg: float = 0.05,
+) -> list[Run]:
+    """Find the runs of a record.
+
+    Parameters
+    ----------
+    time_s : array_like, shape (n_time,)
+        Evenly spaced time [s].
+    theta : array_like, shape (n_time,)
+        Rotation [rad], zero at rest; NaN where flagged.
+    sigma_theta : float or array_like, shape (n_time,)
+        Standard deviation of the white noise of θ [rad].
+    flags : array_like of int, shape (n_time,)
+        0 where a sample is valid.
+    block : Block, optional
+        Judges whether θ0 is below θ_cr.
+    zero_stderr : float
+        Standard error of the zero of θ [rad].
+    overrides : sequence of (run, release_s, end_s, reason)
+        Release and end of a run, set by hand.
+    exclusions : sequence of (run, reason)
+        Runs left out by hand: kept in the list and marked.
+    window_s : float
+        Window of `phases.stationary_phases` [s].
+    held_s : float
+        θ0 is read over this long before the release [s].
+    finger_s : float
+        Time the finger takes to leave [s]: no sample is used from as long before the release to as long
+        after it. Also the standard error of a release set by hand.
+    min_impacts : int
+        Fewer impacts are a fail.
+    max_flagged_fraction : float
+        A larger share of invalid samples within a run is a fail, a smaller one a warning.
+    max_push_fraction : float
+        Warning when the motion is that from an angle which differs from θ0 by more than this share, because
+        the block was pushed or held back.
+    max_hold_wander_deg : float
+        Warning when the held angle moves by more than this over `held_s` [degree].
+    max_rest_shift_deg : float
+        Warning when the rest positions before and after differ by more than this [degree].
+
+    Returns
+    -------
+    list of Run
+
+    Raises
+    ------
+    FreerockError
+        No release found, or a run overridden or excluded that is not there.
+    """
+    t, theta = np.asarray(time_s, float), np.asarray(theta, float)
+    theta = np.where(np.asarray(flags) == 0, theta, np.nan)
+    sigma = np.broadcast_to(np.asarray(sigma_theta, float), theta.shape)
+    phases = stationary_phases(t, theta, window_s=window_s)
+    holds = _holds(phases, stationary_phases(t, theta, window_s=window_s, floor_fraction=UNSTEADY))
+    if not holds:
+        raise _no_release(phases, block)
+    _refuse_unknown("override", [number for number, *_ in overrides], len(holds))
+    _refuse_unknown("exclude", [number for number, _ in exclusions], len(holds))
+    by_hand = {number: (release, end, reason) for number, release, end, reason in overrides}
+    left_out = dict(exclusions)
+
+    runs = []
+    for number, hold in enumerate(holds, 1):
+        rest = next((phase for phase in phases if phase.start_s > hold.mid_s and phase is not hold), None)
+        still = slice(*np.searchsorted(t, _core(rest or hold, window_s)))
+        sigma_run = _scatter(theta[still])
+        doubts = []  # (verdict, reason)
+        if number in by_hand:
+            release, end, why = by_hand[number]
+            if not hold.start_s + finger_s + MIN_BLOCKS * BLOCK_S < release < end:
+                raise FreerockError(
+                    "override",
+                    f"run {number}, held from {hold.start_s:.2f} s, is released at {release:g} s",
+                    f"give a release at least {finger_s + MIN_BLOCKS * BLOCK_S:.2f} s later, then the end",
+                )
+            release_stderr = finger_s
+            doubts.append(("ok", f"overridden: {why}"))
+        else:
+            end = _end_of_motion(t, theta, still, hold.end_s, rest.start_s + window_s) if rest else t[-1]
+            release, release_stderr, push = _release(t, theta, sigma, hold, end, held_s, finger_s)
+            if math.isnan(release_stderr):
+                release_stderr = finger_s
+                doubts.append(("warn", "the release can't be timed from the early motion"))
+            if abs(push) > max_push_fraction:
+                how = "pushed" if push > 0 else "held back"
+                doubts.append(("warn", f"{how}: it moves as if released from an angle {push:+.1%} off θ0"))
+        theta0, theta0_stderr, wander = _held_angle(t, theta, sigma, hold, release, held_s, finger_s)
+        start = release + finger_s
+        during = theta[slice(*np.searchsorted(t, (start, end)))]
+        side = np.sign(during[np.abs(during) > OUT_OF_NOISE * sigma_run])
+        n_impacts = int(np.count_nonzero(np.diff(side)))
+
+        if block is not None and abs(theta0) >= block.theta_cr:
+            angles = f"θ0 = {math.degrees(theta0):.2f}° is beyond θ_cr = {math.degrees(block.theta_cr):.2f}°"
+            doubts.append(("fail", angles))
+        if n_impacts < min_impacts:
+            doubts.append(("fail", f"{n_impacts} impacts, fewer than {min_impacts}"))
+        flagged = float(np.mean(np.isnan(during))) if during.size else 1.0
+        if flagged > 0:
+            verdict = "fail" if flagged > max_flagged_fraction else "warn"
+            doubts.append((verdict, f"{flagged:.2%} of its samples are invalid"))
+        if math.degrees(wander) > max_hold_wander_deg:
+            doubts.append(("warn", f"the held angle wanders by {math.degrees(wander):.3f}°"))
+        if rest is None:
+            doubts.append(("warn", "the record ends before the block is at rest"))
+        elif rest.kind != "rest":
+            doubts.append(("fail", f"it stops at {math.degrees(rest.level):.2f}° instead of at rest"))
+        else:
+            before = [p.level for p in phases if p.kind == "rest" and p.end_s <= hold.start_s]
+            shift = math.degrees(rest.level - before[-1]) if before else 0.0
+            if abs(shift) > max_rest_shift_deg:
+                doubts.append(("warn", f"the rest position has moved by {shift:+.3f}°"))
+        if number in left_out:
+            doubts.append(("ok", f"excluded: {left_out[number]}"))
+        runs.append(
+            Run(
+                number=number,
+                hold_start_s=hold.start_s,
+                release_s=float(release),
+                release_stderr_s=float(release_stderr),
+                start_s=float(start),
+                end_s=float(end),
+                theta0=theta0,
+                theta0_stderr=math.hypot(theta0_stderr, zero_stderr),
+                sigma_theta=sigma_run,
+                n_impacts=n_impacts,
+                verdict=max((verdict for verdict, _ in doubts), key=VERDICTS.index, default="ok"),
+                reasons=tuple(reason for _, reason in doubts),
+                excluded=number in left_out,
+                overridden=number in by_hand,
+            )
+        )
+    return runs
+
+
+def _holds(steady, loose):
+    """Phases that end with a release: the steady ones, and those too unsteady to be among them."""
+    holds = [phase for phase in steady if phase.kind == "held"]
+    for phase in loose:
+        apart = all(phase.end_s < hold.start_s or phase.start_s > hold.end_s for hold in holds)
+        if phase.kind == "held" and apart:
+            holds.append(phase)
+    return sorted(holds, key=lambda hold: hold.start_s)
+
+
+def _no_release(phases, block):
+    """The error of a record without a release, with what can be told of it."""
+    remedy = "check that the channel, the sign and the laser are those of this record"
+    if not phases:
+        what, remedy = "no release found: the signal never stands still", "record a rest and a held phase"
+    else:
+        held = max((phase.level for phase in phases), key=abs)
+        what = "no release found: nothing rocks freely to rest after being held"
+        if block is not None and abs(held) >= block.theta_cr:
+            what = (
+                f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "
+                f"{math.degrees(block.theta_cr):.2f}°, it overturns"
+            )
+            remedy = "check the block's height and width and the laser's position"
+    return FreerockError("record", what, remedy)
+
+
+def _refuse_unknown(key, numbers, n_runs):
+    """Refuse to override or exclude runs that are not there."""
+    unknown = sorted(set(numbers) - set(range(1, n_runs + 1)))
+    if unknown:
+        raise FreerockError(
+            key,
+            f"there is no run {', '.join(map(str, unknown))}",
+            "the record has run 1 only" if n_runs == 1 else f"the record has runs 1 to {n_runs}",
+        )
+
+
+def _core(phase, window_s):
+    """Start and end of a phase without its uncertain ends [s]."""
+    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
+    return phase.start_s + trim, phase.end_s - trim
+
+
+def _scatter(x):
+    """Standard deviation, robust against outliers; NaN samples are left out."""
+    deviation = np.abs(x - np.nanmedian(x))
+    return float(1.4826 * np.nanmedian(deviation) or np.nanstd(x))
+
+
+def _end_of_motion(t, theta, still, start, until):
+    """Last instant at which θ, averaged over `SMOOTH_S`, stands out of what it is while still."""
+    width = max(1, round(SMOOTH_S / (t[1] - t[0])))
+    valid = np.isfinite(theta)
+    box = np.ones(width)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.convolve(np.where(valid, theta, 0.0), box, "same") / np.convolve(valid, box, "same")
+    noise = max(_scatter(mean[still]), np.finfo(float).eps)
+    moving = np.abs(mean - np.nanmedian(mean[still])) > OUT_OF_NOISE * noise
+    first, last = np.searchsorted(t, (start, until))
+    return t[first + np.flatnonzero(moving[first:last]).max(initial=0)]
+
+
+def _held_angle(t, theta, sigma, hold, release, held_s, finger_s):
+    """Held angle, its standard error and how far it wanders [rad], over the last part of the hold.
+
+    Means over `BLOCK_S` that scatter clearly more than white noise lets them are taken as motion of the
+    block, which may have been released from anywhere within it.
+    """
+    end = release - finger_s
+    near = slice(*np.searchsorted(t, (max(hold.start_s, end - held_s), end)))
+    held = theta[near][np.isfinite(theta[near])]
+    size = max(1, round(BLOCK_S / (t[1] - t[0])))
+    n = held.size // size
+    if n < MIN_BLOCKS:
+        return hold.level, hold.level_stderr, 0.0
+    means = held[held.size - n * size :].reshape(n, size).mean(axis=1)
+    variance, white = np.var(means, ddof=1), np.nanmean(sigma[near]) ** 2 / size
+    stderr = math.sqrt(variance / n + (variance if variance > 3 * white else 0.0))
+    return float(held.mean()), stderr, float(np.ptp(means))
+
+
+def _release(t, theta, sigma, hold, end, held_s, finger_s):
+    """Instant of release, its standard error [s], and the share of θ0 by which the motion began higher.
+
+    The early motion is fitted twice: from the held angle, which gives the instant, and from any angle, which
+    tells a push. The standard error is NaN where no fit succeeds.
+    """
+    first, last = np.searchsorted(t, (hold.mid_s, end))
+    fallen = 1 - theta[first:last] / hold.level
+    early, late = (t[first + int(np.argmax(fallen > share))] for share in (FALL / 4, FALL))
+    release = guess = 2 * early - late  # a fall grows as time squared
+    for _ in range(3):
+        theta0, theta0_stderr, _ = _held_angle(t, theta, sigma, hold, release, held_s, finger_s)
+        near = slice(*np.searchsorted(t, (release + finger_s, late)))
+        motion = t[near], theta[near], sigma[near], release, theta0
+        instant, instant_stderr, _, _ = _early_motion(*motion, theta0_stderr)
+        if not abs(instant - guess) < late - guess:
+            return guess, math.nan, 0.0
+        release = instant
+    _, _, top, top_stderr = _early_motion(*motion, math.inf)
+    push = (top - theta0) / theta0
+    return release, instant_stderr, push if abs(top - theta0) > SURE * top_stderr else 0.0
+
+
+def _early_motion(t, theta, sigma, start, theta0, theta0_stderr):
+    """Fit θ = θ_top - C (cosh q(t - t0) - 1): t0, its standard error, θ_top, its standard error.
+
+    That is any conservative motion from rest at θ_top to fourth order in t - t0; C and q stay free, so that
+    neither a compliant base nor a width other than nominal matters. NaN where the fit fails.
+    """
+    valid = np.isfinite(theta) & np.isfinite(sigma)
+    t, theta, noise = t[valid] - start, theta[valid], np.maximum(sigma[valid], 1e-6 * abs(theta0))
+    if t.size < 8:
+        return (math.nan,) * 4
+
+    def residual(x):
+        top, fall, q, t0 = x
+        model = theta0 + top - fall * (np.cosh(np.clip(q * (t - t0), -20, 20)) - 1)
+        return np.append((model - theta) / noise, top / max(theta0_stderr, 1e-9 * abs(theta0)))
+
+    guess = (0.0, FALL * theta0 / 0.5, 1 / t[-1], 0.0)
+    fit = least_squares(residual, guess, x_scale="jac", method="lm")
+    scatter = max(1.0, 2 * fit.cost / (t.size - len(guess)))
+    stderr = np.sqrt(scatter * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
+    return start + fit.x[3], stderr[3], theta0 + fit.x[0], stderr[0]

@@ -1,0 +1,293 @@
+"""Runs found in records of known make: rest, tilt by hand, hold, release, rocking to rest, pause."""
+
+import json
+import math
+import re
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.models.housner import housner_lobes, housner_motion
+from freerock.runs import find_runs
+
+BLOCK = Block(0.28, 0.07, 5.84)
+SIGMA = math.radians(0.005)
+RATE_HZ = 1000.0
+RAW = Path(__file__).parents[2] / "raw/palermo_virtual"
+
+
+def one_run(
+    theta0_deg=10.0, r=0.9, rate0=0.0, tilt_s=1.5, hold_s=1.5, pause_s=1.5, creep_deg=0.0, rest_deg=0.0
+):
+    """θ [rad] from the start of the tilt to the end of the pause, and the instant of release [s]."""
+    theta0 = math.radians(theta0_deg)
+    release = tilt_s + hold_s
+    lobes = housner_lobes(BLOCK, r, theta0, rate0)
+    t = np.arange(round((release + lobes.rest_time + pause_s) * RATE_HZ)) / RATE_HZ
+    theta = housner_motion(lobes, t - release, theta0, rate0, rates=False)[0]
+    tilt, hold = t < tilt_s, (t >= tilt_s) & (t < release)
+    theta[tilt] = theta0 * np.sin(np.pi / 2 * t[tilt] / tilt_s) ** 2
+    theta[hold] += math.radians(creep_deg) * (t[hold] - release)
+    theta[t > release] += math.radians(rest_deg) * np.minimum(1, t[t > release] - release)
+    return theta, release
+
+
+def record(*runs, rest_s=1.0, seed=1):
+    """Arguments of find_runs and the releases [s]; one run by default."""
+    parts, releases, clock = [np.zeros(round(rest_s * RATE_HZ))], [], rest_s
+    for theta, release in runs or [one_run()]:
+        releases.append(clock + release)
+        parts.append(theta)
+        clock += theta.size / RATE_HZ
+    theta = np.concatenate(parts)
+    theta += SIGMA * np.random.default_rng(seed).standard_normal(theta.size)
+    return [np.arange(theta.size) / RATE_HZ, theta, SIGMA, np.zeros(theta.size, np.uint8), BLOCK], releases
+
+
+def test_every_run_is_found_and_timed():
+    angles = (10.0, -9.0, 11.0, 6.0)
+    arguments, releases = record(
+        *(one_run(angle, r) for angle, r in zip(angles, (0.95, 0.9, 0.8, 0.7), strict=True))
+    )
+    found = find_runs(*arguments)
+    assert [run.number for run in found] == [1, 2, 3, 4]
+    for run, release, angle in zip(found, releases, angles, strict=True):
+        assert run.verdict == "ok" and run.reasons == () and not run.excluded and not run.overridden
+        assert abs(run.release_s - release) < 1e-3
+        assert 0 < run.release_stderr_s < 2e-3
+        assert run.start_s == run.release_s + 0.03
+        assert run.hold_start_s == pytest.approx(release - 1.5, abs=0.3)
+        assert math.degrees(run.theta0) == pytest.approx(angle, abs=5 * math.degrees(run.theta0_stderr))
+        assert 0 < math.degrees(run.theta0_stderr) < 1e-3
+        assert run.sigma_theta == pytest.approx(SIGMA, rel=0.1)
+        assert run.n_impacts >= 5
+
+
+def test_release_error_is_honest():
+    scores = []
+    for seed in range(30):
+        arguments, (release,) = record(one_run(theta0_deg=5 + 0.25 * seed), seed=seed)
+        (run,) = find_runs(*arguments)
+        scores.append((run.release_s - release) / run.release_stderr_s)
+    assert np.sqrt(np.mean(np.square(scores))) < 1.4
+
+
+def test_end_is_where_the_motion_is_lost_in_noise():
+    arguments, (release,) = record(one_run(r=0.85))
+    (run,) = find_runs(*arguments)
+    lobes = housner_lobes(BLOCK, 0.85, math.radians(10))
+    visible = lobes.impact_time[lobes.peak > 6 * SIGMA][-1]
+    assert release + visible <= run.end_s <= release + lobes.rest_time + 0.01
+
+
+def test_a_tilt_in_steps_and_a_hand_in_the_beam():
+    theta, release = one_run()
+    paused = np.full(round(0.8 * RATE_HZ), math.radians(4))
+    ramp = math.radians(4) * np.linspace(0, 1, 500)
+    arguments, (release,) = record((np.concatenate([ramp, paused, theta + 0]), release + 0.5 + 0.8))
+    hand = (arguments[0] > 1.1) & (arguments[0] < 1.4)
+    arguments[1][hand] = np.nan
+    arguments[3][hand] = 1
+    (run,) = find_runs(*arguments)
+    assert abs(run.release_s - release) < 1e-3
+    assert run.verdict == "ok"
+
+
+def test_zero_error_enters_the_held_angle():
+    arguments, _ = record()
+    (run,) = find_runs(*arguments, math.radians(0.01))
+    assert math.degrees(run.theta0_stderr) == pytest.approx(0.01, rel=0.01)
+
+
+def test_overridden_run_takes_its_times_and_reason():
+    arguments, (_, second) = record(one_run(), one_run(9.0))
+    free, run = find_runs(*arguments, overrides=[(2, second + 0.01, second + 1.2, "a truck; passed by")])
+    assert not free.overridden and free.reasons == ()
+    assert (run.release_s, run.end_s) == (second + 0.01, second + 1.2)
+    assert run.start_s == pytest.approx(second + 0.04)
+    assert run.release_stderr_s == 0.03
+    assert run.overridden and run.reasons == ("overridden: a truck; passed by",)
+    assert math.degrees(run.theta0) == pytest.approx(9.0, abs=0.002)
+
+
+def test_excluded_run_stays_with_its_verdict():
+    arguments, _ = record(one_run(), one_run())
+    kept, left_out = find_runs(*arguments, exclusions=[(2, "slipped")])
+    assert not kept.excluded and left_out.excluded
+    assert left_out.verdict == "ok" and left_out.reasons == ("excluded: slipped",)
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        (
+            {"overrides": [(3, 1.0, 2.0, "why")]},
+            "override: there is no run 3; the record has runs 1 to 2",
+        ),
+        ({"exclusions": [(7, "why"), (1, "why")]}, "exclude: there is no run 7; the record has runs 1 to 2"),
+        (
+            {"overrides": [(1, 0.5, 2.0, "why")]},
+            r"override: run 1, held from 2\.\d\d s, is released at 0\.5 s; "
+            r"give a release at least 0\.13 s later, then the end",
+        ),
+    ],
+)
+def test_overrides_that_fit_no_run(options, line):
+    arguments, _ = record(one_run(), one_run())
+    with pytest.raises(FreerockError) as error:
+        find_runs(*arguments, **options)
+    assert re.fullmatch(line, str(error.value))
+
+
+def verdict(run):
+    (found,) = find_runs(*record(run)[0])
+    return found.verdict, "; ".join(found.reasons)
+
+
+@pytest.mark.parametrize(
+    ("run", "expected", "reason"),
+    [
+        (one_run(rate0=-0.2), "warn", "pushed: it moves as if released from an angle +"),
+        (one_run(theta0_deg=-10, rate0=0.2), "warn", "pushed: it moves as if released from an angle +"),
+        (one_run(creep_deg=0.2), "warn", "the held angle wanders by 0.19"),
+        (one_run(rest_deg=0.08), "warn", "the rest position has moved by +0.08"),
+    ],
+)
+def test_faults_of_a_run(run, expected, reason):
+    found, reasons = verdict(run)
+    assert found == expected
+    assert reason in reasons
+
+
+def test_few_impacts():
+    arguments, _ = record(one_run(r=0.5))
+    (run,) = find_runs(*arguments, min_impacts=run_impacts(0.5) + 1)
+    assert run.verdict == "fail"
+    assert run.reasons == (f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}",)
+
+
+def run_impacts(r):
+    """Impacts followed by a peak that stands out of the noise."""
+    return int(np.count_nonzero(housner_lobes(BLOCK, r, math.radians(10)).peak[1:] > 5 * SIGMA))
+
+
+def test_held_angle_beyond_the_critical_one():
+    arguments, _ = record()
+    (run,) = find_runs(*arguments[:4], Block(0.28, 0.04, 5.84))
+    assert run.verdict == "fail"
+    assert run.reasons == ("θ0 = 10.00° is beyond θ_cr = 8.13°",)
+
+
+@pytest.mark.parametrize(("samples", "expected"), [(3, "warn"), (150, "fail")])
+def test_invalid_samples_within_a_run(samples, expected):
+    arguments, (release,) = record()
+    start = round((release + 0.3) * RATE_HZ)
+    arguments[3][start : start + samples] = 2
+    (run,) = find_runs(*arguments)
+    assert run.verdict == expected
+    assert "of its samples are invalid" in run.reasons[0]
+
+
+def test_record_that_ends_during_a_run():
+    arguments, (release,) = record(one_run(r=0.95))
+    cut = arguments[0] < release + 2.0
+    arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
+    (run,) = find_runs(arguments[0][cut], *arguments[1:])
+    assert run.verdict == "warn"
+    assert run.reasons == ("the record ends before the block is at rest",)
+    assert run.end_s == arguments[0][cut][-1]
+    assert abs(run.release_s - release) < 1e-3
+
+
+def test_no_release():
+    quiet = record()[0]
+    quiet[1] = SIGMA * np.random.default_rng(0).standard_normal(quiet[1].size)
+    with pytest.raises(FreerockError, match=r"^record: no release found: nothing rocks freely to rest"):
+        find_runs(*quiet)
+    restless = [*quiet]
+    restless[1] = np.cumsum(quiet[1] * 100)
+    with pytest.raises(FreerockError, match=r"^record: no release found: the signal never stands still"):
+        find_runs(*restless)
+
+
+def test_held_beyond_the_critical_angle_and_overturned():
+    arguments, (release,) = record()
+    theta = arguments[1]
+    theta[arguments[0] > release] = np.nan
+    theta *= 1.5
+    with pytest.raises(FreerockError, match=r"held at 15\.0.°, beyond the block's critical angle 14\.04°"):
+        find_runs(*arguments)
+
+
+def test_noise_free_record():
+    arguments, (release,) = record()
+    arguments[1] = np.where(np.abs(arguments[1]) > 0, one_run()[0][0], 0) * 0
+    theta, _ = one_run()
+    arguments[1][round(RATE_HZ) :] = theta
+    (run,) = find_runs(*arguments[:2], 0.0, *arguments[3:])
+    assert run.verdict == "ok"
+    assert abs(run.release_s - release) < 1e-3
+
+
+def test_a_minute_at_2_khz_takes_no_time():
+    t, theta, sigma, _, block = record(*[one_run(r=0.95)] * 6)[0]
+    n = 120_000
+    theta = np.interp(np.arange(n) / 2000, t, theta)
+    started = time.process_time()
+    find_runs(np.arange(n) / 2000, theta, sigma, np.zeros(n), block)
+    assert time.process_time() - started < 0.5
+
+
+@settings(deadline=None, derandomize=True, max_examples=150)
+@given(
+    levels=arrays(float, st.integers(1, 60), elements=st.floats(-1, 1)),
+    lengths=st.lists(st.integers(1, 900), min_size=1, max_size=60),
+    scale=st.floats(1e-6, 3),
+    noise=st.sampled_from([0.0, 1e-4, 1e-2]),
+    hole=st.integers(0, 4000),
+    ring=st.booleans(),
+)
+def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, ring):
+    parts = []
+    for level, length in zip(levels, lengths, strict=False):
+        n = np.arange(length)
+        parts.append(level * np.exp(-n / 80) * np.cos(n / 9) if ring else np.full(length, level))
+        parts.append(np.full(length, level))
+    theta = scale * np.concatenate(parts)
+    theta += noise * np.random.default_rng(theta.size).standard_normal(theta.size)
+    flags = np.zeros(theta.size, np.uint8)
+    flags[hole : hole + 200] = 1
+    try:
+        runs = find_runs(np.arange(theta.size) / 500, theta, noise, flags, BLOCK)
+    except FreerockError:
+        return
+    assert all(np.isfinite([run.release_s, run.theta0, run.sigma_theta]).all() for run in runs)
+
+
+@pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
+def test_virtual_campaign(test):
+    from freerock.acquisition import read_record
+    from freerock.laser import Laser, rotation
+
+    truth = json.loads((RAW / "truth.json").read_text(encoding="utf-8"))[test]
+    volts = read_record(RAW / f"{test}.tdms")
+    (channel,) = volts.data_vars
+    block = Block(**truth["block"])
+    signal = rotation(volts["time"].values, volts[channel].values, Laser(**truth["laser"]), block)
+    names = ("time", "theta", "sigma_theta", "flags")
+    found = find_runs(*(signal[name].values for name in names), block, signal.attrs["zero_stderr_rad"])
+    assert len(found) == len(truth["runs"]) == 3
+    for run, true in zip(found, truth["runs"], strict=True):
+        assert run.verdict == "ok", run.reasons
+        begin, fade = true["release_s"], true["fade_s"]
+        assert begin <= run.release_s <= begin + fade + 2 / truth["sampling_rate_hz"]
+        assert run.release_s == pytest.approx(begin + fade / 2, abs=4 * run.release_stderr_s)
+        assert run.start_s > begin + fade
+        assert run.theta0 == pytest.approx(true["theta0_rad"], abs=4 * run.theta0_stderr)
