@@ -15,7 +15,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.phases import stationary_phases
 
-FALL = 0.25  # of θ0: the early motion is fitted until the block has fallen by this
+FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
 UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 SMOOTH_S = 0.005  # averaging time in which the last of the motion is told from noise
 OUT_OF_NOISE = 5.0  # standard deviations
@@ -314,14 +314,15 @@ def _release(t, theta, sigma, hold, end, held_s, finger_s):
     """
     first, last = np.searchsorted(t, (hold.mid_s, end))
     fallen = 1 - theta[first:last] / hold.level
-    early, late = (t[first + int(np.argmax(fallen > share))] for share in (FALL / 4, FALL))
+    early, late, last = (t[first + int(np.argmax(fallen > share))] for share in (FALL / 4, FALL, FALL_MOST))
     release = guess = 2 * early - late  # a fall grows as time squared
+    late = max(late, min(last, guess + 3 * finger_s))
     for _ in range(3):
         theta0, theta0_stderr, _ = _held_angle(t, theta, sigma, hold, release, held_s, finger_s)
         near = slice(*np.searchsorted(t, (release + finger_s, late)))
         motion = t[near], theta[near], sigma[near], release, theta0
         instant, instant_stderr, _, _ = _early_motion(*motion, theta0_stderr)
-        if not abs(instant - guess) < late - guess:
+        if not abs(instant - guess) < max(finger_s, late - guess):
             return guess, math.nan, 0.0
         release = instant
     _, _, top, top_stderr = _early_motion(*motion, math.inf)
@@ -337,7 +338,7 @@ def _early_motion(t, theta, sigma, start, theta0, theta0_stderr):
     """
     valid = np.isfinite(theta) & np.isfinite(sigma)
     t, theta, noise = t[valid] - start, theta[valid], np.maximum(sigma[valid], 1e-6 * abs(theta0))
-    if t.size < 8:
+    if t.size < 6:
         return (math.nan,) * 4
 
     def residual(x):
