@@ -86,8 +86,8 @@ def find_runs(
     finger_s: float = 0.03,
     min_impacts: int = 3,
     max_flagged_fraction: float = 0.02,
-    max_push_fraction: float = 0.01,
-    max_hold_wander_deg: float = 0.05,
+    max_push_fraction: float = 0.02,
+    max_hold_drift_deg: float = 0.05,
     max_rest_shift_deg: float = 0.05,
 ) -> list[Run]:
     """Find the runs of a record.
@@ -124,7 +124,7 @@ def find_runs(
     max_push_fraction : float
         Warning when the motion is that from an angle which differs from θ0 by more than this share, because
         the block was pushed or held back.
-    max_hold_wander_deg : float
+    max_hold_drift_deg : float
         Warning when the held angle moves by more than this over `held_s` [degree].
     max_rest_shift_deg : float
         Warning when the rest positions before and after differ by more than this [degree].
@@ -190,7 +190,7 @@ def find_runs(
         if flagged > 0:
             verdict = "fail" if flagged > max_flagged_fraction else "warn"
             doubts.append((verdict, f"{flagged:.2%} of its samples are invalid"))
-        if math.degrees(wander) > max_hold_wander_deg:
+        if math.degrees(wander) > max_hold_drift_deg:
             doubts.append(("warn", f"the held angle wanders by {math.degrees(wander):.3f}°"))
         if rest is None:
             doubts.append(("warn", "the record ends before the block is at rest"))
