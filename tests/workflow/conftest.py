@@ -1,0 +1,32 @@
+"""Fixtures: a finished campaign, and copies of it to be changed."""
+
+import os
+import shutil
+
+import pytest
+from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, simulated
+
+from freerock import twin
+
+
+@pytest.fixture(scope="session")
+def finished(tmp_path_factory):
+    """A campaign of two records, analysed; with the package's files each script imported in `trace`."""
+    checkout = check_out(tmp_path_factory.mktemp("finished"))
+    add_campaign(checkout, "small", CAMPAIGN, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
+    records = [(f"{block}_mat", simulated(block, seed)) for seed, block in enumerate(BLOCKS)]
+    twin.write_campaign(checkout / "raw/small", records)
+    for part in ("hook", "trace"):
+        (checkout / part).mkdir()
+    (checkout / "hook/sitecustomize.py").write_text(TRACE)
+    path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
+    done = checkout.snakemake(PYTHONPATH=path, TRACE=str(checkout / "trace"))
+    assert done.returncode == 0, done.stderr
+    return checkout
+
+
+@pytest.fixture
+def checkout(finished, tmp_path):
+    """A copy of the finished campaign, to be changed."""
+    shutil.copytree(finished.folder, tmp_path / "copy")
+    return Checkout(tmp_path / "copy")

@@ -1,0 +1,113 @@
+"""A small campaign in a checkout of its own, and Snakemake run in it."""
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from freerock import twin
+from freerock.laser import Laser
+from freerock.models.block import Block
+
+ROOT = Path(__file__).parents[2]
+CAMPAIGN = """\
+title: Two blocks on a mat
+origin: simulated
+truth: truth.json
+blocks:
+  tall: {height_m: 0.28, width_m: 0.07, mass_kg: 5.84}
+  squat: {height_m: 0.14, width_m: 0.07, mass_kg: 2.98}
+foundations:
+  mat: {label: Mat}
+lasers:
+  high: {beam: horizontal, position_m: 0.2, range_m: 0.1}
+  low: {beam: horizontal, position_m: 0.1, range_m: 0.1}
+"""
+COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
+BLOCKS = {
+    "tall": (Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1), math.radians(10)),
+    "squat": (Block(0.14, 0.07, 2.98), Laser("horizontal", 0.1, 0.1), math.radians(20)),
+}
+MAT = {"k": 2.86e6, "lambda": 8.16e7}
+
+# Dumps, at the end of each script, the package's files that it has imported.
+TRACE = """\
+import atexit, os, sys
+
+def dump():
+    script = os.path.basename(sys.argv[0]).split(".", 1)[-1]
+    modules = [module for name, module in sys.modules.items() if name.split(".")[0] == "freerock"]
+    with open(os.path.join(os.environ["TRACE"], script + str(os.getpid())), "w") as out:
+        out.write("\\n".join(module.__file__ for module in modules))
+
+if os.environ.get("TRACE") and ".snakemake/scripts" in sys.argv[0]:
+    atexit.register(dump)
+"""
+
+
+def simulated(block, seed, **options):
+    """A simulated record of one release."""
+    shape, laser, theta0 = BLOCKS[block]
+    release = twin.Release(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
+    return twin.simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, **options)
+
+
+class Checkout:
+    """A folder with the workflow, the package and a campaign."""
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+
+    def __truediv__(self, path) -> Path:
+        return self.folder / path
+
+    def snakemake(self, *arguments, **environment) -> subprocess.CompletedProcess:
+        environment = os.environ | {"PYTHONPATH": str(self.folder / "src")} | environment
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", *map(str, arguments)]
+        return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
+
+    def planned(self) -> dict:
+        """Number of jobs a run would have, by rule."""
+        done = self.snakemake("--dry-run")
+        assert done.returncode == 0, done.stdout + done.stderr
+        if "Nothing to be done" in done.stdout + done.stderr:
+            return {}
+        stats = (done.stdout + done.stderr).split("Job stats:")[1].split("total")[0]
+        jobs = {rule: int(number) for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M)}
+        return {rule: number for rule, number in jobs.items() if rule != "all"}
+
+    def edit(self, path, old: str, new: str) -> None:
+        text = (self / path).read_text(encoding="utf-8")
+        assert text.count(old) == 1, f"{path}: {old!r}"
+        (self / path).write_text(text.replace(old, new), encoding="utf-8")
+
+    def products(self) -> dict:
+        """Bytes of each product but measured timings and logs."""
+        return {
+            path.relative_to(self.folder).as_posix(): path.read_bytes()
+            for path in sorted((self / "results").rglob("*"))
+            if path.is_file() and path.parent.name not in ("benchmarks", "logs")
+        }
+
+
+def check_out(folder: Path) -> Checkout:
+    """The workflow and the package without a campaign."""
+    for part in ("src", "workflow", "profiles"):
+        shutil.copytree(ROOT / part, folder / part)
+    shutil.copy2(ROOT / "Snakefile", folder)
+    (folder / "config" / "campaigns").mkdir(parents=True)
+    return Checkout(folder)
+
+
+def add_campaign(checkout: Checkout, name: str, yaml: str, records: list) -> None:
+    """Configure a campaign and make it the one to analyse; a record is test, channel, block."""
+    (checkout / "config/config.yaml").write_text(f"campaigns: [{name}]\n")
+    (checkout / f"config/campaigns/{name}.yaml").write_text(yaml)
+    lasers = {"tall": "high", "squat": "low"}
+    lines = [
+        f"{test},{test}.tdms,{channel},{block},mat,{lasers[block]},,,,\n" for test, channel, block in records
+    ]
+    (checkout / f"config/campaigns/{name}.csv").write_text(COLUMNS + "".join(lines))

@@ -1,0 +1,112 @@
+"""What reruns after a change: exactly the steps that depend on it."""
+
+import os
+
+import pytest
+from small_campaign import simulated
+
+from freerock import twin
+
+FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
+PAGES = {"qc": 2, "report": 1, "complete": 1}
+AFTER_FITS = PAGES | {"tables": 1, "recovered": 1, "figure_models": 2, "figure_restitution": 1}
+EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
+OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "qc": 1, "figure_models": 1}
+
+YAML = "config/campaigns/small.yaml"
+CSV = "config/campaigns/small.csv"
+
+
+def append(checkout, path, text):
+    with open(checkout / path, "a", encoding="utf-8") as file:
+        file.write(text)
+
+
+def test_nothing_touched_nothing_reruns(checkout):
+    done = checkout.snakemake()
+    assert done.returncode == 0
+    assert "Nothing to be done" in done.stdout + done.stderr
+
+
+def test_time_stamps_alone_rerun_nothing(checkout):
+    for path in [*(checkout / "src").rglob("*.py"), *(checkout / "workflow").rglob("*.*"), checkout / YAML]:
+        os.utime(path)
+    for path in (checkout / "raw").rglob("*.tdms"):
+        os.utime(path)
+    assert checkout.planned() == {}
+
+
+@pytest.mark.parametrize(
+    ("added", "jobs"),
+    [
+        ("processing: {rotation: {mains_hz: 60}}\n", EVERYTHING),
+        ("processing: {impacts: {min_samples: 13}}\n", EVERYTHING),
+        ("fits: {debonding: tensionless}\n", {"fit": 2} | AFTER_FITS),
+        ("summary: Two releases.\n", EVERYTHING),
+    ],
+)
+def test_added_key(checkout, added, jobs):
+    append(checkout, YAML, added)
+    assert checkout.planned() == jobs
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "jobs"),
+    [
+        (YAML, "mass_kg: 2.98", "mass_kg: 2.97", OF_ONE_RECORD),
+        (YAML, "label: Mat", "label: Rubber mat", PAGES | FIGURES | {"tables": 1}),
+        (YAML, "position_m: 0.2,", "position_m: 0.21,", OF_ONE_RECORD),
+        (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", OF_ONE_RECORD),
+        (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
+    ],
+)
+def test_edited_line(checkout, path, old, new, jobs):
+    checkout.edit(path, old, new)
+    assert checkout.planned() == jobs
+
+
+@pytest.mark.parametrize(
+    ("path", "jobs"),
+    [
+        ("src/freerock/twin.py", {}),
+        ("src/freerock/config.py", {}),
+        ("src/freerock/figures/qc.py", PAGES),
+        ("src/freerock/figures/freerock.mplstyle", PAGES | FIGURES),
+        ("src/freerock/report/report.html.j2", {"report": 1, "complete": 1}),
+        ("src/freerock/tables.py", AFTER_FITS | FIGURES),
+        ("src/freerock/identify.py", {"fit": 2} | AFTER_FITS),
+        ("src/freerock/models/integrate.py", {"fit": 2} | AFTER_FITS),
+        ("src/freerock/acquisition/tdms.py", EVERYTHING),
+        ("src/freerock/laser.py", EVERYTHING),
+        ("workflow/scripts/figure_restitution.py", {"figure_restitution": 1, "report": 1, "complete": 1}),
+        ("workflow/scripts/complete.py", {"complete": 1}),
+    ],
+)
+def test_edited_code(checkout, path, jobs):
+    append(checkout, path, "\n# edited\n")
+    assert checkout.planned() == jobs
+
+
+def test_new_record(checkout):
+    twin.write_record(checkout / "raw/small/second.tdms", simulated("squat", 7))
+    append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_record_replaced_or_taken_away(checkout):
+    raw = checkout / "raw/small/squat_mat.tdms"
+    twin.write_record(raw, simulated("squat", 7))
+    assert checkout.planned() == OF_ONE_RECORD
+    raw.unlink()
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_rerun_does_what_was_planned(checkout):
+    before = checkout.products()
+    checkout.edit(YAML, "label: Mat", "label: Rubber mat")
+    assert checkout.snakemake().returncode == 0
+    after = checkout.products()
+    changed = {path for path in after if after[path] != before.get(path)}
+    assert {path.split("/")[2] for path in changed} == {"figures", "report.html", "provenance.json", "tables"}
+    assert not any(path.endswith((".csv", ".nc")) for path in changed)
+    assert checkout.planned() == {}
