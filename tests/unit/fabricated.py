@@ -3,15 +3,16 @@
 import functools
 import tempfile
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import xarray as xr
 
 from freerock import datasets
 from freerock.errors import FreerockError
+from freerock.identify import Fit
 from freerock.impacts import Impacts
 from freerock.models import MODELS, UNITS
+from freerock.runs import Run
 
 VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
@@ -48,7 +49,7 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
         theta[during] = swing(time_s[during] - release, angle)
         excluded = n_runs == number == 3
         runs.append(
-            SimpleNamespace(
+            Run(
                 number=number,
                 hold_start_s=release - 1,
                 release_s=release,
@@ -58,10 +59,10 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
                 theta0=np.radians(angle),
                 theta0_stderr=1e-4,
                 sigma_theta=SIGMA,
+                n_impacts=4,
                 verdict="warn" if excluded else "ok",
                 reasons=("excluded: the block slid & turned <1°",) if excluded else (),
                 excluded=excluded,
-                overridden=False,
             )
         )
         found.append(impacts(release, angle))
@@ -93,16 +94,7 @@ def failed_record():
 
 def fits(tree, failed=()):
     """Fits of the runs of a record that are not excluded, and of all of them jointly."""
-    runs = [
-        SimpleNamespace(
-            number=group.attrs["run"],
-            release_s=group["release"].item(),
-            end_s=group["end"].item(),
-            theta0=group["theta0"].item(),
-        )
-        for group in tree.children.values()
-        if not group.attrs["excluded"]
-    ]
+    runs = [run for run in datasets.runs_in(tree) if not run.excluded]
     fitted = {run.number: {model: fit(tree, model, [run], failed) for model in MODELS} for run in runs}
     pooled = {model: fit(tree, model, runs, failed) for model in MODELS} if runs else {}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
@@ -124,7 +116,7 @@ def fit(tree, model, runs, failed):
     names = (*MODELS[model], *(theta0 if model != "housner" else []))
     value = np.array([VALUES.get(name, np.radians(10)) for name in names])
     stderr = np.array([STDERR.get(name, 1e-5) for name in names])
-    return SimpleNamespace(
+    return Fit(
         model=model,
         parameters=names,
         value=value,

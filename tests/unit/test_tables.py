@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from freerock.models.block import Block
@@ -199,7 +199,6 @@ def test_quantity(value, stderr, text):
 
 
 @given(st.floats(1e-12, 1e12), st.floats(1e-6, 0.5))
-@settings(deadline=None, derandomize=True)
 def test_quantity_is_off_by_less_than_a_tenth_of_its_uncertainty(value, relative):
     text = quantity(value, value * relative)
     body, _, power = text.partition("·10")

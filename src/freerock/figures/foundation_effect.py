@@ -46,6 +46,7 @@ def foundation_effect(records, labels=None):
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
         ax.set_title(f"({letter}) {label(labels, block)}", loc="left")
         ax.set_ylabel("θ / °")
+        ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")
     legend_above(
         axes[0], [Line2D([], [], **style, label=label(labels, name)) for name, style in styles.items()]

@@ -55,6 +55,7 @@ def models(fits, labels=None):
                 named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %"}
                 motion.plot(own["time_s"], own["theta_deg"], **named)
                 residual.plot(own["time_s"], own["residual_deg"], **style)
+        motion.set_xlim(left=0)
         legend_above(motion)
     figure.align_ylabels(axes)
     footer(figure, fits[0].attrs["origin"])

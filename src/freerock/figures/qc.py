@@ -90,11 +90,22 @@ def _run_series(record, number, run, fit):
 
 
 def _page(record, title, number, run, whole, own):
-    figure = Figure(figsize=(7.0, 8.4), dpi=PAGE_DPI)
-    volts, angle, motion, residual = figure.subplots(4, height_ratios=[1, 1, 1.5, 1.2])
-    release, end = run["release"].item(), run["end"].item()
     sigma_deg = np.degrees(run["sigma_theta"].item())
-    _header(figure, f"{title}, run {number}", run.attrs, _facts(run, sigma_deg))
+    width, height = 7.0, 8.4
+    figure = Figure(figsize=(width, height), dpi=PAGE_DPI, layout="none")
+    band = _header(figure, f"{title}, run {number}", run.attrs, _facts(run, sigma_deg))
+    volts, angle, motion, residual = figure.subplots(
+        4,
+        height_ratios=[1, 1, 1.5, 1.2],
+        gridspec_kw={
+            "left": 0.6 / width,
+            "right": 1 - 0.12 / width,
+            "bottom": 0.55 / height,
+            "top": 1 - (band + 0.25) / height,
+            "hspace": 0.6,
+        },
+    )
+    release, end = run["release"].item(), run["end"].item()
 
     for series, part in whole.groupby("series", sort=False):
         if series == "voltage":
@@ -112,6 +123,7 @@ def _page(record, title, number, run, whole, own):
             )
     for ax in (volts, angle):
         ax.axvspan(release, end, color="#0a5bd3", alpha=0.12, linewidth=0)
+        ax.set_xlim(record["time"].values[[0, -1]])
         ax.set_xlabel("time of the record / s")
     volts.set_ylabel("laser / V")
     angle.set_ylabel("θ / °")
@@ -135,7 +147,7 @@ def _page(record, title, number, run, whole, own):
     motion.set_xlabel("time since release / s")
     residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, color="0.85", linewidth=0, label="noise ± 2σ")
     residual.set_yscale("symlog", linthresh=10 ** np.ceil(np.log10(3 * sigma_deg)) if sigma_deg else 0.1)
-    residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
     residual.set_ylabel("residual / °")
     if not own["series"].str.startswith("residual").any():
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
@@ -158,27 +170,24 @@ def _facts(run, sigma_deg):
 
 
 def _header(figure, title, attrs, facts=""):
-    """Title, verdict, facts and reasons above the panels, in a band of its own."""
+    """Title, verdict, facts and reasons at the top of a page; returns the height they take [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     reasons = textwrap.wrap(attrs["reasons"], 115)
-    band = 0.46 + 0.14 * len(reasons)
-    height = figure.get_figheight()
+    colour, height = VERDICT_COLOURS[attrs["verdict"]], figure.get_figheight()
 
     def write(x, inches, text, **style):
         figure.text(x, 1 - inches / height, text, va="top", **style)
 
-    write(0.01, 0.05, title, fontsize=10, weight="bold")
-    write(
-        0.99, 0.05, verdict, fontsize=10, weight="bold", ha="right", color=VERDICT_COLOURS[attrs["verdict"]]
-    )
-    write(0.01, 0.25, facts)
+    write(0.01, 0.05, title, fontsize=11)
+    write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)
+    write(0.01, 0.28, facts)
     for i, line in enumerate(reasons):
-        write(0.01, 0.40 + 0.14 * i, line, color=VERDICT_COLOURS[attrs["verdict"]])
-    figure.get_layout_engine().set(rect=(0, 0, 1, 1 - band / height))
+        write(0.01, 0.44 + 0.14 * i, line, color=colour)
+    return 0.44 + 0.14 * len(reasons)
 
 
 def _failed(record, title):
-    figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI)
+    figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI, layout="none")
     _header(figure, title, record.attrs)
     footer(figure, record.attrs["origin"])
     return figure

@@ -64,8 +64,9 @@ def _panel(ax, scene, r_housner):
         measured["r"],
         yerr=measured["r_stderr"],
         fmt="o",
-        color="0.55",
-        markersize=3.5,
+        color="0.45",
+        markerfacecolor="none",
+        markersize=5,
         elinewidth=0.8,
         label="measured",
     )

@@ -39,7 +39,7 @@ def label(labels, name):
     return (labels or {}).get(name) or name
 
 
-def thin(n_samples, n_drawn=1500):
+def thin(n_samples, n_drawn=1000):
     """Every so many samples, the last included, so that about `n_drawn` remain.
 
     Parameters
@@ -97,10 +97,9 @@ def legend_above(ax, handles=None):
 def footer(figure, origin):
     """Say at the foot of the figure that its record is simulated, if it is."""
     if origin == "simulated":
-        engine, foot = figure.get_layout_engine(), 0.16 / figure.get_figheight()
-        left, bottom, width, height = engine.get()["rect"]
-        engine.set(rect=(left, bottom + foot, width, height - foot))
-        figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=6.5, color="0.35", style="italic")
+        figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=6.5, color="0.35")
+        if engine := figure.get_layout_engine():
+            engine.set(rect=(0, 0.16 / figure.get_figheight(), 1, 1 - 0.16 / figure.get_figheight()))
 
 
 @styled()

@@ -175,7 +175,8 @@ def _counts(runs) -> str:
 
     found = runs["run"].notna()
     verdicts = ", ".join(f"{n} {verdict}" for verdict, n in runs["verdict"].value_counts(sort=False).items())
-    lost = f" {number((~found).sum(), 'record')} could not be processed." if not found.all() else ""
+    lost = (~found & (runs["verdict"] == "fail")).sum()
+    lost = f" {number(lost, 'record')} could not be processed." if lost else ""
     records = number(runs["test"].nunique(), "record")
     return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
 
