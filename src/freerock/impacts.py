@@ -129,7 +129,7 @@ def find_impacts(
     block : Block
     theta0, theta0_stderr : float
         Angle of release, of either sign, and its standard error [rad]: the peak before the first impact.
-        Without it that peak and the first restitutions are NaN.
+        Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     min_amplitude_sigmas : float
         Peaks lower than this many σ_θ end the list.
     min_samples : int
@@ -157,14 +157,15 @@ def find_impacts(
             break  # the record ends before the lobe does
         inside = slice(first, last + 1)
         after = _fit_peak(t[inside], np.abs(theta[inside]), noise[inside], noise_known, block)
-        if not after.height >= max(min_amplitude_sigmas * noise[inside].mean(), uplift):
+        lowest = max(min_amplitude_sigmas * noise[inside].mean(), uplift)
+        if not lowest <= after.height < block.theta_cr:
             break
         sign, around = np.sign(theta[first]), slice(start, last + 1)
         motion = t[around], sign * theta[around], noise[around], noise_known
         sides = [_side(motion, passage, *way, block) for way in ((before, -1), (after, 1))]
         instant = _impact_time(sides, passage, block)
         rates = _rate_ratio(sides, instant[0], uplift, block)
-        if theta0 is None and not columns:
+        if not columns and (theta0 is None or abs(theta0) >= block.theta_cr):
             before, rates = Peak(math.nan, math.nan, math.nan), (math.nan, math.nan)
         r = restitution_from_peaks(before.height, before.stderr, after.height, after.stderr, block)
         peaks = -sign * before.height, before.stderr, sign * after.height, after.stderr
@@ -237,7 +238,7 @@ def _rigid_lobe(t, peak, block):
 
 def _release(t, theta, theta0, theta0_stderr, block):
     """The angle of release as a peak: its rigid lobe meets the data at half its height."""
-    height = abs(theta0) if theta0 is not None else float(np.abs(theta).max())
+    height = min(abs(theta0) if theta0 is not None else float(np.abs(theta).max()), 0.99 * block.theta_cr)
     i = int(np.argmax(np.abs(theta) <= height / 2))
     return Peak(height, theta0_stderr, t[i] - _fall_time(height, abs(theta[i]), block))
 

@@ -226,10 +226,10 @@ def find_runs(
 
 def _holds(steady, loose):
     """Phases that end with a release: the steady ones, and those too unsteady to be among them."""
-    holds = [phase for phase in steady if phase.kind == "held"]
-    for phase in loose:
+    holds = []
+    for phase in [*steady, *loose]:
         apart = all(phase.end_s < hold.start_s or phase.start_s > hold.end_s for hold in holds)
-        if phase.kind == "held" and apart:
+        if phase.kind == "held" and phase.level and apart:
             holds.append(phase)
     return sorted(holds, key=lambda hold: hold.start_s)
 
