@@ -30,7 +30,8 @@ RATIO_RANGE = {"c": (1e-5, 1.0), "lambda": (1e-2, 1e4)}
 # Starting grid: stiffness [N/m²] by damping ratio c/k [s] or λ/k [s/m].
 K_GRID = np.geomspace(3e5, 1e9, 22)
 RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 9), "lambda": np.geomspace(2, 200, 9)}
-R_GRID = 1 - np.geomspace(1e-3, 0.95, 130)
+R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
+R_CELL = 0.06  # spacing of the grid relative to 1 - r
 SCAN_SAMPLES, GROWTH_SAMPLES, FINE_SAMPLES = 250, 1000, 3000  # per run, before the last fit to all of them
 SCAN, COARSE, FINE = 1e-4, 1e-6, 1e-8  # integrator's rtol: of the scan, of growing horizons, of the last fit
 CANDIDATES = 3
@@ -318,7 +319,7 @@ class _Problem:
 
     def bounds(self) -> list:
         if self.model == "housner":
-            limits = [(self.r_min, 1.0)]
+            limits = [(self.r_min, R_GRID[0])]
         else:
             damping = MODELS[self.model][1]
             limits = [tuple(np.log(K_RANGE)), tuple(np.log(RATIO_RANGE[damping]))]
@@ -339,10 +340,15 @@ class _Problem:
 def _minimise(problem: _Problem, start, integrator_error: float):
     """Best end of the candidates over growing horizons, at a tolerance the noise asks for."""
     horizons = _horizons(problem.motions[0])
-    starts = _scan(problem.alone(), horizons[0]) if start is None else [problem.fitted(start)]
+    if start is None:
+        starts = _scan(problem.alone(), horizons[0])
+    else:
+        starts, horizons = [problem.fitted(start)], horizons[-2:]
+    if problem.model == "housner":
+        horizons = horizons[-1:]  # already scanned on the whole run
     tracks = [_grow(problem, problem.start(values), horizons[:1]) for values in starts]
     promising = PROMISING * min(error for error, _ in tracks)
-    tracks = [_grow(problem, x, horizons[1:]) for error, x in tracks if error <= promising]
+    tracks = [_grow(problem, x, horizons[1:], error) for error, x in tracks if error <= promising]
     x = min(tracks, key=lambda track: track[0])[1]
 
     problem = replace(problem, rtol=FINE)
@@ -353,13 +359,12 @@ def _minimise(problem: _Problem, start, integrator_error: float):
     return problem, _least_squares(problem, x, np.inf), holdout
 
 
-def _grow(problem: _Problem, x, horizons) -> tuple:
+def _grow(problem: _Problem, x, horizons, error: float = np.inf) -> tuple:
     """Mean square error [rad²] and fitted parameters after least squares over each horizon in turn."""
-    result = None
     for horizon in horizons:
-        result = _least_squares(problem, x, horizon, GROWTH_SAMPLES)
-        x = result.x
-    return (np.inf if result is None else result.chisqr / result.ndata), x
+        result = _least_squares(problem, x, horizon, GROWTH_SAMPLES, ftol=1e-3)
+        x, error = result.x, result.chisqr / result.ndata
+    return error, x
 
 
 def _horizons(motion: Motion) -> list:
@@ -404,28 +409,43 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     return [[np.log(K_GRID[i]), np.log(ratios[j])] for i, j in minima]
 
 
-def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf):
+def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf, ftol: float = 1e-7):
     samples = problem.samples(horizon_s, most)
     names = [f"x{i}" for i in range(len(x))]
     parameters = lmfit.Parameters()
     for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
-        margin = 1e-6 * (high - low)
+        margin = 1e-3 * (high - low)
         parameters.add(name, value=float(np.clip(start, low + margin, high - margin)), min=low, max=high)
 
     def vector(p):
         return np.array([p[name].value for name in names])
 
-    result = lmfit.minimize(
-        lambda p: problem.residual(vector(p), *samples),
-        parameters,
-        method="least_squares",
-        jac=lambda p: problem.jacobian(vector(p), *samples),
-        x_scale="jac",
-        ftol=1e-12,
-        xtol=1e-9,
-        gtol=None,
-        max_nfev=60,
-    )
+    def residual(p):
+        return problem.residual(vector(p), *samples)
+
+    if len(names) == 1:
+        # r alone: line searches in cells of the scan's grid, moved on while the minimum lies at a cell's
+        # edge; steps by the Jacobian creep where the residual is as large as the motion.
+        r, moved = parameters["x0"].value, True
+        while moved:
+            centre, half = r, R_CELL * (1 - r)
+            parameters["x0"].set(value=r, min=max(low, r - half), max=min(high, r + half))
+            options = {"xtol": 1e-7, "ftol": ftol}
+            result = lmfit.minimize(residual, parameters, method="powell", options=options, max_nfev=1000)
+            r = result.params["x0"].value
+            moved = abs(r - centre) > 0.9 * half and low + 1e-6 < r < high - 1e-6
+    else:
+        result = lmfit.minimize(
+            residual,
+            parameters,
+            method="least_squares",
+            jac=lambda p: problem.jacobian(vector(p), *samples),
+            x_scale="jac",
+            ftol=ftol,
+            xtol=1e-9,
+            gtol=None,
+            max_nfev=60,
+        )
     result.x = vector(result.params)
     return result
 
@@ -479,13 +499,14 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
         low = np.where(logarithmic, value * np.exp(-spread), value - spread)
         high = np.where(logarithmic, value * np.exp(spread), value + spread)
 
-    failure = _failure(problem, result, covariance)
-    if failure:
-        covariance, low, high = (np.full_like(a, np.nan) for a in (covariance, low, high))
-    held = [f"{name} held at its bound" for name, at in zip(problem.names, pinned, strict=True) if at]
     times = np.concatenate([m.time_s for m in problem.motions])
     theta = np.concatenate([m.theta for m in problem.motions])
     theta_model = np.concatenate([problem.theta(x, i, m.time_s) for i, m in enumerate(problem.motions)])
+    epsilon = epsilon_theta(times, theta_model, theta)
+    failure = _failure(problem, result, covariance, epsilon)
+    if failure:
+        covariance, low, high = (np.full_like(a, np.nan) for a in (covariance, low, high))
+    held = [f"{name} held at its bound" for name, at in zip(problem.names, pinned, strict=True) if at]
     sigma = _sigma(problem)
     return Fit(
         model=problem.model,
@@ -500,7 +521,7 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
         theta=theta,
         theta_model=theta_model,
         residual=theta_model - theta,
-        epsilon_theta=epsilon_theta(times, theta_model, theta),
+        epsilon_theta=epsilon,
         final_time_s=float(max(m.time_s[-1] for m in problem.motions)),
         epsilon_holdout=holdout,
         aic=float(result.aic),
@@ -525,7 +546,7 @@ def _at_bound(problem: _Problem, x) -> np.ndarray:
     return np.minimum(x - low, high - x) < 1e-4 * (high - low)
 
 
-def _failure(problem: _Problem, result, covariance) -> str:
+def _failure(problem: _Problem, result, covariance, epsilon: float) -> str:
     """Why the fit is not to be used; "" when it is. A nuisance held at its bound is no failure."""
     n_model = len(MODELS[problem.model])
     if not result.success:
@@ -535,6 +556,8 @@ def _failure(problem: _Problem, result, covariance) -> str:
             return f"{name} lies at its bound"
     if not np.all(np.isfinite(np.diag(covariance)[:n_model])):
         return "the data do not determine the parameters"
+    if epsilon >= 1:
+        return "worse than a block at rest (ε_θ ≥ 1)"
     return ""
 
 
