@@ -269,7 +269,11 @@ def _atlas_panel(ax, cells, bounds):
     overturned = (cells["cause"] == "the block overturns").to_numpy()
     ax.plot(column[overturned], row[overturned], ".", color="black", markersize=1.5)
     for axis, values in ((ax.xaxis, xs), (ax.yaxis, ys)):
-        shown = np.unique(np.linspace(0, len(values) - 1, min(TICKS, len(values))).round().astype(int))
+        decades = np.log10(values)
+        shown = np.flatnonzero(np.abs(decades - decades.round()) < 1e-6)
+        if len(shown) < 3 or len(values) <= TICKS:
+            shown = np.arange(len(values))
+        shown = shown[:: -(-len(shown) // TICKS)]
         axis.set_ticks(shown, [_number(values[i]) for i in shown])
     ax.tick_params(labelsize=6)
     if bounds:

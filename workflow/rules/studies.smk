@@ -1,0 +1,58 @@
+# Studies of the methods: not part of a campaign, run by `snakemake studies`, in seconds by
+# `snakemake studies --config studies=small`.
+
+STUDIES = ["speed_accuracy", "model_choice", "stability"]
+
+
+rule studies:
+    input:
+        expand("results/studies/figures/{study}.{suffix}", study=STUDIES, suffix=["pdf", "png"]),
+
+
+rule study:
+    input:
+        code=lambda w: code(f"study_{w.study}"),
+    output:
+        csv="results/studies/{study}.csv",
+    log:
+        "results/studies/logs/{study}.log",
+    benchmark:
+        "results/studies/benchmarks/{study}.tsv"
+    wildcard_constraints:
+        study="|".join(STUDIES),
+    conda:
+        "freerock"
+    threads: workflow.cores  # alone on the machine: it takes times
+    params:
+        size=config.get("studies", "full"),
+    message:
+        "study: {wildcards.study}"
+    script:
+        "../scripts/study_{wildcards.study}.py"
+
+
+rule figure_study:
+    input:
+        csv=rules.study.output.csv,
+        code=code("figure_study"),
+    output:
+        pdf="results/studies/figures/{study}.pdf",
+        png=report(
+            "results/studies/figures/{study}.png",
+            caption="../report/{study}.rst",
+            category="Studies",
+            labels={"figure": "{study}"},
+        ),
+        data="results/studies/figures/{study}.csv",
+    log:
+        "results/studies/logs/figure_{study}.log",
+    benchmark:
+        "results/studies/benchmarks/figure_{study}.tsv"
+    wildcard_constraints:
+        study="|".join(STUDIES),
+    conda:
+        "freerock"
+    message:
+        "study: figure of {wildcards.study}"
+    script:
+        "../scripts/figure_study.py"

@@ -1,0 +1,10 @@
+"""Figure of a study."""
+
+from freerock.figures import studies
+from freerock.figures.style import save
+from freerock.tables import read_csv
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+draw = getattr(studies, snakemake.wildcards.study)
+save(*draw(read_csv(snakemake.input.csv)), snakemake.output.pdf.removesuffix(".pdf"))
