@@ -258,7 +258,7 @@ def _refuse_unknown(key, numbers, n_runs):
         raise FreerockError(
             key,
             f"there is no run {', '.join(map(str, unknown))}",
-            "the record has run 1 only" if n_runs == 1 else f"the record has runs 1 to {n_runs}",
+            "name run 1, the only one" if n_runs == 1 else f"name one of runs 1 to {n_runs}",
         )
 
 
