@@ -16,6 +16,7 @@ configfile: "config/config.yaml"
 include: "workflow/rules/common.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/campaign.smk"
+include: "workflow/rules/studies.smk"
 
 
 rule all:
