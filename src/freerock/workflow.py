@@ -74,14 +74,17 @@ def _files(name: str) -> Iterator[Path]:
         yield folder / "__init__.py"
 
 
-def log_to(path: str | Path) -> None:
-    """Send a script's messages, warnings and fatal error to its log.
+def log_to(path: str | Path) -> logging.Logger:
+    """Send a script's messages, warnings and fatal error to its log; returns the logger for its messages.
 
     A `FreerockError` ends the script with its one line, anything else with a traceback.
     """
-    logging.basicConfig(filename=path, filemode="w", level=logging.INFO, format="%(message)s")
+    logging.basicConfig(filename=path, filemode="w", format="%(message)s")
     logging.captureWarnings(True)
     sys.excepthook = _report
+    logger = logging.getLogger(PACKAGE.name)
+    logger.setLevel(logging.INFO)
+    return logger
 
 
 def _report(kind, error, trace) -> None:

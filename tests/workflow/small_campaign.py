@@ -48,9 +48,10 @@ if os.environ.get("TRACE") and ".snakemake/scripts" in sys.argv[0]:
 """
 
 
-def simulated(block, seed, **options):
+def simulated(block, seed, *, angle_deg=None, **options):
     """A simulated record of one release."""
-    shape, laser, theta0 = BLOCKS[block]
+    shape, laser, usual = BLOCKS[block]
+    theta0 = usual if angle_deg is None else math.radians(angle_deg)
     release = twin.Release(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
     return twin.simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, **options)
 

@@ -1,54 +1,139 @@
 """Bad input: one line that tells what to do, an exit code, nothing half-written; the other records finish."""
 
+import csv
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock import twin
+from freerock.datasets import open_record
+from freerock.manifest import sha256
 
+COPY = "copy it again from the acquisition computer"
+CHECK = "check the channel, the cable and the sensor's range"
+BAD = {
+    "missing": "no such file; put it there, or correct the file column of the campaign's CSV",
+    "empty": f"the file is empty; {COPY}",
+    "truncated": f"the file is truncated: its last segment is incomplete; {COPY}",
+    "channel": "no channel 'laser_2'; its channels are laser; correct the channel column of the campaign's CSV",
+    "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
+    "nan": f"laser signal: no sample is a number; {CHECK}",
+    "constant": f"laser signal: constant at 4.6 V; {CHECK}",
+    "no_rate": "channel 'laser' gives no sampling rate (wf_increment is absent); log it as a waveform, or set its "
+    "property wf_increment to the sampling interval in seconds",
+    "saturated": f"laser signal: no sample within -0.1 to 10.1 V (100% error_level); {CHECK}",
+    "overturned": "record: no release found: held at 28.00°, beyond the block's critical angle 26.57°, it overturns; "
+    "check the block's height and width and the laser's position",
+    "no_release": "record: no release found: nothing rocks freely to rest after being held; check that the channel, "
+    "the sign and the laser are those of this record",
+    "replaced": "has the sha256 {found}, raw/bad/manifest.csv lists {listed}; restore the file, or renew the "
+    "manifest if the change is meant",
+}
 WAVEFORM = {"wf_increment": 1 / 2000, "wf_start_offset": 0.0, "unit_string": "V"}
+NO_TRUTH = CAMPAIGN.replace("truth: truth.json\n", "")
 
 
-def write_volts(path, volts, **properties):
+def write_volts(path, properties, **channels):
     with TdmsWriter(path) as writer:
-        writer.write_segment([ChannelObject("rocking", "laser", np.asarray(volts, float), properties)])
+        writer.write_segment(
+            [ChannelObject("rocking", name, np.asarray(v, float), properties) for name, v in channels.items()]
+        )
 
 
-@pytest.fixture(scope="module")
-def analysed(tmp_path_factory):
-    """A campaign of one good record and one of each bad kind, after a run; and what the run said."""
-    checkout = check_out(tmp_path_factory.mktemp("bad"))
-    tests = ["good", "missing", "truncated", "empty", "channel", "nan", "constant", "no_rate", "saturated"]
-    tests += ["overturned", "no_release", "replaced"]
-    records = [(test, "laser_2" if test == "channel" else "", "squat") for test in tests]
-    add_campaign(checkout, "small", CAMPAIGN.replace("truth: truth.json\n", ""), records)
-
-    good, raw = simulated("squat", 1), checkout / "raw/small"
-    twin.write_campaign(raw, [("good", good), ("replaced", good)])
+def write_bad_records(raw):
+    good = simulated("squat", 1)
+    samples, rest = good.time_s.size, good.volts[good.time_s < 1]
+    twin.write_campaign(raw, [("replaced", good)])
+    listed = sha256(raw / "replaced.tdms")
     twin.write_record(raw / "replaced.tdms", simulated("squat", 2))
-    twin.write_record(raw / "channel.tdms", good)
-    twin.write_record(raw / "truncated.tdms", good)
+    twin.write_record(raw / "overturned.tdms", simulated("squat", 3, angle_deg=28, longest_s=2))
+    for test in ("channel", "truncated"):
+        twin.write_record(raw / f"{test}.tdms", good)
     whole = (raw / "truncated.tdms").read_bytes()
     (raw / "truncated.tdms").write_bytes(whole[: len(whole) // 2])
     (raw / "empty.tdms").write_bytes(b"")
-    write_volts(raw / "nan.tdms", np.full(good.volts.size, np.nan), **WAVEFORM)
-    write_volts(raw / "constant.tdms", np.full(good.volts.size, 4.6), **WAVEFORM)
-    write_volts(raw / "no_rate.tdms", good.volts)
-    write_volts(raw / "saturated.tdms", np.full(good.volts.size, 10.2), **WAVEFORM)
-    rest = good.volts[good.time_s < 1.0]
-    write_volts(raw / "no_release.tdms", np.tile(rest, 5), **WAVEFORM)
-    return checkout, checkout.snakemake()
+    write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
+    write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
+    write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
+    write_volts(raw / "no_rate.tdms", {}, laser=good.volts)
+    write_volts(raw / "saturated.tdms", WAVEFORM, laser=np.full(samples, 10.2))
+    write_volts(raw / "no_release.tdms", WAVEFORM, laser=np.tile(rest, 5))
+    return {"listed": listed, "found": sha256(raw / "replaced.tdms")}
 
 
-def reported(analysed):
-    checkout, done = analysed
-    return [line for line in done.stderr.splitlines() if line.startswith("small: record ")]
+def partial_files(checkout):
+    return [path for path in (checkout / "results").rglob("*") if "partial" in path.name]
 
 
-def test_show(analysed):
-    checkout, done = analysed
-    print(done.returncode)
-    print("\n".join(reported(analysed)))
-    print(done.stderr[-6000:])
-    print((checkout / "results/small/tables/runs.csv").read_text())
+@pytest.fixture(scope="module")
+def bad(tmp_path_factory):
+    """A campaign of bad records, each processed; and the checksums of the replaced one."""
+    checkout = check_out(tmp_path_factory.mktemp("bad"))
+    add_campaign(
+        checkout, "bad", NO_TRUTH, [(test, "laser_2" * (test == "channel"), "squat") for test in BAD]
+    )
+    (checkout / "raw/bad").mkdir(parents=True)
+    checksums = write_bad_records(checkout / "raw/bad")
+    done = checkout.snakemake(*(f"results/bad/records/{test}.nc" for test in BAD))
+    assert done.returncode == 0, done.stderr
+    assert not partial_files(checkout)
+    return checkout, checksums
+
+
+@pytest.mark.parametrize("test", BAD)
+def test_bad_record_is_told_in_one_line(bad, test):
+    checkout, checksums = bad
+    line = f"raw/bad/{test}.tdms: {BAD[test]}".replace("{found}", checksums["found"])
+    line = line.replace("{listed}", checksums["listed"])
+    product = open_record(checkout / f"results/bad/records/{test}.nc")
+    assert product.attrs["verdict"] == "fail"
+    assert product.attrs["reasons"] == line
+    assert not product.children
+    assert (checkout / f"results/bad/logs/record_{test}.log").read_text() == f"{line}\n"
+
+
+def test_others_finish_and_the_failed_one_is_named(tmp_path):
+    checkout = check_out(tmp_path / "checkout")
+    add_campaign(checkout, "lab", NO_TRUTH, [("good", "", "squat"), ("missing", "", "tall")])
+    (checkout / "raw/lab").mkdir(parents=True)
+    twin.write_record(checkout / "raw/lab/good.tdms", simulated("squat", 1))
+    done = checkout.snakemake()
+    line = f"raw/lab/missing.tdms: {BAD['missing']}"
+    assert done.returncode == 1
+    assert f"\nlab: record missing failed: {line}\n" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not partial_files(checkout)
+    with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
+        rows = [(row["test"], row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)]
+    assert rows == [("good", "1", "ok", ""), ("missing", "", "fail", line)]
+    assert {path.name for path in (checkout / "results/lab").iterdir()} == {
+        *("benchmarks", "figures", "fits", "logs", "records", "tables"),
+        *("provenance.json", "report.html"),
+    }
+    assert checkout.planned() == {"complete": 1}
+
+    twin.write_record(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
+    assert checkout.planned()["record"] == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line"),
+    [
+        (
+            "mass_kg: 5.84",
+            "mas_kg: 5.84",
+            "small.yaml:5: blocks.tall.mas_kg: unknown key; did you mean mass_kg?",
+        ),
+        ("mass_kg: 5.84", "mass_kg: -5.84", "small.yaml:5: "),
+        ("mass_kg: 5.84", "mass_kg: 5.84, release_angle_deg: 15", "small.yaml:5: "),
+    ],
+)
+def test_bad_configuration_is_told_before_anything_runs(checkout, old, new, line):
+    checkout.edit("config/campaigns/small.yaml", old, new)
+    before = checkout.products()
+    done = checkout.snakemake()
+    print(done.stderr)
+    assert done.returncode == 1
+    assert checkout.products() == before

@@ -1,13 +1,12 @@
 """The end of a campaign: fails, with a line for each record that has no usable run."""
 
 import csv
-import logging
 import sys
 from pathlib import Path
 
 from freerock.workflow import log_to
 
-log_to(snakemake.log[0])
+log = log_to(snakemake.log[0])
 with open(snakemake.input.runs, newline="", encoding="utf-8") as table:
     rows = list(csv.DictReader(table))
 verdicts, failed = {}, []
@@ -18,7 +17,7 @@ for test, found in verdicts.items():
         reasons = [row["reasons"] for row in rows if row["test"] == test]
         failed.append(f"{snakemake.wildcards.campaign}: record {test} failed: {'; '.join(reasons)}")
 if failed:
-    logging.error("\n".join(failed))
+    log.error("\n".join(failed))
     sys.exit("\n".join(failed))
 runs = sum(row["run"] != "" for row in rows)
 Path(snakemake.output.complete).write_text(f"{len(verdicts)} records, {runs} runs\n", encoding="utf-8")

@@ -1,6 +1,5 @@
 """Models identified on each run of one record, and on all its runs jointly."""
 
-import logging
 from dataclasses import replace
 
 from freerock.datasets import open_record, provenance, runs_in, write_fits
@@ -10,7 +9,7 @@ from freerock.models import MODELS
 from freerock.models.block import Block
 from freerock.workflow import log_to
 
-log_to(snakemake.log[0])
+log = log_to(snakemake.log[0])
 params = snakemake.params
 block, record = Block(**params.block), open_record(snakemake.input.record)
 
@@ -31,7 +30,7 @@ def motion(run):
 
 def fit(model, motions, start=None):
     found = fit_record(model, block, motions, start=start, free=params.free[model], **params.options)
-    logging.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
+    log.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
     return found
 
 

@@ -1,6 +1,5 @@
 """Volts of one record to θ(t), runs and impacts."""
 
-import logging
 from pathlib import Path
 
 from freerock.acquisition import read_record
@@ -13,7 +12,7 @@ from freerock.models.block import Block
 from freerock.runs import find_runs
 from freerock.workflow import log_to
 
-log_to(snakemake.log[0])
+log = log_to(snakemake.log[0])
 params, path = snakemake.params, Path(snakemake.params.file)
 block, laser = Block(**params.block), Laser(**params.laser)
 
@@ -46,9 +45,17 @@ try:
     if params.excluded:
         write_failure(output, f"excluded: {params.excluded}", attributes, verdict="warn")
     else:
-        write_record(output, *process(), attributes)
+        record, runs, impacts = process()
+        write_record(output, record, runs, impacts, attributes)
+        for run in runs:
+            log.info(
+                "run %d, released at %.3f s: %s",
+                run.number,
+                run.release_s,
+                ": ".join([run.verdict, *run.reasons]),
+            )
 except FreerockError as error:
-    where = error.where if str(path) in error.where else f"{path}: {error.where}"
+    where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
     failure = FreerockError(where, error.what, error.remedy)
-    logging.error(failure)
+    log.error(failure)
     write_failure(output, failure, attributes)
