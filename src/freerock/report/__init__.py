@@ -3,6 +3,7 @@
 import base64
 import math
 import struct
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -14,16 +15,8 @@ from freerock.tables import MODEL_LABELS, SIMULATED_NOTE, fits_of, fixed, quanti
 
 SETTINGS = ["test", "run", "model", "success", "message", "rtol", "sample_step", "integrator_error"]
 SETTINGS += ["residual_over_sigma", "coloured"]
-COMPARISON = [
-    "test",
-    "r_fitted",
-    "r_fitted_stderr",
-    "r_impacts",
-    "r_low",
-    "r_high",
-    "first_impact_s",
-    "rigid_s",
-]
+COMPARISON = ["test", "r_fitted", "r_fitted_stderr", "r_first", "r_median", "r_low", "r_high"]
+COMPARISON += ["first_impact_s", "rigid_s"]
 
 
 def write_report(
@@ -91,12 +84,12 @@ def write_report(
         reasons=[row for row in rows if row["reasons"]],
         tables=tables,
         figures=[_image(caption, file) for caption, file in figures],
-        pages=[_image(test, file, anchor=_anchor(test)) for test, file in pages.items()],
+        pages=[_pages(test, file, rows) for test, file in pages.items()],
         comparison=_comparison_text(compared),
         facts=_facts(runs, settings, compared, blocks),
         debonding=debonding,
         settings=_settings_text(settings),
-        provenance=provenance or {},
+        provenance=[(key, list(_flat(value))) for key, value in (provenance or {}).items()],
     )
     with atomic(path) as part:
         Path(part).write_text(html, encoding="utf-8")
@@ -116,8 +109,9 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
     -------
     pandas.DataFrame
         One row per record with measured impacts: test, r_fitted and its standard error (joint fit of the
-        runs), r_impacts, the median over all impacts, r_low and r_high, their range, first_impact_s, the mean
-        time from release to the first impact, rigid_s, the mean time of a rigid block from the same angles.
+        runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median and range of
+        all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the mean time of
+        a rigid block from the same angles.
     """
     rows = []
     measured = restitution[restitution["source"] == "experiment"]
@@ -137,7 +131,8 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
                 "test": test,
                 "r_fitted": fitted["value"].mean(),
                 "r_fitted_stderr": fitted["stderr"].mean(),
-                "r_impacts": impacts["r"].median(),
+                "r_first": impacts[impacts["impact"] == 1]["r"].mean(),
+                "r_median": impacts["r"].median(),
                 "r_low": impacts["r"].min(),
                 "r_high": impacts["r"].max(),
                 "first_impact_s": impacts[impacts["impact"] == 1]["time_s"].mean(),
@@ -190,7 +185,7 @@ def _run_rows(runs, epsilon, labels, pages) -> list:
         rows.append(
             {
                 "test": run.test,
-                "anchor": _anchor(run.test) if run.test in pages else "",
+                "anchor": _anchor(run.test, number) if run.test in pages else "",
                 "run": number,
                 "block": labels.get(run.block, run.block),
                 "foundation": labels.get(run.foundation, run.foundation),
@@ -207,15 +202,44 @@ def _run_rows(runs, epsilon, labels, pages) -> list:
     return rows
 
 
-def _anchor(test) -> str:
-    return f"qc-{test}"
+def _anchor(test, run) -> str:
+    return f"qc-{test}" + ("" if run == "–" else f"-{run}")
 
 
-def _image(caption, file, anchor="") -> dict:
+def _image(caption, file) -> dict:
     data = Path(file).read_bytes()
     width, height = struct.unpack(">II", data[16:24])  # in the header of every PNG
-    encoded = base64.b64encode(data).decode()
-    return {"caption": caption, "anchor": anchor, "data": encoded, "width": width, "height": height}
+    return {"caption": caption, "data": base64.b64encode(data).decode(), "width": width, "height": height}
+
+
+def _pages(test, file, rows) -> dict:
+    """The image of a record's quality pages, and where in it the page of each run lies."""
+    image, own = _image(test, file), [row["run"] for row in rows if row["test"] == test]
+    height = image["height"] / len(own)
+    pages = [
+        {
+            "anchor": _anchor(test, run),
+            "caption": test + ("" if run == "–" else f", run {run}"),
+            "top": f"{i * height:g}",
+            "height": f"{height:g}",
+        }
+        for i, run in enumerate(own)
+    ]
+    return {**image, "test": test, "pages": pages}
+
+
+def _flat(value, key=""):
+    """Nested mappings and lists as pairs of dotted key and text; what is empty is left out."""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _flat(inner, f"{key}.{name}" if key else name)
+    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
+        for i, inner in enumerate(value, 1):
+            yield from _flat(inner, f"{key}.{i}")
+    elif isinstance(value, list | tuple):
+        yield from _flat(", ".join(map(str, value)), key)
+    elif value not in (None, ""):
+        yield key, str(value)
 
 
 def _comparison_text(compared) -> pd.DataFrame:
@@ -224,8 +248,9 @@ def _comparison_text(compared) -> pd.DataFrame:
         {
             "Record": [row.test for row in rows],
             "Housner r, fitted": [quantity(row.r_fitted, row.r_fitted_stderr) for row in rows],
-            "r per impact, median": [fixed(row.r_impacts, 3) for row in rows],
-            "r per impact, range": [f"{row.r_low:.3f} to {row.r_high:.3f}" for row in rows],
+            "r, first impact": [fixed(row.r_first, 3) for row in rows],
+            "r per impact, median": [fixed(row.r_median, 3) for row in rows],
+            "Range": [f"{row.r_low:.3f} to {row.r_high:.3f}" for row in rows],
             "First impact / s": [fixed(row.first_impact_s, 4) for row in rows],
             "First impact, rigid / s": [fixed(row.rigid_s, 4) for row in rows],
         }
@@ -243,9 +268,10 @@ def _facts(runs, settings, compared, blocks) -> dict:
     integrated = settings[settings["model"] != "housner"]
     return {
         "shift_mm": quantity(max(shifts_mm, default=math.nan), digits=2),
-        "later_low": fixed(later.min(), 1),
-        "later_high": fixed(later.max(), 1),
-        "n_above": int((known["r_fitted"] > known["r_impacts"]).sum()),
+        "latest": _later(later.max()),
+        "earliest": _later(later.min()),
+        "some_earlier": bool((later < 0).any()),
+        "n_above": int((known["r_fitted"] > known["r_first"]).sum()),
         "n_known": len(known),
         "n_integrated": len(integrated),
         "rtol_low": f"{integrated['rtol'].min():g}",
@@ -253,6 +279,10 @@ def _facts(runs, settings, compared, blocks) -> dict:
         "error_percent": quantity(100 * integrated["integrator_error"].max(), digits=2),
         "steps": sorted(settings["sample_step"].astype(int).unique()),
     }
+
+
+def _later(percent) -> str:
+    return f"{fixed(abs(percent), 1)} % {'later' if percent > 0 else 'earlier'}"
 
 
 def _settings_text(settings) -> pd.DataFrame:
