@@ -21,7 +21,7 @@ rule study:
     wildcard_constraints:
         study="|".join(STUDIES),
     conda:
-        "freerock"
+        "../envs/freerock.yaml"
     threads: workflow.cores  # alone on the machine: it takes times
     params:
         size=config.get("studies", "full"),
@@ -51,7 +51,7 @@ rule figure_study:
     wildcard_constraints:
         study="|".join(STUDIES),
     conda:
-        "freerock"
+        "../envs/freerock.yaml"
     message:
         "study: figure of {wildcards.study}"
     script:
