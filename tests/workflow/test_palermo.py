@@ -1,6 +1,7 @@
 """The shipped campaign, from record files to report."""
 
 import math
+import re
 import shutil
 
 import pandas as pd
@@ -42,7 +43,7 @@ def test_tables_have_the_columns_other_peoples_scripts_rely_on(results, name):
 
 def test_every_run_of_every_record_is_found_and_called_simulated(results):
     runs = table(results, "runs")
-    assert runs.groupby("test")["run"].apply(list).to_dict() == dict.fromkeys(runs["test"], ["1", "2", "3"])
+    assert (runs.groupby("test")["run"].agg("".join) == "123").all()
     assert runs["test"].nunique() == 6
     assert set(runs["origin"]) == {"simulated"}
     assert set(runs["verdict"]) == {"ok"}
@@ -78,10 +79,10 @@ def test_the_simulated_foundations_are_recovered(results):
     assert recovered["error_percent"].abs().max() <= 0.5
 
 
-def test_integrator_and_window_are_told_in_the_report(results):
+def test_the_report_says_simulated_and_loads_nothing(results):
     page = (results / "report.html").read_text(encoding="utf-8")
     assert "simulated" in page
-    assert "http://" not in page.split("</style>")[-1].replace("http://www.w3.org", "")
+    assert not re.search(r"""(src|href)=["']?(https?:)?//(?!doi\.org)""", page)
 
 
 def test_first_impact_of_the_compliant_base_is_later_than_the_rigid_one():
