@@ -448,7 +448,7 @@ def defaults(section, without=()):
             "",
         ),
         ("models.block.Block", "", config.BlockSection, "label release_angle_deg"),
-        ("identify.fit_record", "model block motions free", config.FitsSection, "models free pooled"),
+        ("identify.fit_record", "model block motions start free", config.FitsSection, "models free pooled"),
     ],
 )
 def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
