@@ -7,7 +7,9 @@ formula of the regime it starts in, smoothly continued; where an event function 
 for example) changes its sign inside a step, the root is found on the dense output and the step is taken
 again to end there. So the method keeps its order across impacts.
 
-Dormand and Prince's 5(4) pair (doi:10.1016/0771-050X(80)90013-3) with its fourth-order dense output.
+Two methods of order 5 with dense output of order 4 take the steps: Dormand and Prince's explicit 5(4) pair
+(doi:10.1016/0771-050X(80)90013-3) and, where the law is stiff, Steinebach's L-stable Rosenbrock method
+Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 """
 
 import math
@@ -35,6 +37,102 @@ D1, D3, D4 = -12715105075 / 11282082432, 87487479700 / 32700410799, -10690763975
 D5, D6, D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423
 
 
+# Rodas5P, in the form in which W k_i = f(y + Σ a_ij k_j) + Σ c_ij k_j / h + h d_i ∂f/∂t, W = I/(γ h) - J
+GAMMA = 0.21193756319429014
+R_A = np.zeros((8, 8))
+R_A[1, :1] = 3.0
+R_A[2, :2] = 2.849394379747939, 0.45842242204463923
+R_A[3, :3] = -6.954028509809101, 2.489845061869568, -10.358996098473584
+R_A[4, :4] = 2.8029986275628964, 0.5072464736228206, -0.3988312541770524, -0.04721187230404641
+R_A[5:, :5] = (
+    -7.502846399306121,
+    2.561846144803919,
+    -11.627539656261098,
+    -0.18268767659942256,
+    0.030198172008377946,
+)
+R_A[6:, 5] = 1.0
+R_A[7, 6] = 1.0
+R_C = np.zeros((8, 8))
+R_C[1, :1] = -14.155112264123755
+R_C[2, :2] = -17.97296035885952, -2.859693295451294
+R_C[3, :3] = 147.12150275711716, -1.41221402718213, 71.68940251302358
+R_C[4, :4] = 165.43517024871676, -0.4592823456491126, 42.90938336958603, -5.961986721573306
+R_C[5, :5] = (
+    24.854864614690072,
+    -3.0009227002832186,
+    47.4931110020768,
+    5.5814197821558125,
+    -0.6610691825249471,
+)
+R_C[6, :6] = (
+    30.91273214028599,
+    -3.1208243349937974,
+    77.79954646070892,
+    34.28646028294783,
+    -19.097331116725623,
+    -28.087943162872662,
+)
+R_C[7, :7] = (
+    37.80277123390563,
+    -3.2571969029072276,
+    112.26918849496327,
+    66.9347231244047,
+    -40.06618937091002,
+    -54.66780262877968,
+    -9.48861652309627,
+)
+R_NODES = np.array(
+    [0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1, 1, 1]
+)
+R_D = np.array(
+    [
+        0.21193756319429014,
+        -0.42387512638858027,
+        -0.3384627126235924,
+        1.8046452872882734,
+        2.325825639765069,
+        0,
+        0,
+        0,
+    ]
+)
+R_H = np.array(
+    [
+        [
+            25.948786856663858,
+            -2.5579724845846235,
+            10.433815404888879,
+            -2.3679251022685204,
+            0.524948541321073,
+            1.1241088310450404,
+            0.4272876194431874,
+            -0.17202221070155493,
+        ],
+        [
+            -9.91568850695171,
+            -0.9689944594115154,
+            3.0438037242978453,
+            -24.495224566215796,
+            20.176138334709044,
+            15.98066361424651,
+            -6.789040303419874,
+            -6.710236069923372,
+        ],
+        [
+            11.419903575922262,
+            2.8879645146136994,
+            72.92137995996029,
+            80.12511834622643,
+            -52.072871366152654,
+            -59.78993625266729,
+            -0.15582684282751913,
+            4.883087185713722,
+        ],
+    ]
+)
+
+
 @njit(cache=True, nogil=True)
 def _sincos(x):
     """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
@@ -55,10 +153,13 @@ def _sincos(x):
 
 
 @njit(cache=True, nogil=True)
-def _ground(coefficients, segment, tau):
-    """Ground accelerations at tau since the start of a segment: cubic plus a harmonic, in x and in z."""
+def _ground(coefficients, segment, tau, g):
+    """Horizontal acceleration and effective gravity at tau since the start of a segment of ground motion.
+
+    Each is a cubic plus a harmonic: c0 + c1 τ + c2 τ² + c3 τ³ + A sin(ω τ + φ).
+    """
     if segment < 0 or segment >= coefficients.shape[0]:
-        return 0.0, 0.0
+        return 0.0, g
     q = coefficients[segment]
     x = q[0] + tau * (q[1] + tau * (q[2] + tau * q[3]))
     z = q[7] + tau * (q[8] + tau * (q[9] + tau * q[10]))
@@ -66,6 +167,21 @@ def _ground(coefficients, segment, tau):
         x += q[4] * math.sin(q[5] * tau + q[6])
     if q[11] != 0:
         z += q[11] * math.sin(q[12] * tau + q[13])
+    return x, g + z
+
+
+@njit(cache=True, nogil=True)
+def _ground_rate(coefficients, segment, tau):
+    """Time derivative of `_ground`."""
+    if segment < 0 or segment >= coefficients.shape[0]:
+        return 0.0, 0.0
+    q = coefficients[segment]
+    x = q[1] + tau * (2 * q[2] + tau * 3 * q[3])
+    z = q[8] + tau * (2 * q[9] + tau * 3 * q[10])
+    if q[4] != 0:
+        x += q[4] * q[5] * math.cos(q[5] * tau + q[6])
+    if q[11] != 0:
+        z += q[11] * q[12] * math.cos(q[12] * tau + q[13])
     return x, z
 
 
@@ -79,74 +195,162 @@ def _second_root(z, v, s, spin, law):
 
 
 @njit(cache=True, nogil=True)
-def _accelerations(regime, z, v, theta, w, gx, gz, law):
+def _ends(regime, z, v, s, spin, law):
+    """Ends of the contact interval by the formula of a regime; NaN where it cannot be continued."""
+    b = law[3]
+    lower, upper = regime // 3, regime % 3
+    u0, u1 = -b, b
+    if lower == 1:
+        u0 = -z / s if s > 0 else math.nan
+    elif lower == 2:
+        u0 = _second_root(z, v, s, spin, law)
+    if upper == 1:
+        u1 = -z / s if s < 0 else math.nan
+    elif upper == 2:
+        u1 = _second_root(z, v, s, spin, law)
+    if abs(u0) < 8 * b and abs(u1) < 8 * b:
+        return u0, u1
+    return math.nan, math.nan
+
+
+@njit(cache=True, nogil=True)
+def _partial_force(regime, z, v, s, spin, law):
+    """Force and moment / cosθ per unit mass, of any contact interval."""
+    k, c, lam = law[0], law[1], law[2]
+    u0, u1 = _ends(regime, z, v, s, spin, law)
+    # Simpson's rule is exact: f is quadratic and f u cubic in u
+    force = moment = 0.0
+    for i in range(3):
+        u = u0 + 0.5 * i * (u1 - u0)
+        depth, rate = z + s * u, v + spin * u
+        f = (k * depth + (c + lam * depth) * rate) * ((u1 - u0) * (2 / 3 if i == 1 else 1 / 6))
+        force += f
+        moment += f * u
+    return force, moment
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
     s, cos = _sincos(theta)
     if regime >= HOUSNER_RIGHT:
-        if regime == HOUSNER_REST:
-            return 0.0, 0.0
         side = b if regime == HOUSNER_RIGHT else -b
-        return 0.0, (gx * (h * cos + side * s) - gz * (side * cos - h * s)) / (inertia + b * b)
+        return 0.0, (x_ground * (h * cos + side * s) - gravity * (side * cos - h * s)) / (inertia + b * b)
     spin = w * cos
     if regime in (RIGHT, LEFT):
         sigma = 1.0 if regime == RIGHT else -1.0
         slope = sigma * s
-        # from the sunken corner: depth d, rate e, length of contact d / slope
-        d = z + b * slope
-        if not slope > 0 or abs(d) > 8 * b * slope:
+        # seen from the sunken corner: its depth and rate, the length of contact
+        depth = z + b * slope
+        if not slope > 0 or abs(depth) > 8 * b * slope:
             return math.nan, math.nan
-        e = v + b * sigma * spin
-        length = d / slope
+        rate = v + b * sigma * spin
+        length = depth / slope
         loss = length * sigma * spin
-        force = length * (0.5 * k * d + c * (e - 0.5 * loss) + lam * d * (0.5 * e - loss * (1 / 6)))
-        first = (length * length) * (
-            k * d * (1 / 6) + c * (0.5 * e - loss * (1 / 3)) + lam * d * (e * (1 / 6) - loss * (1 / 12))
+        force = length * (
+            0.5 * k * depth + c * (rate - 0.5 * loss) + lam * depth * (0.5 * rate - (1 / 6) * loss)
         )
-        moment = sigma * cos * (b * force - first)
+        first = (length * length) * (
+            (1 / 6) * k * depth
+            + c * (0.5 * rate - (1 / 3) * loss)
+            + lam * depth * ((1 / 6) * rate - (1 / 12) * loss)
+        )
+        moment = sigma * (b * force - first)
     elif regime == FULL:
         second = (2 / 3) * b * b * b
         force = 2 * b * (k * z + c * v + lam * z * v) + second * lam * s * spin
-        moment = cos * second * (k * s + c * spin + lam * (s * v + z * spin))
+        moment = second * (k * s + c * spin + lam * (s * v + z * spin))
     elif regime == FLIGHT:
-        force = 0.0
-        moment = 0.0
+        force = moment = 0.0
     else:
-        lower, upper = regime // 3, regime % 3
-        u0 = -b
-        if lower == 1:
-            u0 = -z / s if s > 0 else math.nan
-        elif lower == 2:
-            u0 = _second_root(z, v, s, spin, law)
-        u1 = b
-        if upper == 1:
-            u1 = -z / s if s < 0 else math.nan
-        elif upper == 2:
-            u1 = _second_root(z, v, s, spin, law)
-        if not (abs(u0) < 8 * b and abs(u1) < 8 * b):
-            return math.nan, math.nan
-        # Simpson's rule is exact: f is quadratic and f u cubic in u
-        um = 0.5 * (u0 + u1)
-        z0, zm, z1 = z + s * u0, z + s * um, z + s * u1
-        v0, vm, v1 = v + spin * u0, v + spin * um, v + spin * u1
-        f0 = (k + lam * v0) * z0 + c * v0
-        fm = 4 * ((k + lam * vm) * zm + c * vm)
-        f1 = (k + lam * v1) * z1 + c * v1
-        length = (u1 - u0) * (1 / 6)
-        force = length * (f0 + fm + f1)
-        moment = cos * length * (f0 * u0 + fm * um + f1 * u1)
-    hs = h * s
-    turn = (h * cos * (gx + hs * w * w) + hs * force - moment) / (inertia - hs * hs)
-    return gz - force - h * cos * w * w - hs * turn, turn
+        force, moment = _partial_force(regime, z, v, s, spin, law)
+    hs, hc = h * s, h * cos
+    turn = (hc * (x_ground + hs * w * w) + hs * force - cos * moment) / (inertia - hs * hs)
+    return gravity - force - hc * w * w - hs * turn, turn
 
 
 @njit(cache=True, nogil=True)
-def _event(i, regime, z, v, theta, w, law):
+def _jacobian(regime, y, x_ground, gravity, law):
+    """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
+    k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
+    z, v, theta, w = y
+    s, cos = _sincos(theta)
+    if regime >= HOUSNER_RIGHT:
+        side = b if regime == HOUSNER_RIGHT else -b
+        slope = (x_ground * (side * cos - h * s) + gravity * (side * s + h * cos)) / (inertia + b * b)
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, slope, 0.0
+    spin = w * cos
+    # force, moment/cosθ and their derivatives with respect to z, ż, sinθ, θ̇ cosθ
+    force = moment = 0.0
+    f_z = f_v = f_s = f_spin = 0.0
+    m_z = m_v = m_s = m_spin = 0.0
+    if regime != FLIGHT:
+        u0, u1 = _ends(regime, z, v, s, spin, law)
+        length = u1 - u0
+        for i in range(3):
+            # Simpson's rule is exact
+            u = u0 + 0.5 * i * length
+            weight = length * (2 / 3 if i == 1 else 1 / 6)
+            depth, rate = z + s * u, v + spin * u
+            by_depth, by_rate = weight * (k + lam * rate), weight * (c + lam * depth)
+            f = weight * (k * depth + (c + lam * depth) * rate)
+            force += f
+            moment += f * u
+            f_z += by_depth
+            f_v += by_rate
+            f_s += by_depth * u
+            f_spin += by_rate * u
+            m_s += by_depth * u * u
+            m_spin += by_rate * u * u
+        m_z, m_v = f_s, f_spin
+        # f = c ż where an end is a root of z(u), and that end moves
+        for end in range(2):
+            if (regime // 3 if end == 0 else regime % 3) == 1:
+                u = u0 if end == 0 else u1
+                by_end = c * (v + spin * u) / (s if end == 0 else -s)
+                f_z += by_end
+                f_s += by_end * u
+                m_z += by_end * u
+                m_s += by_end * u * u
+    hs, hc = h * s, h * cos
+    reduced = inertia - hs * hs
+    turn = (hc * (x_ground + hs * w * w) + hs * force - cos * moment) / reduced
+    f_theta = f_s * cos - f_spin * w * s
+    m_theta = m_s * cos - m_spin * w * s
+    b_z = (hs * f_z - cos * m_z) / reduced
+    b_v = (hs * f_v - cos * m_v) / reduced
+    b_w = (2 * hc * hs * w + (hs * f_spin - cos * m_spin) * cos) / reduced
+    b_theta = (
+        (hc * hc - hs * hs) * w * w
+        - hs * x_ground
+        + hc * force
+        + hs * f_theta
+        + s * moment
+        - cos * m_theta
+        + 2 * hs * hc * turn
+    ) / reduced
+    a_theta = hs * w * w - f_theta - hc * turn - hs * b_theta
+    return (
+        -f_z - hs * b_z,
+        -f_v - hs * b_v,
+        a_theta,
+        -f_spin * cos - 2 * hc * w - hs * b_w,
+        b_z,
+        b_v,
+        b_theta,
+        b_w,
+    )
+
+
+@njit(cache=True, nogil=True)
+def _event(i, regime, y, law):
     """Event functions; the signs of the first five make up the regime of contact.
 
     0, 1: depth of the right and left corner; 2, 3: second factor of f there;
-    4: distance between the roots of the two factors; 5: rotation of Housner's block.
+    4: distance between the roots of the two factors; 5: |θ| of Housner's block.
     """
+    z, v, theta, w = y
     if i == 5:
         return theta if regime == HOUSNER_RIGHT else -theta
     k, c, lam, b = law[0], law[1], law[2], law[3]
@@ -163,10 +367,12 @@ def _event(i, regime, z, v, theta, w, law):
 
 
 @njit(cache=True, nogil=True)
-def _event_count(regime, tensionless):
-    if regime >= HOUSNER_RIGHT:
-        return 5, 6
-    return 0, 5 if tensionless else 2
+def _event_rate(i, regime, y, law):
+    """Rate of event functions 0, 1 and 5."""
+    if i == 5:
+        return y[3] if regime == HOUSNER_RIGHT else -y[3]
+    swing = law[3] * y[3] * _sincos(y[2])[1]
+    return y[1] - swing if i == 1 else y[1] + swing
 
 
 @njit(cache=True, nogil=True)
@@ -176,11 +382,11 @@ def _watched(i, bits):
 
 
 @njit(cache=True, nogil=True)
-def _signs(tensionless, z, v, theta, w, law):
+def _signs(tensionless, y, law):
     """Signs of the event functions of contact as bits."""
     bits = 0
     for i in range(5 if tensionless else 2):
-        if _watched(i, bits) and _event(i, FULL, z, v, theta, w, law) > 0:
+        if _watched(i, bits) and _event(i, FULL, y, law) > 0:
             bits |= 1 << i
     return bits
 
@@ -210,58 +416,60 @@ def _regime(bits, tensionless):
     return 3 * lower + upper
 
 
-@njit(cache=True, nogil=True)
-def _step(regime, h, z, v, t, w, a1, b1, coefficients, segment, tau, gx, gz, law, weights, dense):
-    """One step of the 5(4) pair: new state, its accelerations, square of the error over the tolerance."""
+@njit(cache=True, nogil=True, forceinline=True)
+def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense):
+    """One step of the 5(4) pair.
+
+    Returns the new state, its accelerations, the square of the error over the tolerance, and an estimate
+    of (h times the largest eigenvalue) squared.
+    """
+    z, v, t, w = y
+    a1, b1 = f
     excited = coefficients.shape[0] > 0
     g = law[6]
+    x, gravity = 0.0, g
     if excited:
-        gx, gz = _ground(coefficients, segment, tau + h * (1 / 5))
-        gz += g
+        x, gravity = _ground(coefficients, segment, tau + h * (1 / 5), g)
     q1 = h * A21
     v2 = v + q1 * a1
     w2 = w + q1 * b1
-    a2, b2 = _accelerations(regime, z + q1 * v, v2, t + q1 * w, w2, gx, gz, law)
+    a2, b2 = _accelerations(regime, z + q1 * v, v2, t + q1 * w, w2, x, gravity, law)
     if excited:
-        gx, gz = _ground(coefficients, segment, tau + h * (3 / 10))
-        gz += g
+        x, gravity = _ground(coefficients, segment, tau + h * (3 / 10), g)
     q1, q2 = h * A31, h * A32
     v3 = v + q1 * a1 + q2 * a2
     w3 = w + q1 * b1 + q2 * b2
-    a3, b3 = _accelerations(regime, z + q1 * v + q2 * v2, v3, t + q1 * w + q2 * w2, w3, gx, gz, law)
+    a3, b3 = _accelerations(regime, z + q1 * v + q2 * v2, v3, t + q1 * w + q2 * w2, w3, x, gravity, law)
     if excited:
-        gx, gz = _ground(coefficients, segment, tau + h * (4 / 5))
-        gz += g
+        x, gravity = _ground(coefficients, segment, tau + h * (4 / 5), g)
     q1, q2, q3 = h * A41, h * A42, h * A43
     v4 = v + q1 * a1 + q2 * a2 + q3 * a3
     w4 = w + q1 * b1 + q2 * b2 + q3 * b3
     z4 = z + q1 * v + q2 * v2 + q3 * v3
     t4 = t + q1 * w + q2 * w2 + q3 * w3
-    a4, b4 = _accelerations(regime, z4, v4, t4, w4, gx, gz, law)
+    a4, b4 = _accelerations(regime, z4, v4, t4, w4, x, gravity, law)
     if excited:
-        gx, gz = _ground(coefficients, segment, tau + h * (8 / 9))
-        gz += g
+        x, gravity = _ground(coefficients, segment, tau + h * (8 / 9), g)
     q1, q2, q3, q4 = h * A51, h * A52, h * A53, h * A54
     v5 = v + q1 * a1 + q2 * a2 + q3 * a3 + q4 * a4
     w5 = w + q1 * b1 + q2 * b2 + q3 * b3 + q4 * b4
     z5 = z + q1 * v + q2 * v2 + q3 * v3 + q4 * v4
     t5 = t + q1 * w + q2 * w2 + q3 * w3 + q4 * w4
-    a5, b5 = _accelerations(regime, z5, v5, t5, w5, gx, gz, law)
+    a5, b5 = _accelerations(regime, z5, v5, t5, w5, x, gravity, law)
     if excited:
-        gx, gz = _ground(coefficients, segment, tau + h)
-        gz += g
+        x, gravity = _ground(coefficients, segment, tau + h, g)
     q1, q2, q3, q4, q5 = h * A61, h * A62, h * A63, h * A64, h * A65
     v6 = v + q1 * a1 + q2 * a2 + q3 * a3 + q4 * a4 + q5 * a5
     w6 = w + q1 * b1 + q2 * b2 + q3 * b3 + q4 * b4 + q5 * b5
     z6 = z + q1 * v + q2 * v2 + q3 * v3 + q4 * v4 + q5 * v5
     t6 = t + q1 * w + q2 * w2 + q3 * w3 + q4 * w4 + q5 * w5
-    a6, b6 = _accelerations(regime, z6, v6, t6, w6, gx, gz, law)
+    a6, b6 = _accelerations(regime, z6, v6, t6, w6, x, gravity, law)
     q1, q3, q4, q5, q6 = h * A71, h * A73, h * A74, h * A75, h * A76
     v7 = v + q1 * a1 + q3 * a3 + q4 * a4 + q5 * a5 + q6 * a6
     w7 = w + q1 * b1 + q3 * b3 + q4 * b4 + q5 * b5 + q6 * b6
     z7 = z + q1 * v + q3 * v3 + q4 * v4 + q5 * v5 + q6 * v6
     t7 = t + q1 * w + q3 * w3 + q4 * w4 + q5 * w5 + q6 * w6
-    a7, b7 = _accelerations(regime, z7, v7, t7, w7, gx, gz, law)
+    a7, b7 = _accelerations(regime, z7, v7, t7, w7, x, gravity, law)
     ez = weights[0] * (E1 * v + E3 * v3 + E4 * v4 + E5 * v5 + E6 * v6 + E7 * v7)
     ev = weights[1] * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7)
     et = weights[0] * weights[2] * (E1 * w + E3 * w3 + E4 * w4 + E5 * w5 + E6 * w6 + E7 * w7)
@@ -270,7 +478,81 @@ def _step(regime, h, z, v, t, w, a1, b1, coefficients, segment, tau, gx, gz, law
     _dense(dense, 1, h, v, v7, a1, a7, D1 * a1 + D3 * a3 + D4 * a4 + D5 * a5 + D6 * a6 + D7 * a7)
     _dense(dense, 2, h, t, t7, w, w7, D1 * w + D3 * w3 + D4 * w4 + D5 * w5 + D6 * w6 + D7 * w7)
     _dense(dense, 3, h, w, w7, b1, b7, D1 * b1 + D3 * b3 + D4 * b4 + D5 * b5 + D6 * b6 + D7 * b7)
-    return z7, v7, t7, w7, a7, b7, h * h * (ez * ez + ev * ev + et * et + ew * ew)
+    change = (v7 - v6) ** 2 + (weights[2] * (w7 - w6)) ** 2
+    stiffness = h * h * ((a7 - a6) ** 2 + (weights[2] * (b7 - b6)) ** 2) / change if change > 0 else 0.0
+    return (z7, v7, t7, w7), (a7, b7), h * h * (ez * ez + ev * ev + et * et + ew * ew), stiffness
+
+
+@njit(cache=True, nogil=True)
+def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
+    """One step of Rodas5P; arguments and results as in `_step_explicit`."""
+    z, v, t, w = y
+    g = law[6]
+    x, gravity = _ground(coefficients, segment, tau, g)
+    a_z, a_v, a_t, a_w, b_z, b_v, b_t, b_w = _jacobian(regime, y, x, gravity, law)
+    x_rate, z_rate = _ground_rate(coefficients, segment, tau)
+    s, cos = _sincos(t)
+    hs = law[4] * s
+    if regime < HOUSNER_RIGHT:
+        b_time = law[4] * cos * x_rate / (law[5] - hs * hs)
+        a_time = z_rate - hs * b_time
+    else:
+        a_time = 0.0
+        side = law[3] if regime == HOUSNER_RIGHT else -law[3]
+        b_time = (x_rate * (law[4] * cos + side * s) - z_rate * (side * cos - hs)) / (law[5] + law[3] ** 2)
+    # W k = r, reduced to the two accelerations since the rates of z and θ are ż and θ̇
+    q = 1 / (GAMMA * h)
+    m11, m12 = q * q - a_z - q * a_v, -a_t - q * a_w
+    m21, m22 = -b_z - q * b_v, q * q - b_t - q * b_w
+    inverse = 1 / (m11 * m22 - m12 * m21)
+    (zi, vi, ti, wi), (ai, bi) = y, f
+    for i in range(8):
+        if i > 0:
+            zi, vi, ti, wi = y
+            for j in range(i):
+                r = R_A[i, j]
+                zi += r * stages[j, 0]
+                vi += r * stages[j, 1]
+                ti += r * stages[j, 2]
+                wi += r * stages[j, 3]
+            x, gravity = _ground(coefficients, segment, tau + R_NODES[i] * h, g)
+            ai, bi = _accelerations(regime, zi, vi, ti, wi, x, gravity, law)
+        rz, rv, rt, rw = vi, ai + h * R_D[i] * a_time, wi, bi + h * R_D[i] * b_time
+        for j in range(i):
+            r = R_C[i, j] / h
+            rz += r * stages[j, 0]
+            rv += r * stages[j, 1]
+            rt += r * stages[j, 2]
+            rw += r * stages[j, 3]
+        r1 = rv + (q - a_v) * rz - a_w * rt
+        r2 = rw + (q - b_w) * rt - b_v * rz
+        stages[i, 0] = (m22 * r1 - m12 * r2) * inverse
+        stages[i, 2] = (m11 * r2 - m21 * r1) * inverse
+        stages[i, 1] = q * stages[i, 0] - rz
+        stages[i, 3] = q * stages[i, 2] - rt
+    z1, v1, t1, w1 = zi + stages[7, 0], vi + stages[7, 1], ti + stages[7, 2], wi + stages[7, 3]
+    f1 = _accelerations(regime, z1, v1, t1, w1, x, gravity, law)
+    ez, ev = weights[0] * stages[7, 0], weights[1] * stages[7, 1]
+    et, ew = weights[0] * weights[2] * stages[7, 2], weights[1] * weights[2] * stages[7, 3]
+    for i in range(4):
+        d2 = d3 = d4 = 0.0
+        for j in range(8):
+            d2 += R_H[0, j] * stages[j, i]
+            d3 += R_H[1, j] * stages[j, i]
+            d4 += R_H[2, j] * stages[j, i]
+        dense[i, 2], dense[i, 3], dense[i, 4] = d2, d3 + d4, -d4
+    dense[0, 0], dense[1, 0], dense[2, 0], dense[3, 0] = z, v, t, w
+    dense[0, 1], dense[1, 1], dense[2, 1], dense[3, 1] = z1 - z, v1 - v, t1 - t, w1 - w
+    stiffness = h * h * max((abs(a_v) + abs(b_w)) ** 2, abs(a_z) + abs(b_t))
+    return (z1, v1, t1, w1), f1, ez * ez + ev * ev + et * et + ew * ew, stiffness
+
+
+@njit(cache=True, nogil=True)
+def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
+    """One step of the method in use."""
+    if stiff:
+        return _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages)
+    return _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense)
 
 
 @njit(cache=True, nogil=True)
@@ -293,31 +575,30 @@ def _at(dense, i, x):
 
 
 @njit(cache=True, nogil=True)
-def _event_at(i, regime, dense, x, law):
-    return _event(i, regime, _at(dense, 0, x), _at(dense, 1, x), _at(dense, 2, x), _at(dense, 3, x), law)
+def _state_at(dense, x):
+    return _at(dense, 0, x), _at(dense, 1, x), _at(dense, 2, x), _at(dense, 3, x)
 
 
 @njit(cache=True, nogil=True)
 def _crossing(i, regime, positive, dense, right, law):
     """First fraction x <= right of the step at which event function i leaves its sign, or 0."""
     sign = 1.0 if positive else -1.0
-    f_right = sign * _event_at(i, regime, dense, right, law)
+    f_right = sign * _event(i, regime, _state_at(dense, right), law)
     left = 0.0
-    f_left = sign * _event_at(i, regime, dense, 0.0, law)
+    f_left = sign * _event(i, regime, _state_at(dense, left), law)
     if not f_left > 0:
         # just after an event the residual may have either sign: look for the excursion
-        left = 0.5 * right
-        f_left = sign * _event_at(i, regime, dense, left, law)
+        left = right
         while not f_left > 0:
             left *= 0.5
             if left < 1e-9:
                 return 0.0
-            f_left = sign * _event_at(i, regime, dense, left, law)
+            f_left = sign * _event(i, regime, _state_at(dense, left), law)
     kept = 0
     for n in range(60):
-        # Illinois with a bisection now and then
+        # regula falsi (Illinois), with a bisection now and then
         x = (left * f_right - right * f_left) / (f_right - f_left) if n % 4 != 3 else 0.5 * (left + right)
-        f = sign * _event_at(i, regime, dense, x, law)
+        f = sign * _event(i, regime, _state_at(dense, x), law)
         if f > 0:
             if kept == 1:
                 f_right *= 0.5
@@ -332,23 +613,114 @@ def _crossing(i, regime, positive, dense, right, law):
 
 
 @njit(cache=True, nogil=True)
+def _excursion(i, regime, positive, dense, law):
+    """Fraction of the step at which event function i has left the sign it has at both ends, or 0."""
+    if 2 <= i < 5:
+        for n in range(1, 4):
+            if (_event(i, regime, _state_at(dense, 0.25 * n), law) > 0) != positive:
+                return 0.25 * n
+        return 0.0
+    rate0 = _event_rate(i, regime, _state_at(dense, 0.0), law)
+    rate1 = _event_rate(i, regime, _state_at(dense, 1.0), law)
+    if rate0 * rate1 < 0 and (rate0 < 0) == positive:
+        x = rate0 / (rate0 - rate1)
+        if (_event(i, regime, _state_at(dense, x), law) > 0) != positive:
+            return x
+    return 0.0
+
+
+@njit(cache=True, nogil=True)
+def _first_event(regime, bits, tensionless, dense, law):
+    """Fraction of the step at which its first event happens, and which; (2, -1) without one."""
+    first, which = 2.0, -1
+    begin, end = (5, 6) if regime >= HOUSNER_RIGHT else (0, 5 if tensionless else 2)
+    for i in range(begin, end):
+        if not _watched(i, bits):
+            continue
+        positive = i == 5 or (bits >> i) & 1 == 1
+        right = 1.0
+        if (_event(i, regime, _state_at(dense, 1.0), law) > 0) == positive:
+            right = _excursion(i, regime, positive, dense, law)
+        if right > 0:
+            x = _crossing(i, regime, positive, dense, right, law)
+            if x < first:
+                first, which = x, i
+    return first, which
+
+
+@njit(cache=True, nogil=True)
+def _may_cross(bits, y, swing, v_before, swing_before, b):
+    """Whether a corner's depth has changed its sign over a step, or its rate has."""
+    z, v, theta, _ = y
+    reach = b * _sincos(theta)[0]
+    return (
+        (z + reach > 0) != (bits & 1 > 0)
+        or (z - reach > 0) != (bits & 2 > 0)
+        or (v + swing) * (v_before + swing_before) < 0
+        or (v - swing) * (v_before - swing_before) < 0
+    )
+
+
+@njit(cache=True, nogil=True)
+def _lift(coefficients, segment, tau, duration, law):
+    """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
+    slope = law[3] / law[4]
+    parts = 64 if coefficients[segment, 4] != 0 or coefficients[segment, 11] != 0 else 4
+    left = 0.0
+    for i in range(parts + 1):
+        right = duration * i / parts
+        x, gravity = _ground(coefficients, segment, tau + right, law[6])
+        if abs(x) > gravity * slope:
+            for _ in range(60):
+                middle = 0.5 * (left + right)
+                x, gravity = _ground(coefficients, segment, tau + middle, law[6])
+                if abs(x) > gravity * slope:
+                    right = middle
+                else:
+                    left = middle
+            return right
+        left = right
+    return duration
+
+
+@njit(cache=True, nogil=True)
+def _sign_change(dense, sign):
+    """Fraction of the step at which θ leaves its sign."""
+    left, right = 0.0, 1.0
+    for _ in range(54):
+        middle = 0.5 * (left + right)
+        if sign * _at(dense, 2, middle) > 0:
+            left = middle
+        else:
+            right = middle
+    return right
+
+
+@njit(cache=True, nogil=True)
+def _sample(dense, t, step, end, time, n, out, rates, record):
+    """Fill the samples from the n-th up to `end` from the dense output; the number of the next one."""
+    scale = 1 / step
+    while n < time.size and time[n] <= end:
+        x = (time[n] - t) * scale
+        out[n] = _at(dense, 2, x)
+        if record:
+            rates[n, 0], rates[n, 1], rates[n, 2] = _at(dense, 0, x), _at(dense, 1, x), _at(dense, 3, x)
+        n += 1
+    return n
+
+
+@njit(cache=True, nogil=True)
+def _fill(n, theta, z, rate, out, rates, record):
+    """Fill all samples from the n-th with one state."""
+    for i in range(n, out.size):
+        out[i] = theta
+        if record:
+            rates[i, 0], rates[i, 1], rates[i, 2] = z, rate, rate
+
+
+@njit(cache=True, nogil=True)
 def integrate(
-    law,
-    housner,
-    tensionless,
-    restitution,
-    z,
-    v,
-    theta,
-    w,
-    time,
-    breaks,
-    coefficients,
-    tolerance,
-    max_steps,
-    out,
-    rates,
-    record,
+    law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates, record
 ):
     """Integrate from t = 0 and sample at `time`.
 
@@ -356,20 +728,20 @@ def integrate(
     ----------
     law : tuple of 7 floats
         k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g.
-    housner, tensionless : bool
-        The block of Housner instead of a contact law; the rule of debonding.
     restitution : float
-        r of Housner's impacts.
-    z, v, theta, w : float
-        State at t = 0.
+        r of Housner's block; negative for a contact law.
+    tensionless : bool
+        Rule of debonding; needs c = 0 or λ = 0.
+    y : tuple of 4 floats
+        z_cb, ż_cb, θ, θ̇ at t = 0.
     time : ndarray, shape (n_time,)
         Increasing; negative times get the initial state.
     breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 14)
         Ground motion, as in `_ground`; no segments for free rocking.
     tolerance : float
-        Error allowed in θ per step [rad]; the other components are scaled by b and p.
+        Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
     max_steps : int
-        Steps after which to give up.
+        Steps, taken or rejected, after which to give up.
     out : ndarray, shape (n_time,)
         Receives θ.
     rates : ndarray, shape (n_time, 3)
@@ -379,220 +751,213 @@ def integrate(
 
     Returns
     -------
-    outcome, accepted, rejected, evaluations : int
+    outcome, steps, rejected, implicit, evaluations : int
     impacts : ndarray
         Instants at which θ changes its sign [s], if `record`.
     """
-    k, c, lam, b, h_half, inertia, g = law
-    p = math.sqrt(g * b / ((inertia + b * b) * math.sin(math.atan2(b, h_half))))
-    theta_cr = math.atan2(b, h_half)
+    k, c, lam, b, h, inertia, g = law
+    housner = restitution >= 0
+    p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
+    theta_cr = math.atan2(b, h)
     weights = (1 / (tolerance * b), 1 / (tolerance * b * p), b)
+    flat = 0.0 if housner else g / (2 * b * k)
+    # stiffness of the upright block against turning, and the energy below which it is at rest
+    turning = (2 / 3) * k * b * b * b - g * h
+    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
+    stages = np.empty((8, 4))
     impacts = np.empty(256 if record else 0)
-    n_impacts = 0
-    n_time = time.size
-    n = 0
+    n_time, n_segments = time.size, coefficients.shape[0]
+    n_impacts = n = steps = rejected = implicit = evaluations = 0
     while n < n_time and time[n] <= 0:
-        out[n] = theta
+        out[n] = y[2]
         if record:
-            rates[n, 0], rates[n, 1], rates[n, 2] = z, v, w
+            rates[n, 0], rates[n, 1], rates[n, 2] = y[0], y[1], y[3]
         n += 1
-    n_segments = coefficients.shape[0]
-    segment = -1
+
+    # segment of ground motion: -1 before the first, n_segments after the last
+    segment = -1 if n_segments > 0 else 0
     while segment < n_segments and n_segments > 0 and breaks[segment + 1] <= 0:
         segment += 1
-    if n_segments == 0:
-        segment = 0
-    last_sign = 1.0 if theta > 0 else -1.0
-    t = 0.0
-    h = 0.02 / p
-    steps = rejected = evaluations = 0
-    if housner:
-        regime = HOUSNER_RIGHT if theta > 0 or (theta == 0 and w > 0) else HOUSNER_LEFT
-        bits = 1 << 5
-    else:
-        bits = _signs(tensionless, z, v, theta, w, law)
+    right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
+    sign = 1.0 if right else -1.0
+    bits = 0
+    if not housner:
+        bits = _signs(tensionless, y, law)
         regime = _regime(bits, tensionless)
-    first_event, end_event = _event_count(regime, tensionless)
+    elif y[2] == 0 and y[3] == 0:
+        regime = HOUSNER_REST
+    else:
+        regime = HOUSNER_RIGHT if right else HOUSNER_LEFT
+    t = 0.0
+    size = 0.01 / p
+    log_before = 0.0
+    stiffness_count = 0
+    stiff = stiffness_count > 0
     fresh = True
-    a = turn = gx = 0.0
-    gz = g
-    stiffness = 2 * k * b**3 / 3 - g * h_half
-    dissipative = c > 0 or lam > 0
+    f = (0.0, 0.0)
+    swing = 0.0
+    outcome = COMPLETED
+
     while n < n_time:
         if steps + rejected >= max_steps:
-            out[n:] = math.nan
-            return STEP_LIMIT, steps, rejected, evaluations, impacts[:n_impacts]
-        to_break = math.inf
-        if segment < n_segments:
-            to_break = breaks[segment + 1] - t
-        clipped = h >= to_break
-        size = to_break if clipped else h
+            outcome = STEP_LIMIT
+            break
+        t_segment = breaks[segment] if 0 <= segment < n_segments else 0.0
+        left_in_segment = breaks[segment + 1] - t if segment < n_segments else math.inf
+
+        if regime == HOUSNER_REST:
+            if segment >= n_segments:
+                outcome = AT_REST
+                break
+            step = left_in_segment
+            if segment >= 0:
+                step = _lift(coefficients, segment, t - t_segment, left_in_segment, law)
+            end = breaks[segment + 1] if step >= left_in_segment else t + step
+            for i in range(4):
+                for j in range(5):
+                    dense[i, j] = 0.0
+            if step > 0:
+                n = _sample(dense, t, step, end, time, n, out, rates, record)
+            t = end
+            steps += 1
+            if step >= left_in_segment:
+                segment += 1
+                t_segment = t
+            x, gravity = _ground(coefficients, segment, t - t_segment, g)
+            if step < left_in_segment or abs(x) * h > gravity * b:
+                regime = HOUSNER_RIGHT if x > 0 else HOUSNER_LEFT
+                sign = 1.0 if x > 0 else -1.0
+                size = 0.01 / p
+                fresh = True
+            continue
+
         if fresh:
-            if n_segments > 0:
-                gx, gz = _ground(coefficients, segment, t - breaks[max(segment, 0)])
-                gz += g
-            a, turn = _accelerations(regime, z, v, theta, w, gx, gz, law)
+            x, gravity = _ground(coefficients, segment, t - t_segment, g)
+            f = _accelerations(regime, y[0], y[1], y[2], y[3], x, gravity, law)
+            swing = b * y[3] * _sincos(y[2])[1]
             evaluations += 1
             fresh = False
-        tau = t - breaks[max(segment, 0)] if n_segments > 0 else 0.0
-        z1, v1, theta1, w1, a1, turn1, error = _step(
-            regime, size, z, v, theta, w, a, turn, coefficients, segment, tau, gx, gz, law, weights, dense
-        )
-        evaluations += 6
-        if not error <= 1:
-            rejected += 1
-            factor = 0.25
-            if error > 1 and error < 1e30:
-                factor = max(0.2, 0.9 * error**-0.1)
-            h = size * factor
-            if h < 1e-15 / p:
-                out[n:] = math.nan
-                return NON_FINITE, steps, rejected, evaluations, impacts[:n_impacts]
-            continue
-        factor = min(5.0, 0.9 * max(error, 1e-30) ** -0.1)
-        grown = size * factor
-        # events
-        first = 2.0
+        whole = size >= left_in_segment
+        step = left_in_segment if whole else size
+        # the step; where an event happens inside it, the step to there
         which = -1
-        for i in range(first_event, end_event):
-            if not _watched(i, bits):
-                continue
-            positive = (bits >> i) & 1 == 1
-            upper = 0.0
-            if (_event(i, regime, z1, v1, theta1, w1, law) > 0) != positive:
-                upper = 1.0
+        accepted = False
+        for attempt in range(5):
+            y1, f1, error, stiffness = _step(
+                stiff, regime, step, y, f, coefficients, segment, t - t_segment, law, weights, dense, stages
+            )
+            evaluations += 9 if stiff else 6
+            if attempt == 0:
+                accepted = error <= 1
+                if not accepted:
+                    break
+                # proportional-integral control
+                log_error = math.log(max(error, 1e-12))
+                growth = min(5.0, 0.9 * math.exp(0.02 * log_before - 0.06 * log_error))
+                size = max(step * growth, size if whole else 0.0)
+                log_before = log_error
+                swing1 = b * y1[3] * _sincos(y1[2])[1]
+                if tensionless or housner or _may_cross(bits, y1, swing1, y[1], swing, b):
+                    first, which = _first_event(regime, bits, tensionless, dense, law)
+                if which < 0:
+                    break
+                whole = False
+                step *= first
+                if step * p < 1e-15:
+                    step = 0.0
+                    y1 = y
+                    break
+            elif 2 <= which < 5:
+                break
             else:
-                upper = _excursion(i, regime, positive, dense, v, theta, w, v1, theta1, w1, law)
-            if upper > 0:
-                x = _crossing(i, regime, positive, dense, upper, law)
-                if x < first:
-                    first = x
-                    which = i
-        if which >= 0:
-            clipped = False
-            if first * size > 1e-14 / p:
-                size *= first
-                for _ in range(3):
-                    z1, v1, theta1, w1, a1, turn1, error = _step(
-                        regime,
-                        size,
-                        z,
-                        v,
-                        theta,
-                        w,
-                        a,
-                        turn,
-                        coefficients,
-                        segment,
-                        tau,
-                        gx,
-                        gz,
-                        law,
-                        weights,
-                        dense,
-                    )
-                    evaluations += 6
-                    if which in (0, 1):
-                        s, cos = _sincos(theta1)
-                        u = -b if which == 1 else b
-                        value = z1 + u * s
-                        slope = v1 + u * w1 * cos
-                    elif which == 5:
-                        value, slope = theta1, w1
-                    else:
-                        break
-                    correction = -value / slope if slope != 0 else 0.0
-                    if abs(correction) <= 1e-12 * size or abs(correction) > 0.1 * size:
-                        break
-                    size += correction
-            else:
-                size = 0.0
-                z1, v1, theta1, w1 = z, v, theta, w
-        # samples
-        end = t + size
-        if size > 0:
-            while n < n_time and time[n] <= end:
-                x = (time[n] - t) / size
-                out[n] = _at(dense, 2, x)
-                if record:
-                    rates[n, 0], rates[n, 1], rates[n, 2] = (
-                        _at(dense, 0, x),
-                        _at(dense, 1, x),
-                        _at(dense, 3, x),
-                    )
-                n += 1
-        if record and theta1 * last_sign < 0:
-            if n_impacts == impacts.size:
-                longer = np.empty(2 * n_impacts)
-                longer[:n_impacts] = impacts
-                impacts = longer
-            x = 1.0
-            if theta * theta1 < 0:
-                left, x = 0.0, 1.0
-                for _ in range(54):
-                    middle = 0.5 * (left + x)
-                    if _at(dense, 2, middle) * last_sign > 0:
-                        left = middle
-                    else:
-                        x = middle
-            impacts[n_impacts] = t + x * size
-            n_impacts += 1
-            last_sign = -last_sign
+                residual = _event(which, regime, y1, law)
+                if abs(residual) <= 0.01 * tolerance * (1.0 if which == 5 else b):
+                    break
+                correction = -residual / _event_rate(which, regime, y1, law)
+                if not abs(correction) < 0.1 * step:
+                    break
+                step += correction
+        if not accepted:
+            rejected += 1
+            size = step * (max(0.2, 0.9 * error**-0.1) if error < 1e20 else 0.2)
+            if size * p < 1e-15:
+                outcome = NON_FINITE
+                break
+            continue
+        if stiffness > (1.0 if stiff else 6.25):
+            stiffness_count = min(stiffness_count + 1, 4)
+            stiff = stiff or stiffness_count == 4
+        elif stiffness_count > 0:
+            stiffness_count -= 1
+            stiff = stiff and stiffness_count > 0
+
+        end = breaks[segment + 1] if whole else t + step
+        if step > 0:
+            n = _sample(dense, t, step, end, time, n, out, rates, record)
+        if which == 5 or sign * y1[2] < 0:
+            if record:
+                if n_impacts == impacts.size:
+                    longer = np.empty(2 * n_impacts)
+                    for i in range(n_impacts):
+                        longer[i] = impacts[i]
+                    impacts = longer
+                impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
+                n_impacts += 1
+            sign = -sign
         steps += 1
-        t = end
-        z, v, theta, w, a, turn = z1, v1, theta1, w1, a1, turn1
-        h = max(grown, size)
-        if which >= 0:
-            fresh = True
+        implicit += stiff
+        t, y, f, swing = end, y1, f1, swing1
+        fresh = whole or which >= 0
+        if which == 5:
+            x, gravity = _ground(coefficients, segment, t - t_segment, g)
+            hold = gravity * b - abs(x) * h
+            w = restitution * y[3]
+            regime = HOUSNER_LEFT if regime == HOUSNER_RIGHT else HOUSNER_RIGHT
+            if hold > 0 and w * w * (inertia + b * b) < 2e-3 * tolerance * hold:
+                w = 0.0
+                regime = HOUSNER_REST
+            y = (0.0, 0.0, 0.0, w)
+        elif which >= 0:
             bits ^= 1 << which
             if tensionless and which != 4 and _watched(4, bits):
                 bits &= 15
-                if _event(4, regime, z, v, theta, w, law) > 0:
+                if _event(4, regime, y, law) > 0:
                     bits |= 16
             regime = _regime(bits, tensionless)
-        if clipped:
-            t = breaks[segment + 1]
+        if whole:
             segment += 1
-            fresh = True
-            h = grown
-        if abs(theta) > theta_cr and theta * w >= 0 and segment >= n_segments:
-            out[n:] = math.nan
-            return OVERTURNED, steps, rejected, evaluations, impacts[:n_impacts]
-        if regime == FULL and dissipative and stiffness > 0 and segment >= n_segments:
-            s, cos = _sincos(theta)
-            deep = z - g / (2 * b * k)
-            energy = (
-                k * b * deep * deep
-                + 0.5 * stiffness * s * s
-                + 0.5 * v * v
-                + h_half * s * v * w
-                + 0.5 * inertia * w * w
-            )
-            if energy < 0.5 * stiffness * (0.03 * tolerance) ** 2:
-                out[n:] = 0.0
-                return AT_REST, steps, rejected, evaluations, impacts[:n_impacts]
-    return COMPLETED, steps, rejected, evaluations, impacts[:n_impacts]
+
+        if segment < n_segments:
+            if abs(y[2]) > 0.5 * math.pi:
+                outcome = OVERTURNED
+                break
+        elif abs(y[2]) > theta_cr and y[2] * y[3] >= 0:
+            outcome = OVERTURNED
+            break
+        if regime == FULL and turning > 0:
+            s = _sincos(y[2])[0]
+            energy = k * b * (y[0] - flat) ** 2 + 0.5 * turning * s * s
+            energy += 0.5 * y[1] * y[1] + h * s * y[1] * y[3] + 0.5 * inertia * y[3] * y[3]
+            if energy < rest:
+                if segment >= n_segments:
+                    outcome = AT_REST
+                    break
+                if _is_quiet(coefficients, segment):
+                    y = (flat, 0.0, 0.0, 0.0)
+                    fresh = True
+    if outcome == AT_REST:
+        _fill(n, 0.0, flat, 0.0, out, rates, record)
+    else:
+        _fill(n, math.nan, math.nan, math.nan, out, rates, record)
+    return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
 
 
 @njit(cache=True, nogil=True)
-def _excursion(i, regime, positive, dense, v, theta, w, v1, theta1, w1, law):
-    """Fraction of the step at which event function i has left its sign although both ends have it, else 0."""
-    if i >= 2 and i < 5:
-        for x in (0.25, 0.5, 0.75):
-            if (_event_at(i, regime, dense, x, law) > 0) != positive:
-                return x
-        return 0.0
-    if i == 5:
-        slope0, slope1 = (w, w1) if regime == HOUSNER_RIGHT else (-w, -w1)
-    else:
-        u = -law[3] if i == 1 else law[3]
-        slope0 = v + u * w * _sincos(theta)[1]
-        slope1 = v1 + u * w1 * _sincos(theta1)[1]
-    if not positive:
-        slope0, slope1 = -slope0, -slope1
-    if slope0 < 0 and slope1 > 0:
-        x = slope0 / (slope0 - slope1)
-        if (_event_at(i, regime, dense, x, law) > 0) != positive:
-            return x
-    return 0.0
+def _is_quiet(coefficients, segment):
+    """Whether the ground does not move in a segment."""
+    if segment >= 0:
+        for i in (0, 1, 2, 3, 4, 7, 8, 9, 10, 11):
+            if coefficients[segment, i] != 0:
+                return False
+    return True
