@@ -19,14 +19,13 @@ from freerock.impacts import Impacts
 from freerock.models import MODELS, UNITS
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes
+from freerock.models.limits import K_RANGE, RATIO_RANGE
 from freerock.models.simulate import simulate_theta
 
 NUISANCES = ("theta0", "t0")
 NORMAL_95 = 1.959963984540054
 
-# Positive parameters are fitted as logarithms. Bounds [SI]; damping is bounded as its ratio to k [s or s/m].
-K_RANGE = (1e4, 1e11)
-RATIO_RANGE = {"c": (1e-5, 1.0), "lambda": (1e-2, 1e4)}
+# Positive parameters are fitted as logarithms, damping as its ratio to k, within `models.limits`.
 # Starting grid: stiffness [N/m²] by damping ratio c/k [s] or λ/k [s/m].
 K_GRID = np.geomspace(3e5, 1e9, 22)
 RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 9), "lambda": np.geomspace(2, 200, 9)}

@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from freerock.figures.style import MODEL_STYLES, label, styled
+from freerock.models.limits import K_RANGE, RATIO_RANGE
 from freerock.tables import MODEL_LABELS
 
 EPSILON_RANGE = (1e-24, 3.0)
@@ -38,7 +39,12 @@ STATE_COLOURS = {
 }
 STATE_LABELS = {"too_slow": "too slow"}
 QUANTITIES = {"c/k [s]": "c/k / s", "lambda/k [s/m]": "λ/k / (s/m)", "k [N/m²]": "k / (N/m²)"}
-QUANTITIES |= {"step [s]": "step / s", "record [s]": "record / s", "start off by": "start off by"}
+QUANTITIES |= {
+    "step [s]": "step / s",
+    "record [s]": "record / s",
+    "start off by a factor of": "start off by a factor of",
+}
+BOUNDS = {"k [N/m²]": K_RANGE, "c/k [s]": RATIO_RANGE["c"], "lambda/k [s/m]": RATIO_RANGE["lambda"]}
 TICKS = 5  # of an axis at most
 
 
@@ -179,15 +185,13 @@ def model_choice(frame, labels=None):
 
 
 @styled()
-def stability(frame, bounds=None):
-    """The stability atlas: a page per pair of quantities, a panel per method and law.
+def stability(frame):
+    """The stability atlas: a page per pair of quantities, a panel per method and law, the fit's bounds framed.
 
     Parameters
     ----------
     frame : pandas.DataFrame
         From `freerock.studies.stability.stability`.
-    bounds : mapping, optional
-        Bounds of the fit, (low, high) by the name of a quantity; drawn as a frame.
 
     Returns
     -------
@@ -196,7 +200,7 @@ def stability(frame, bounds=None):
         The rows drawn.
     """
     pages = [
-        _atlas_page(frame, ["stiffness"], ["model", "debonding"], "Stiffness and damping", bounds),
+        _atlas_page(frame, ["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
         _atlas_page(frame, ["step"], ["model"], "Fixed steps", None),
         _atlas_page(frame, ["release"], ["model"], "Angle of release and slenderness", None),
         _atlas_page(
