@@ -76,7 +76,7 @@ def housner_lobes(
     theta0: float,
     theta_rate0: float = 0.0,
     until: float = math.inf,
-    max_impacts: int = 2_000_000,
+    max_impacts: int = 1_000_000,
 ) -> Lobes:
     """Impacts and peaks of free rocking, up to an instant or to rest.
 

@@ -13,9 +13,23 @@ Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 """
 
 import math
+from pathlib import Path
 
 import numpy as np
-from numba import njit
+from numba import njit, typeof
+
+
+def _compiled(**options):
+    """Compile with a cache on disk, or without one where no folder for it can be written."""
+
+    def decorate(function):
+        try:
+            return njit(nogil=True, cache=True, **options)(function)
+        except RuntimeError:
+            return njit(nogil=True, **options)(function)
+
+    return decorate
+
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
@@ -133,7 +147,7 @@ R_H = np.array(
 )
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _sincos(x):
     """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
     if abs(x) < 0.6:
@@ -152,7 +166,7 @@ def _sincos(x):
     return math.sin(x), math.cos(x)
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _ground(coefficients, segment, tau, g):
     """Horizontal acceleration and effective gravity at tau since the start of a segment of ground motion.
 
@@ -170,7 +184,7 @@ def _ground(coefficients, segment, tau, g):
     return x, g + z
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _ground_rate(coefficients, segment, tau):
     """Time derivative of `_ground`."""
     if segment < 0 or segment >= coefficients.shape[0]:
@@ -185,7 +199,7 @@ def _ground_rate(coefficients, segment, tau):
     return x, z
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _second_root(z, v, s, spin, law):
     """Root of the second factor of f: of k z + c ż, or of k + λ ż."""
     k, c, lam = law[0], law[1], law[2]
@@ -194,7 +208,7 @@ def _second_root(z, v, s, spin, law):
     return -(k * z + c * v) / (k * s + c * spin)
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _ends(regime, z, v, s, spin, law):
     """Ends of the contact interval by the formula of a regime; NaN where it cannot be continued."""
     b = law[3]
@@ -213,7 +227,7 @@ def _ends(regime, z, v, s, spin, law):
     return math.nan, math.nan
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _partial_force(regime, z, v, s, spin, law):
     """Force and moment / cosθ per unit mass, of any contact interval."""
     k, c, lam = law[0], law[1], law[2]
@@ -229,7 +243,7 @@ def _partial_force(regime, z, v, s, spin, law):
     return force, moment
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@_compiled(forceinline=True)
 def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -270,7 +284,7 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     return gravity - force - hc * w * w - hs * turn, turn
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _jacobian(regime, y, x_ground, gravity, law):
     """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -343,7 +357,7 @@ def _jacobian(regime, y, x_ground, gravity, law):
     )
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _event(i, regime, y, law):
     """Event functions; the signs of the first five make up the regime of contact.
 
@@ -366,7 +380,7 @@ def _event(i, regime, y, law):
     return k * (z + u * s) + c * (v + u * spin)
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _event_rate(i, regime, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
@@ -375,13 +389,13 @@ def _event_rate(i, regime, y, law):
     return y[1] - swing if i == 1 else y[1] + swing
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _watched(i, bits):
     """The distance between two roots counts only while both lie inside the base."""
     return i != 4 or ((bits ^ (bits >> 1)) & 5) == 5
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _signs(tensionless, y, law):
     """Signs of the event functions of contact as bits."""
     bits = 0
@@ -391,7 +405,7 @@ def _signs(tensionless, y, law):
     return bits
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _regime(bits, tensionless):
     """Regime of contact from the signs of the event functions."""
     right, left = bits & 1, bits & 2
@@ -416,7 +430,7 @@ def _regime(bits, tensionless):
     return 3 * lower + upper
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@_compiled(forceinline=True)
 def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense):
     """One step of the 5(4) pair.
 
@@ -483,7 +497,7 @@ def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
     return (z7, v7, t7, w7), (a7, b7), h * h * (ez * ez + ev * ev + et * et + ew * ew), stiffness
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
     """One step of Rodas5P; arguments and results as in `_step_explicit`."""
     z, v, t, w = y
@@ -547,7 +561,7 @@ def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
     return (z1, v1, t1, w1), f1, ez * ez + ev * ev + et * et + ew * ew, stiffness
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
     """One step of the method in use."""
     if stiff:
@@ -555,7 +569,7 @@ def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dens
     return _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense)
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _dense(dense, i, h, y0, y1, rate0, rate1, last):
     """Coefficients of component i: y0 + x (Δ + (1 - x) (d2 + x (d3 + (1 - x) d4)))."""
     change = y1 - y0
@@ -567,28 +581,29 @@ def _dense(dense, i, h, y0, y1, rate0, rate1, last):
     dense[i, 4] = h * last
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _at(dense, i, x):
     """Dense output of component i at the fraction x of the step."""
     r = 1 - x
     return dense[i, 0] + x * (dense[i, 1] + r * (dense[i, 2] + x * (dense[i, 3] + r * dense[i, 4])))
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _state_at(dense, x):
     return _at(dense, 0, x), _at(dense, 1, x), _at(dense, 2, x), _at(dense, 3, x)
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _crossing(i, regime, positive, dense, right, law):
     """First fraction x <= right of the step at which event function i leaves its sign, or 0."""
     sign = 1.0 if positive else -1.0
     f_right = sign * _event(i, regime, _state_at(dense, right), law)
     left = 0.0
     f_left = sign * _event(i, regime, _state_at(dense, left), law)
-    if not f_left > 0:
+    if not f_left > 1e-12 * abs(f_right):
         # just after an event the residual may have either sign: look for the excursion
         left = right
+        f_left = 0.0
         while not f_left > 0:
             left *= 0.5
             if left < 1e-9:
@@ -612,7 +627,7 @@ def _crossing(i, regime, positive, dense, right, law):
     return right
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _excursion(i, regime, positive, dense, law):
     """Fraction of the step at which event function i has left the sign it has at both ends, or 0."""
     if 2 <= i < 5:
@@ -629,7 +644,7 @@ def _excursion(i, regime, positive, dense, law):
     return 0.0
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _first_event(regime, bits, tensionless, dense, law):
     """Fraction of the step at which its first event happens, and which; (2, -1) without one."""
     first, which = 2.0, -1
@@ -648,7 +663,7 @@ def _first_event(regime, bits, tensionless, dense, law):
     return first, which
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _may_cross(bits, y, swing, v_before, swing_before, b):
     """Whether a corner's depth has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
@@ -661,7 +676,7 @@ def _may_cross(bits, y, swing, v_before, swing_before, b):
     )
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _lift(coefficients, segment, tau, duration, law):
     """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
     slope = law[3] / law[4]
@@ -683,7 +698,7 @@ def _lift(coefficients, segment, tau, duration, law):
     return duration
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _sign_change(dense, sign):
     """Fraction of the step at which θ leaves its sign."""
     left, right = 0.0, 1.0
@@ -696,7 +711,7 @@ def _sign_change(dense, sign):
     return right
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _sample(dense, t, step, end, time, n, out, rates, record):
     """Fill the samples from the n-th up to `end` from the dense output; the number of the next one."""
     scale = 1 / step
@@ -709,7 +724,7 @@ def _sample(dense, t, step, end, time, n, out, rates, record):
     return n
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _fill(n, theta, z, rate, out, rates, record):
     """Fill all samples from the n-th with one state."""
     for i in range(n, out.size):
@@ -718,43 +733,10 @@ def _fill(n, theta, z, rate, out, rates, record):
             rates[i, 0], rates[i, 1], rates[i, 2] = z, rate, rate
 
 
-@njit(cache=True, nogil=True)
-def integrate(
+@_compiled()
+def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates, record
 ):
-    """Integrate from t = 0 and sample at `time`.
-
-    Parameters
-    ----------
-    law : tuple of 7 floats
-        k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g.
-    restitution : float
-        r of Housner's block; negative for a contact law.
-    tensionless : bool
-        Rule of debonding; needs c = 0 or λ = 0.
-    y : tuple of 4 floats
-        z_cb, ż_cb, θ, θ̇ at t = 0.
-    time : ndarray, shape (n_time,)
-        Increasing; negative times get the initial state.
-    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 14)
-        Ground motion, as in `_ground`; no segments for free rocking.
-    tolerance : float
-        Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
-    max_steps : int
-        Steps, taken or rejected, after which to give up.
-    out : ndarray, shape (n_time,)
-        Receives θ.
-    rates : ndarray, shape (n_time, 3)
-        Receives z_cb, ż_cb, θ̇ if `record`.
-    record : bool
-        Whether to fill `rates` and note the impacts.
-
-    Returns
-    -------
-    outcome, steps, rejected, implicit, evaluations : int
-    impacts : ndarray
-        Instants at which θ changes its sign [s], if `record`.
-    """
     k, c, lam, b, h, inertia, g = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
@@ -868,6 +850,9 @@ def integrate(
                     step = 0.0
                     y1 = y
                     break
+            elif not error <= 1:
+                accepted = False
+                break
             elif 2 <= which < 5:
                 break
             else:
@@ -953,7 +938,7 @@ def integrate(
     return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
 
 
-@njit(cache=True, nogil=True)
+@_compiled()
 def _is_quiet(coefficients, segment):
     """Whether the ground does not move in a segment."""
     if segment >= 0:
@@ -961,3 +946,52 @@ def _is_quiet(coefficients, segment):
             if coefficients[segment, i] != 0:
                 return False
     return True
+
+
+_loaded = False
+
+
+def integrate(*arguments):
+    """Integrate from t = 0 and sample at `time`.
+
+    Parameters
+    ----------
+    law : tuple of 7 floats
+        k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g.
+    restitution : float
+        r of Housner's block; negative for a contact law.
+    tensionless : bool
+        Rule of debonding; needs c = 0 or λ = 0.
+    y : tuple of 4 floats
+        z_cb, ż_cb, θ, θ̇ at t = 0.
+    time : ndarray, shape (n_time,)
+        Increasing; negative times get the initial state.
+    breaks : ndarray, shape (n_segments + 1,); coefficients : ndarray, shape (n_segments, 14)
+        Ground motion, as in `_ground`; no segments for free rocking.
+    tolerance : float
+        Error allowed in θ per step [rad]; that of the other components is scaled by b and p.
+    max_steps : int
+        Steps, taken or rejected, after which to give up.
+    out : ndarray, shape (n_time,)
+        Receives θ.
+    rates : ndarray, shape (n_time, 3)
+        Receives z_cb, ż_cb, θ̇ if `record`.
+    record : bool
+        Whether to fill `rates` and note the impacts.
+
+    Returns
+    -------
+    outcome, steps, rejected, implicit, evaluations : int
+    impacts : ndarray
+        Instants at which θ changes its sign [s], if `record`.
+    """
+    global _loaded
+    if not _loaded:
+        try:
+            _integrate.compile(tuple(typeof(argument) for argument in arguments))
+        except Exception:
+            # a damaged file in the cache fails until it is deleted
+            for path in Path(_integrate.stats.cache_path).glob(f"{Path(__file__).stem}.*.nb[ic]"):
+                path.unlink(missing_ok=True)
+        _loaded = True
+    return _integrate(*arguments)

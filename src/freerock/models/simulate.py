@@ -1,7 +1,9 @@
 """The one public door to the rocking models."""
 
 import math
+import os
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +12,15 @@ from freerock.errors import FreerockError
 from freerock.models import MODELS, UNITS
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import static_depth
+from freerock.models.ground import GroundMotion
 from freerock.models.housner import housner_lobes, housner_motion
 from freerock.models.integrate import integrate
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 DEBONDING = ("geometric", "tensionless")
-# Error per step allowed in θ, as a share of rtol times the amplitude.
-STEP_SHARE = 1.0
+MAX_STEPS = 1_000_000
+NO_RATES = np.empty((0, 3))
+STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
 
 
 @dataclass(frozen=True)
@@ -36,9 +40,11 @@ class Response:
     impacts : ndarray
         Instants at which θ changes its sign [s].
     outcome : str
-        "completed", "at_rest" (before the last sample), "overturned", "step_limit" or "non_finite".
+        "completed", "at_rest" (before the last sample), "overturned" (beyond return), "step_limit" or
+        "non_finite" (the state or the step size is no longer a usable number).
     statistics : dict
-        steps, rejected, evaluations.
+        steps, rejected (steps taken again), implicit (steps taken implicitly), evaluations (of the
+        accelerations); 0 but for the steps, which are the impacts, in closed form.
     """
 
     time: np.ndarray
@@ -58,15 +64,18 @@ def simulate(
     parameters: Mapping,
     time: np.ndarray,
     *,
-    theta0: float,
+    theta0: float = 0.0,
     theta_rate0: float = 0.0,
     z0: float | None = None,
     z_rate0: float = 0.0,
+    base_excitation: GroundMotion | None = None,
     debonding: str = "geometric",
     rtol: float = 1e-8,
-    max_steps: int = 2_000_000,
+    max_steps: int = MAX_STEPS,
 ) -> Response:
     """Motion of a rocking block released at t = 0.
+
+    Free rocking of the Housner model is evaluated in closed form; everything else is integrated.
 
     Parameters
     ----------
@@ -83,10 +92,12 @@ def simulate(
     z0, z_rate0 : float
         Depth of the base centre [m] and its rate [m/s] at t = 0; z0 None is static vertical equilibrium.
         Not used by the Housner model.
+    base_excitation : GroundMotion, optional
+        Motion of the ground.
     debonding : str
         "geometric" (contact where z > 0) or "tensionless" (contact where z > 0 and f > 0).
     rtol : float
-        Tolerance relative to the amplitude.
+        Error allowed per step, relative to the amplitude: θ₀ in free rocking, θ_cr on a moving ground.
     max_steps : int
         Steps (or impacts) after which to give up.
 
@@ -99,21 +110,27 @@ def simulate(
     FreerockError
         Unknown model, missing or negative parameter, time not increasing, and the like.
     """
-    time = _check(model, parameters, time, theta0, theta_rate0, debonding, rtol)
-    if model == "housner":
+    time = _check(model, parameters, time, (theta0, theta_rate0, z0 or 0.0, z_rate0), debonding, rtol)
+    if model == "housner" and base_excitation is None:
         return _housner(block, parameters["r"], time, theta0, theta_rate0, max_steps)
-    state = (static_depth(block, parameters["k"], theta0) if z0 is None else z0, z_rate0, theta0, theta_rate0)
+    if model == "housner":
+        z0, z_rate0 = 0.0, 0.0
+    elif z0 is None:
+        z0 = static_depth(block, parameters["k"], theta0)
     theta, rates = np.empty(time.size), np.empty((time.size, 3))
-    outcome, steps, rejected, implicit, evaluations, impacts = _kernel(
-        model, block, parameters, state, time, debonding, rtol, max_steps, theta, rates
-    )
+    outcome, steps, rejected, implicit, evaluations, impacts = _integrate(
+        model, block, parameters, (z0, z_rate0, theta0, theta_rate0), time, base_excitation, debonding, rtol,
+        max_steps, theta, rates,
+    )  # fmt: skip
+    statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
+    if model == "housner":
+        return _about_corners(block, time, theta, rates[:, 2], impacts, OUTCOMES[outcome], statistics)
     z_cb, z_cb_rate, theta_rate = rates.T
     lift = block.b * np.sin(theta)
     contact = np.zeros(time.size, np.int8)
     contact[z_cb - lift <= 0] = 1
     contact[z_cb + lift <= 0] = -1
     contact[(z_cb - lift <= 0) & (z_cb + lift <= 0)] = 2
-    statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
     return Response(time, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics)
 
 
@@ -126,9 +143,9 @@ def simulate_theta(
     theta0: float,
     debonding: str = "geometric",
     rtol: float = 1e-8,
-    max_steps: int = 2_000_000,
+    max_steps: int = MAX_STEPS,
 ) -> tuple:
-    """Rotation only, for fits: `simulate` from rest without checks of its arguments.
+    """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
     Returns
     -------
@@ -143,29 +160,113 @@ def simulate_theta(
         return theta, _housner_outcome(lobes, time)
     theta = np.empty(time.size)
     state = (static_depth(block, parameters["k"], theta0), 0.0, theta0, 0.0)
-    outcome, *_ = _kernel(
-        model, block, parameters, state, time, debonding, rtol, max_steps, theta, np.empty((0, 3))
+    outcome, *_ = _integrate(
+        model, block, parameters, state, time, None, debonding, rtol, max_steps, theta, NO_RATES
     )
     return theta, OUTCOMES[outcome]
 
 
-def _kernel(model, block, parameters, state, time, debonding, rtol, max_steps, theta, rates):
-    m, b, h = block.mass_kg, block.b, block.h
-    k, c, lam = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
-    law = (k / m, c / m, lam / m, b, h, block.inertia_base / m, GRAVITY)
-    _, z_rate0, theta0, theta_rate0 = state
-    amplitude = min(block.theta_cr, abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * b))
-    if amplitude == 0:
-        amplitude = block.theta_cr
+def simulate_many(
+    model: str,
+    block: Block,
+    parameters: Mapping,
+    time: np.ndarray,
+    *,
+    theta0: float | np.ndarray,
+    base_excitation: GroundMotion | None = None,
+    debonding: str = "geometric",
+    rtol: float = 1e-8,
+    max_steps: int = MAX_STEPS,
+    threads: int | None = None,
+) -> tuple:
+    """Rotation under many sets of parameters, each released from rest, on several threads.
+
+    Parameters
+    ----------
+    parameters : mapping
+        As in `simulate`, with floats or arrays that broadcast to (n_sets,).
+    theta0 : float or ndarray, shape (n_sets,)
+        Rotation at t = 0 [rad].
+    threads : int, optional
+        Number of threads; all cores this process may use if None. The results do not depend on it.
+
+    The others as in `simulate`.
+
+    Returns
+    -------
+    theta : ndarray, shape (n_sets, n_time)
+        [rad]
+    outcome : ndarray of str, shape (n_sets,)
+        As in `Response`.
+
+    Raises
+    ------
+    FreerockError
+        As in `simulate`.
+    """
+    names = MODELS.get(model, ())
+    columns = [np.atleast_1d(np.asarray(parameters.get(name, np.nan), dtype=float)) for name in names]
+    *columns, theta0 = np.broadcast_arrays(*columns, np.atleast_1d(np.asarray(theta0, dtype=float)))
+    for values in columns:
+        if values.ndim != 1:
+            raise FreerockError("parameters", "not one-dimensional", "give one value for each set")
+    lowest = {n: float(v.min()) for n, v in zip(names, columns, strict=True) if n in parameters}
+    highest = {n: float(v.max()) for n, v in zip(names, columns, strict=True) if n in parameters}
+    for extreme in (lowest, highest):
+        time = _check(model, extreme, time, theta0, debonding, rtol)
+    theta = np.empty((theta0.size, time.size))
+    outcome = np.empty(theta0.size, dtype="U10")
+
+    def run(sets):
+        for i in sets:
+            one = {name: float(values[i]) for name, values in zip(names, columns, strict=True)}
+            start = float(theta0[i])
+            if model == "housner" and base_excitation is None:
+                theta[i], outcome[i] = simulate_theta(
+                    model, block, one, time, theta0=start, max_steps=max_steps
+                )
+                continue
+            z0 = 0.0 if model == "housner" else static_depth(block, one["k"], start)
+            code, *_ = _integrate(
+                model, block, one, (z0, 0.0, start, 0.0), time, base_excitation, debonding, rtol, max_steps,
+                theta[i], NO_RATES,
+            )  # fmt: skip
+            outcome[i] = OUTCOMES[code]
+
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    # the first run loads or compiles the kernel; the others are dealt out like cards
+    run(range(min(1, theta0.size)))
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(run, (range(1 + i, theta0.size, threads) for i in range(threads))):
+            pass
+    return theta, outcome
+
+
+def _integrate(
+    model, block, parameters, state, time, motion, debonding, rtol, max_steps, theta, rates
+):  # fmt: skip
+    m, b, p = block.mass_kg, block.b, block.p
+    k, c, lam = parameters.get("k", 0.0), parameters.get("c", 0.0), parameters.get("lambda", 0.0)
+    law = (k / m, c / m, lam / m, b, block.h, block.inertia_base / m, GRAVITY)
+    # one signature, so that the kernel is compiled once
+    state = tuple(map(float, state))
+    time = np.require(time, float, ["C", "W"])
+    amplitude = block.theta_cr
+    if motion is None:
+        _, z_rate0, theta0, theta_rate0 = state
+        moved = abs(theta0) + abs(theta_rate0) / p + abs(z_rate0) / (p * b)
+        amplitude = min(amplitude, moved) or amplitude
+        motion = STILL
     return integrate(
         law,
-        -1.0,
+        float(parameters["r"]) if model == "housner" else -1.0,
         debonding == "tensionless" and c + lam > 0,
         state,
         time,
-        np.empty(0),
-        np.empty((0, 14)),
-        STEP_SHARE * rtol * amplitude,
+        motion.breaks,
+        motion.coefficients,
+        rtol * amplitude,
         max_steps,
         theta,
         rates,
@@ -174,22 +275,27 @@ def _kernel(model, block, parameters, state, time, debonding, rtol, max_steps, t
 
 
 def _housner(block, r, time, theta0, theta_rate0, max_steps):
-    lobes = housner_lobes(block, r, theta0, theta_rate0, time[-1] if time.size else 0.0, max_steps)
+    until = time[-1] if time.size else 0.0
+    lobes = housner_lobes(block, r, theta0, theta_rate0, until, max_steps)
     theta, theta_rate = housner_motion(lobes, time, theta0, theta_rate0)
-    cos = np.cos(theta)
-    contact = np.sign(theta).astype(np.int8)
-    outcome = _housner_outcome(lobes, time)
-    impacts = lobes.impact_time
+    impacts = lobes.impact_time[lobes.impact_time <= until]
+    statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
+    return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(lobes, time), statistics)
+
+
+def _about_corners(block, time, theta, theta_rate, impacts, outcome, statistics):
+    """Response of a block that turns about its corners."""
+    side = np.where(np.isnan(theta), 0.0, np.sign(theta))
     return Response(
         time,
         theta,
         theta_rate,
-        -block.b * np.abs(np.sin(theta)),
-        -block.b * cos * np.sign(theta) * theta_rate,
-        contact,
-        impacts[impacts <= time[-1]],
+        -block.b * side * np.sin(theta),
+        -block.b * side * np.cos(theta) * theta_rate,
+        side.astype(np.int8),
+        impacts,
         outcome,
-        {"steps": len(impacts), "rejected": 0, "evaluations": 0},
+        statistics,
     )
 
 
@@ -199,7 +305,7 @@ def _housner_outcome(lobes, time):
     return lobes.outcome
 
 
-def _check(model, parameters, time, theta0, theta_rate0, debonding, rtol):
+def _check(model, parameters, time, state, debonding, rtol):
     if model not in MODELS:
         raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(MODELS)}")
     for name in MODELS[model]:
@@ -221,7 +327,7 @@ def _check(model, parameters, time, theta0, theta_rate0, debonding, rtol):
         raise FreerockError("debonding", f"unknown rule {debonding!r}", f"use {' or '.join(DEBONDING)}")
     if not rtol > 0:
         raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
-    if not (math.isfinite(theta0) and math.isfinite(theta_rate0)):
+    if not np.all(np.isfinite(state)):
         raise FreerockError(
             "theta0", "the start is not finite", "give the angle in rad and the rate in rad/s"
         )

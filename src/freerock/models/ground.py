@@ -1,0 +1,130 @@
+"""Motion of the ground under the block: sampled accelerograms and analytic pulses.
+
+Both are segments on which the acceleration is a cubic plus a harmonic, so that an integrator can stop
+where the motion is not smooth and evaluate it exactly elsewhere. A positive horizontal acceleration
+keeps the sign of eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024): the ground
+accelerates to the left, and the block tilts clockwise, to the right. A positive vertical
+acceleration is upward.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from freerock.errors import FreerockError
+
+INTERPOLATIONS = ("linear", "cubic")
+PULSES = ("sine", "half_sine", "cosine")
+
+
+@dataclass(frozen=True)
+class GroundMotion:
+    """Ground acceleration by segments; the ground is still before the first and after the last.
+
+    With τ since the start of a segment, each component is
+    c0 + c1 τ + c2 τ² + c3 τ³ + A sin(ω τ + φ).
+
+    Parameters
+    ----------
+    breaks : ndarray, shape (n_segments + 1,)
+        Increasing instants at which segments begin and end [s].
+    coefficients : ndarray, shape (n_segments, 14)
+        c0, c1, c2, c3, A, ω, φ of the horizontal acceleration ẍ_g, then of the vertical z̈_g [SI].
+    """
+
+    breaks: np.ndarray
+    coefficients: np.ndarray
+
+    def __call__(self, time):
+        """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""
+        time = np.asarray(time, dtype=float)
+        segment = np.searchsorted(self.breaks, time, side="right") - 1
+        moving = (segment >= 0) & (segment < len(self.coefficients))
+        tau = np.where(moving, time - self.breaks[np.maximum(segment, 0)], 0.0)
+        c = self.coefficients[np.where(moving, segment, 0)].T.reshape(2, 7, *time.shape)
+        value = c[:, 0] + tau * (c[:, 1] + tau * (c[:, 2] + tau * c[:, 3]))
+        return np.where(moving, value + c[:, 4] * np.sin(c[:, 5] * tau + c[:, 6]), 0.0)
+
+
+def accelerogram(time_s, x=None, z=None, *, interpolation: str = "linear") -> GroundMotion:
+    """Ground motion from a sampled record.
+
+    Parameters
+    ----------
+    time_s : array_like, shape (n,)
+        Increasing instants [s]; the ground is still outside them.
+    x, z : array_like, shape (n,), optional
+        Horizontal (the ground to the left positive) and vertical (upward positive) acceleration [m/s²].
+    interpolation : str
+        "linear" between the samples, or "cubic": the not-a-knot spline.
+
+    Raises
+    ------
+    FreerockError
+        Times that do not increase, samples that are not finite or of another length.
+    """
+    time = np.array(time_s, dtype=float)
+    if time.ndim != 1 or time.size < 2 or not np.all(np.diff(time) > 0):
+        raise FreerockError("time_s", "not an increasing array of two or more instants", "sort the record")
+    if interpolation not in INTERPOLATIONS:
+        raise FreerockError(
+            "interpolation", f"unknown {interpolation!r}", f"use {' or '.join(INTERPOLATIONS)}"
+        )
+    coefficients = np.zeros((time.size - 1, 14))
+    for name, values, column in (("x", x, 0), ("z", z, 7)):
+        if values is None:
+            continue
+        values = np.asarray(values, dtype=float)
+        if values.shape != time.shape or not np.all(np.isfinite(values)):
+            raise FreerockError(
+                name, f"not {time.size} finite accelerations", "give one sample [m/s²] for each instant"
+            )
+        if interpolation == "linear":
+            coefficients[:, column] = values[:-1]
+            coefficients[:, column + 1] = np.diff(values) / np.diff(time)
+        else:
+            from scipy.interpolate import CubicSpline
+
+            coefficients[:, column : column + 4] = CubicSpline(time, values).c[::-1].T
+    return GroundMotion(time, coefficients)
+
+
+def pulse(
+    shape: str,
+    period_s: float,
+    *,
+    x: float = 0.0,
+    z: float = 0.0,
+    start_s: float = 0.0,
+    cycles: float | None = None,
+) -> GroundMotion:
+    """Analytic pulse.
+
+    Parameters
+    ----------
+    shape : str
+        "sine" (one cycle), "half_sine" (half a cycle) or "cosine" (one cycle).
+    period_s : float
+        Period T [s].
+    x, z : float
+        Amplitudes of the horizontal and vertical acceleration [m/s²].
+    start_s : float
+        Instant of the start [s].
+    cycles : float, optional
+        Length of the pulse in periods, instead of the one of its shape.
+
+    Raises
+    ------
+    FreerockError
+        Unknown shape, or a period or length that is not positive.
+    """
+    if shape not in PULSES:
+        raise FreerockError("shape", f"unknown pulse {shape!r}", f"use one of {', '.join(PULSES)}")
+    cycles = (0.5 if shape == "half_sine" else 1.0) if cycles is None else cycles
+    if not (period_s > 0 and cycles > 0):
+        raise FreerockError("period_s", "the pulse has no length", "give a positive period and length")
+    harmonic = (0.0, 0.0, 0.0, 0.0, 1.0, 2 * math.pi / period_s, 0.5 * math.pi if shape == "cosine" else 0.0)
+    row = np.array([harmonic, harmonic])
+    row[:, 4] = x, z
+    return GroundMotion(np.array([start_s, start_s + cycles * period_s]), row.reshape(1, 14))
