@@ -33,6 +33,7 @@ BAD = {
     "manifest if the change is meant",
 }
 WAVEFORM = {"wf_increment": 1 / 2000, "wf_start_offset": 0.0, "unit_string": "V"}
+OUT = "left_out.tdms,,squat,mat,low,record,,the base was wet,"
 NO_TRUTH = CAMPAIGN.replace("truth: truth.json\n", "")
 
 
@@ -97,9 +98,12 @@ def test_bad_record_is_told_in_one_line(bad, test):
 
 def test_others_finish_and_the_failed_one_is_named(tmp_path):
     checkout = check_out(tmp_path / "checkout")
-    add_campaign(checkout, "lab", NO_TRUTH, [("good", "", "squat"), ("missing", "", "tall")])
+    records = [("good", "", "squat"), ("missing", "", "tall"), ("left_out", "", "squat")]
+    add_campaign(checkout, "lab", NO_TRUTH, records)
+    checkout.edit("config/campaigns/lab.csv", "left_out.tdms,,squat,mat,low,,,,", OUT)
     (checkout / "raw/lab").mkdir(parents=True)
-    twin.write_record(checkout / "raw/lab/good.tdms", simulated("squat", 1))
+    for seed, test in enumerate(("good", "left_out")):
+        twin.write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
     done = checkout.snakemake()
     line = f"raw/lab/missing.tdms: {BAD['missing']}"
     assert done.returncode == 1
@@ -108,7 +112,11 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     assert not partial_files(checkout)
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
         rows = [(row["test"], row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)]
-    assert rows == [("good", "1", "ok", ""), ("missing", "", "fail", line)]
+    assert rows == [
+        ("good", "1", "ok", ""),
+        ("missing", "", "fail", line),
+        ("left_out", "", "warn", "excluded: the base was wet"),
+    ]
     assert {path.name for path in (checkout / "results/lab").iterdir()} == {
         *("benchmarks", "figures", "fits", "logs", "records", "tables"),
         *("provenance.json", "report.html"),

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from freerock.config import load_config
 from freerock.errors import FreerockError
+from freerock.workflow import PACKAGE
 from freerock.workflow import code as files_run
 
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
@@ -12,6 +13,9 @@ try:
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
 except FreerockError as error:
     sys.exit(str(error))
+
+if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source
+    os.environ.setdefault("NUMBA_CACHE_DIR", os.path.abspath(".snakemake/numba"))
 
 
 wildcard_constraints:
