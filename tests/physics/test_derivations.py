@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 from freerock.models import foundation
 from freerock.models.block import GRAVITY, Block
@@ -18,6 +19,7 @@ from freerock.models.foundation import (
     energy,
     static_depth,
 )
+from freerock.models.ground import pulse
 from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate
 
@@ -303,3 +305,49 @@ def test_froude_scaling_of_the_law():
         small = simulate(model, block, parameters, time, theta0=0.17, rtol=1e-10).theta
         large = simulate(model, big, scaled, time * math.sqrt(scale), theta0=0.17, rtol=1e-10).theta
         assert large == pytest.approx(small, abs=1e-8)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_housners_block_on_moving_ground(side):
+    """Moments about the corner, by cross products of the levers of the turned block, until the impact."""
+    block, amplitude = BLOCKS[2], 6.0
+    motion = pulse("sine", 0.4, x=side * amplitude, z=2.0)
+
+    def state_rate(t, state):
+        theta, rate = state
+        sigma = math.copysign(1, theta) if theta else side
+        turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+        lever = turn @ [-sigma * block.b, block.h]  # from the corner to the centre of mass: right, up
+        x_ground, z_ground = motion(np.array([t]))[:, 0]
+        force = [x_ground, -(GRAVITY + z_ground)]  # per mass: weight and inertial forces
+        clockwise = lever[1] * force[0] - lever[0] * force[1]
+        return [rate, clockwise / (block.inertia_cm / block.mass_kg + block.R**2)]
+
+    lift = brentq(
+        lambda t: (
+            side * motion(np.array([t]))[0, 0] * block.h - (GRAVITY + motion(np.array([t]))[1, 0]) * block.b
+        ),
+        1e-6,
+        0.1,
+    )
+    time = np.linspace(lift, 0.4, 50)
+    expected = solve_ivp(state_rate, (lift, 0.4), [0.0, 0.0], t_eval=time, rtol=1e-11, atol=1e-13).y
+    found = simulate("housner", block, {"r": 0.9}, time, base_excitation=motion, rtol=1e-10)
+    same = time < (found.impacts[0] if len(found.impacts) else 1.0)
+    assert same.sum() > 10 and side * found.theta[same][-1] > 0
+    assert found.theta[same] == pytest.approx(expected[0][same], abs=1e-9)
+    assert found.theta_rate[same] == pytest.approx(expected[1][same], abs=1e-7)
+
+
+@pytest.mark.parametrize("debonding", ["geometric", "tensionless"])
+@pytest.mark.parametrize(
+    ("model", "parameters"), [("winkler", {"k": 6.77e6, "c": 2.17e4}), ("hunt_crossley", MARBLE)]
+)
+def test_error_follows_the_tolerance(model, parameters, debonding):
+    time, theta0 = np.linspace(0, 3, 301), RELEASE[2]
+    exact, *found = (
+        simulate(model, BLOCKS[2], parameters, time, theta0=theta0, debonding=debonding, rtol=rtol).theta
+        for rtol in (1e-12, 1e-6, 1e-8, 1e-10)
+    )
+    errors = [np.abs(theta - exact).max() / theta0 for theta in found]
+    assert np.all(np.array(errors) < [1e-5, 1e-7, 1e-9])

@@ -1,0 +1,223 @@
+"""docs/physics.md: every formula has a source and a test that exists, every number is computed again."""
+
+import ast
+import math
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from freerock.compare import epsilon_theta
+from freerock.identify import Motion, fit_run
+from freerock.impacts import find_impacts
+from freerock.models.block import Block
+from freerock.models.foundation import static_depth
+from freerock.models.housner import housner_lobes
+from freerock.models.simulate import simulate, simulate_theta
+
+ROOT = Path(__file__).parents[2]
+DOCUMENT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
+BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
+RELEASE_DEG = {1: 6, 2: 10, 3: 20}
+TABLE2 = {
+    ("hunt_crossley", "marble"): {"k": 6.88e6, "lambda": 1.30e8},
+    ("hunt_crossley", "Aerstop"): {"k": 2.86e6, "lambda": 8.16e7},
+    ("winkler", "marble"): {"k": 6.77e6, "c": 2.17e4},
+    ("winkler", "Aerstop"): {"k": 4.50e6, "c": 4.05e4},
+}
+# a fenced block that begins with its number, and the paragraph right after it
+FORMULA = re.compile(r"^```\n\(F(\d+)\) (.*?)^```\n(.*?)(?:\n\n|\Z)", re.MULTILINE | re.DOTALL)
+TEST = re.compile(r"`(tests/[\w/]+\.py)::(\w+)`")
+
+
+def formulas():
+    """Number, source and tests of each formula of the document."""
+    found = []
+    for number, _, after in FORMULA.findall(DOCUMENT):
+        source, _, tests = " ".join(after.split()).partition(" Test: ")
+        found.append((int(number), source, TEST.findall(tests)))
+    return found
+
+
+def functions(path):
+    return {node.name for node in ast.parse(path.read_text(encoding="utf-8")).body if hasattr(node, "name")}
+
+
+def rows(header):
+    """Cells of the rows of the table whose first line begins so."""
+    lines = DOCUMENT[DOCUMENT.index(header) :].split("\n\n")[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
+
+
+def numbers(header):
+    """The numbers of the table, a row each, names left out."""
+    return [[float(c.replace("−", "-")) for c in row if re.match(r"[−\d.]", c)] for row in rows(header)]
+
+
+def test_formulas_are_numbered_without_gaps():
+    assert [number for number, _, _ in formulas()] == list(range(1, len(formulas()) + 1))
+    assert len(formulas()) == len(re.findall(r"^\(F\d+\)  ", DOCUMENT, re.MULTILINE))
+    assert f"(F1) to (F{len(formulas())})" in DOCUMENT
+    mentioned = {int(number) for number in re.findall(r"\(F(\d+)\)", DOCUMENT)}
+    assert mentioned == {number for number, _, _ in formulas()}
+
+
+@pytest.mark.parametrize(
+    ("number", "source", "tests"), formulas(), ids=lambda part: f"F{part}" if isinstance(part, int) else ""
+)
+def test_formula_has_a_source_and_a_test(number, source, tests):
+    assert source.startswith("Source: ")
+    assert re.search(r"doi:|eq|paper|derived here|least squares|this package", source, re.IGNORECASE), source
+    assert tests, number
+    for path, name in tests:
+        assert name in functions(ROOT / path), f"{path}::{name}"
+
+
+def test_every_test_named_exists():
+    assert "TODO" not in DOCUMENT
+    for path, name in TEST.findall(DOCUMENT):
+        assert name in functions(ROOT / path), f"{path}::{name}"
+
+
+@pytest.fixture(scope="module")
+def drawing():
+    sys.path.insert(0, str(ROOT / "docs/images"))
+    import draw
+
+    sys.path.pop(0)
+    return draw
+
+
+def test_figures_are_those_that_are_drawn(drawing):
+    named = re.findall(r"!\[[^\]]{20,}\]\((images/\w+\.svg)\)", DOCUMENT)
+    assert sorted(named) == sorted(f"images/{name}.svg" for name in drawing.FIGURES)
+    for name in named:
+        assert (ROOT / "docs" / name).read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_same_figures_same_bytes(drawing, tmp_path):
+    for folder, names in (("once", drawing.FIGURES), ("again", ["free_body", "contact_interval"])):
+        (tmp_path / folder).mkdir()
+        drawing.draw(tmp_path / folder, names)
+    assert len(list((tmp_path / "once").iterdir())) == len(drawing.FIGURES)
+    for path in (tmp_path / "again").iterdir():
+        assert path.read_bytes() == (tmp_path / "once" / path.name).read_bytes()
+
+
+def test_table_of_blocks():
+    table = numbers("| configuration | 2h [m] |")
+    assert len(table) == 3
+    for number, height, width, mass, release, *constants in table:
+        block = BLOCKS[int(number)]
+        assert (height, width, mass) == (block.height_m, block.width_m, block.mass_kg)
+        assert release == RELEASE_DEG[int(number)]
+        expected = block.R, math.degrees(block.theta_cr), block.p, block.restitution_housner
+        assert constants == pytest.approx(expected, abs=6e-6)
+
+
+def test_times_of_rest():
+    stated = dict(
+        zip(
+            (0.958, 0.895), re.search(r"10°:\s+([\d.]+) s for r.*?([\d.]+) s", DOCUMENT).groups(), strict=True
+        )
+    )
+    for r, time in stated.items():
+        assert housner_lobes(BLOCKS[2], r, math.radians(10)).rest_time == pytest.approx(float(time), abs=6e-5)
+
+
+def pulled_share(model, block, parameters, theta0, span=1.2):
+    """Share of the energy lost that leaves through forces f < 0, by strips of the base and of time."""
+    time = np.linspace(0, span, 12001)
+    found = simulate(model, block, parameters, time, theta0=theta0, rtol=1e-9)
+    k, c, lam = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
+    u = block.b * ((np.arange(400) + 0.5) / 200 - 1)[:, None]
+    depth = found.z_cb + u * np.sin(found.theta)
+    rate = found.z_cb_rate + u * found.theta_rate * np.cos(found.theta)
+    damping = np.where(depth > 0, (c + lam * depth) * rate, 0.0)
+    force = np.where(depth > 0, k * depth, 0.0) + damping
+    return np.sum(np.where(force < 0, force * rate, 0.0)) / np.sum(damping * rate)
+
+
+@pytest.mark.parametrize("row", rows("| configuration | foundation | ε_θ, Hunt–Crossley"), ids=" ".join)
+def test_table_of_debonding(row):
+    number, foundation, *cells = row
+    block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
+    time = np.linspace(0, 8, 8001)
+    for model, (epsilon, pull) in (("hunt_crossley", cells[:2]), ("winkler", cells[2:])):
+        parameters = TABLE2[model, foundation]
+        both = [
+            simulate_theta(model, block, parameters, time, theta0=theta0, debonding=rule)[0]
+            for rule in ("tensionless", "geometric")
+        ]
+        digits = len(epsilon.partition(".")[2])
+        assert 100 * epsilon_theta(time, *both) == pytest.approx(float(epsilon), abs=0.6 * 10**-digits)
+        assert 100 * pulled_share(model, block, parameters, theta0) == pytest.approx(float(pull), abs=0.15)
+
+
+def test_table_of_the_stiff_limit(drawing):
+    table = numbers("| configuration | first impact, Housner [s]")
+    assert len(table) == 3
+    for number, corner, guided, percent in table:
+        block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
+        found = housner_lobes(block, 1.0, theta0, until=0.1).impact_time[0]
+        limit = drawing.rigid_limit(block, theta0)
+        assert (corner, guided) == pytest.approx((found, limit), abs=6e-7)
+        assert percent == pytest.approx(100 * (limit / found - 1), abs=6e-3)
+    for number, percent in re.findall(r"configuration (\d)\s+(?:the inertia is )?([\d.]+)\s%", DOCUMENT):
+        block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
+        corner = block.inertia_cm / block.mass_kg + block.R**2
+        assert 100 * (1 - drawing.guided_inertia(block)(theta0) / corner) == pytest.approx(
+            float(percent), abs=0.6
+        )
+
+
+def test_depth_and_lever_at_release():
+    block, s = BLOCKS[2], math.sin(math.radians(10))
+    for foundation, edge, lost, uplift in (
+        ("marble", "1.70 mm", "3.26 mm", "0.195°"),
+        ("Aerstop", "2.64 mm", "5.06 mm", "0.468°"),
+    ):
+        k = TABLE2["hunt_crossley", foundation]["k"]
+        depth = static_depth(block, k, math.radians(10)) + block.b * s
+        assert f"{1e3 * depth:.2f} mm" == edge
+        assert f"{1e3 * depth / (3 * s):.2f} mm" == lost
+        assert f"{math.degrees(math.asin(static_depth(block, k, 0) / block.b)):.3f}°" == uplift
+        assert all(text in DOCUMENT for text in (edge, lost, uplift))
+
+
+def test_table_of_impact_times():
+    header, *lines = (
+        line.strip("|").split("|") for line in DOCUMENT[DOCUMENT.index("| impact | 1 |") :].splitlines()[:5]
+    )
+    which = [int(cell) - 1 for cell in header[1:]]
+    block, theta0 = BLOCKS[2], math.radians(10)
+    for name, *cells in lines[1:]:
+        if "Housner" in name:
+            times = housner_lobes(block, float(name.rpartition("=")[2]), theta0, until=4.0).impact_time
+        else:
+            parameters = TABLE2["hunt_crossley", "marble"]
+            times = simulate("hunt_crossley", block, parameters, np.array([0.0, 4.0]), theta0=theta0).impacts
+        assert [float(cell) for cell in cells] == pytest.approx(times[which], abs=6e-5)
+
+
+def test_fitted_restitution_is_above_that_of_every_impact():
+    block, theta0, time = BLOCKS[2], math.radians(10), np.arange(0, 8, 5e-4)
+    theta, _ = simulate_theta("hunt_crossley", block, TABLE2["hunt_crossley", "marble"], time, theta0=theta0)
+    impacts = find_impacts(time, theta, 0.0, block, theta0=theta0).restitution[:8]
+    low, high = re.search(r"Its impacts restitute ([\d.]+) to\s+([\d.]+)\.", DOCUMENT).groups()
+    assert f"{impacts.min():.3f}" == low and f"{impacts.max():.3f}" == high
+    fit = fit_run("housner", block, Motion(time, theta, 1e-4, theta0), free=())
+    assert f"has r = {fit.value[0]:.3f}." in " ".join(DOCUMENT.split())
+
+
+def test_table_of_steps():
+    stiffness = [float(cell) for cell in DOCUMENT[DOCUMENT.index("| k [N/m²], 5 s") :].split("|")[2:6]]
+    for name, *steps in rows("| k [N/m²], 5 s"):
+        model, ratio = ("winkler", "c") if "Winkler" in name else ("hunt_crossley", "lambda")
+        per_k = TABLE2[model, "marble"][ratio] / TABLE2[model, "marble"]["k"]
+        for k, stated in zip(stiffness, steps, strict=True):
+            parameters = {"k": k, ratio: per_k * k}
+            found = simulate(model, BLOCKS[2], parameters, np.array([0.0, 5.0]), theta0=math.radians(10))
+            assert found.statistics["steps"] == pytest.approx(float(stated), rel=0.15)
