@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 READY := $(VENV)/.ready
+KERNEL := $(VENV)/.kernel
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 .PHONY: all setup lint test clean
@@ -10,7 +11,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 all: setup
 	snakemake
 
-setup: $(READY)
+setup: $(READY) $(KERNEL)
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -19,8 +20,12 @@ $(READY): requirements.lock pyproject.toml
 	python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	python -m compileall -q -j 0 $(VENV)/lib src
+	touch $@
+
+# The integrator is compiled once here, before two jobs do so at the same time.
+$(KERNEL): src/freerock/models/integrate.py $(READY)
 	python -c 'from freerock.models import block, simulate; simulate.simulate("winkler", \
-		block.Block(1, 0.2, 1), {"k": 1e6, "c": 1e3}, [0, 0.01], theta0=0.1)' # compiled once, before two jobs do
+		block.Block(1, 0.2, 1), {"k": 1e6, "c": 1e3}, [0, 0.01], theta0=0.1)'
 	touch $@
 
 lint: setup
