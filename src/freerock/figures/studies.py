@@ -150,14 +150,17 @@ def model_choice(frame, labels=None):
     markers = dict(zip(frame.groupby(["block", "foundation"], sort=False).groups, "osD^v<>PX", strict=False))
     for scene, rows in frame.groupby(["block", "foundation"], sort=False):
         rows = rows.sort_values("epsilon_theta", ascending=False)
-        ax.plot(1e3 * rows["time_s"], 100 * rows["epsilon_theta"], color="0.8", linewidth=0.8, zorder=1)
+        ax.plot(1e3 * rows["time_s"], 100 * rows["epsilon_theta"], color="0.75", linewidth=0.7, zorder=1)
         for _, row in rows.iterrows():
             colour = MODEL_STYLES[row["model"]]["color"]
-            ax.plot(
-                1e3 * row["time_s"], 100 * row["epsilon_theta"], markers[scene], color=colour, markersize=5
-            )
+            style = {
+                "color": colour,
+                "markerfacecolor": colour if row["success"] else "white",
+                "markersize": 5,
+            }
+            ax.plot(1e3 * row["time_s"], 100 * row["epsilon_theta"], markers[scene], **style)
     noise = 100 * frame["noise_epsilon"]
-    ax.axhspan(noise.min(), noise.max(), color="0.9", linewidth=0, label="noise of the record")
+    ax.axhspan(noise.min(), noise.max(), color="0.9", linewidth=0, zorder=0)
     counts = frame.drop_duplicates("model").set_index("model")["n_parameters"]
     models = [
         Patch(
@@ -176,17 +179,22 @@ def model_choice(frame, labels=None):
         )
         for scene, marker in markers.items()
     ]
+    others = [Patch(color="0.9", label="noise of the record")]
+    if not frame["success"].all():
+        style = {"color": "0.3", "linestyle": "", "markerfacecolor": "white", "marker": "o"}
+        others.append(Line2D([], [], **style, label="fit not to be used"))
     ax.margins(x=0.05)
+    ax.xaxis.set_minor_formatter("{x:g}")
+    ax.xaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("time of a run / ms")
     ax.set_ylabel("$ε_θ$ of the fitted model / %")
-    noise_patch = Patch(color="0.9", label="noise of the record")
-    figure.legend(handles=[*models, noise_patch, *scenes], loc="outside right upper")
+    figure.legend(handles=[*models, *others, *scenes], loc="outside right upper")
     return figure, frame
 
 
 @styled()
 def stability(frame):
-    """The stability atlas: a page per pair of quantities, a panel per method and law, the fit's bounds framed.
+    """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed.
 
     Parameters
     ----------

@@ -22,6 +22,7 @@ from freerock.models.simulate import simulate
 ATOL_SHARE = 0.01
 NEWTON_ITERATIONS = 20
 BLOWN_UP = 10.0  # |θ| that no block has [rad]
+RESTING_RATE = 1e-9  # after an impact; the block is taken to rest [rad/s]
 LINEARISED_REST = 1e-13  # peak below which the linearised block is taken to rest [rad]
 
 
@@ -462,6 +463,79 @@ def housner_events(scene: Scene, time, rtol: float, limit: float = math.inf) -> 
         start, rate = result.t_events[0][0], r * result.y_events[0][0][1]
         state, sign = (0.0, rate), math.copysign(1.0, rate)
     return _solution(scene, time, theta, evaluations, True)
+
+
+def housner_overturns(block: Block, r: float, amplitude: float, period_s: float, rtol: float = 1e-10) -> bool:
+    """Whether a horizontal pulse ẍ_g = A sin(2π t/T), 0 < t < T, overturns Housner's block at rest.
+
+    `solve_ivp` (DOP853) with terminal events at impacts, up to the end of the pulse; then by energy. The
+    block lifts off where |ẍ_g| passes g b/h (Housner 1963).
+
+    Parameters
+    ----------
+    block : Block
+        The block.
+    r : float
+        Restitution, 0 <= r <= 1.
+    amplitude : float
+        A [m/s²].
+    period_s : float
+        T [s].
+    """
+    p2, theta_cr, omega = block.p**2, block.theta_cr, 2 * math.pi / period_s
+    lift_off = GRAVITY * math.tan(theta_cr)
+
+    def ground(t):
+        return amplitude * math.sin(omega * t)
+
+    def event(function, direction):
+        function.terminal, function.direction = True, direction
+        return function
+
+    t, theta, rate = 0.0, 0.0, 0.0
+    while True:
+        if theta == 0 and abs(rate) < RESTING_RATE:
+            # at rest until the ground's acceleration passes the threshold again
+            turn = math.asin(min(1.0, lift_off / amplitude))
+            if not abs(ground(t)) > lift_off:
+                starts = [(turn + n * math.pi) / omega for n in (0, 1)]
+                t = next((start for start in starts if start > t), math.inf)
+            if amplitude <= lift_off or t >= period_s:
+                return False
+            sign, rate = math.copysign(1.0, math.sin(omega * t)), 0.0
+        else:
+            sign = math.copysign(1.0, theta or rate)
+
+        def rates(t, y, sign=sign):
+            phi = theta_cr - sign * y[0]
+            return y[1], p2 * (math.cos(phi) * ground(t) / GRAVITY - sign * math.sin(phi))
+
+        impact = event(lambda t, y, sign=sign, begun=t: sign * y[0] if t > begun else 1.0, -1)
+        fallen = event(lambda t, y: abs(y[0]) - math.pi / 2, 1)
+        scale = [theta_cr, block.p * theta_cr]
+        result = solve_ivp(
+            rates,
+            (t, period_s),
+            (theta, rate),
+            method="DOP853",
+            rtol=rtol,
+            atol=rtol * np.array(scale),
+            events=(impact, fallen),
+        )
+        if len(result.t_events[1]):
+            return True
+        if not len(result.t_events[0]):
+            break
+        t, theta, rate = result.t_events[0][0], 0.0, r * result.y_events[0][0][1]
+    theta, rate = result.y[:, -1]
+    # free from here on: θ̇²/2 + p² cos φ keeps its value between impacts, and is p² at the top
+    sign = math.copysign(1.0, theta or rate)
+    phi = theta_cr - sign * theta
+    outward, passes = sign * rate >= 0, 0.5 * rate**2 > p2 * (1 - math.cos(phi))
+    if passes and not outward:
+        at_impact = 0.5 * rate**2 + p2 * (math.cos(phi) - math.cos(theta_cr))
+        return r * r * at_impact > p2 * (1 - math.cos(theta_cr))
+    return passes or phi < 0
 
 
 # freerock itself, with the signature of the others

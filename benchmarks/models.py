@@ -1,0 +1,234 @@
+"""Speed of the models: every ratio in one run, the compared methods run in turn.
+
+    python benchmarks/models.py            all
+    python benchmarks/models.py methods    only the named parts: methods, parts, stiffness, many, overturning
+
+Times are the best of several runs. Figures of another machine differ; ratios hardly.
+"""
+
+import math
+import resource
+import sys
+from functools import partial
+
+import numpy as np
+from numba import njit
+
+from freerock.models.block import GRAVITY
+from freerock.models.ground import pulse
+from freerock.models.integrate import _accelerations, _at
+from freerock.models.simulate import simulate, simulate_many, simulate_theta
+from freerock.studies.methods import METHODS, Scene, housner_overturns
+from freerock.studies.speed_accuracy import errors, interleaved
+from freerock.studies.stability import scene_of
+from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+
+BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
+MARBLE = FOUNDATIONS["marble"]
+HC = Scene("hunt_crossley", BLOCK, MARBLE, THETA0)
+TIME = np.arange(0.0, 5.0, 1 / 2000)
+ERROR = 1e-10  # ε at which methods are compared
+LADDER = [10**-e for e in np.arange(3.0, 9.1, 0.5)]
+
+
+def row(what, target, seen, note=""):
+    print(f"{what:<62} {target:>12} {seen:>14}   {note}")
+
+
+def own(rtol, scene=HC, time=TIME):
+    theta, _ = simulate_theta(
+        scene.model, scene.block, scene.parameters, time, theta0=scene.theta0, rtol=rtol
+    )
+    return theta
+
+
+def loosest(run, reference):
+    """The loosest tolerance of the ladder whose error, and that of all tighter ones, is at most ERROR."""
+    good = None
+    for rtol in reversed(LADDER):
+        if errors(run(rtol), reference)[0] > ERROR:
+            break
+        good = rtol
+    return good
+
+
+def methods():
+    """Time at the same error, against other methods."""
+    reference = METHODS["SciPy DOP853, numba"](HC, TIME, 1e-13).theta
+    runs = {"freerock": own}
+    targets = {"SciPy DOP853, NumPy": "≥ 300", "SciPy LSODA, numba": "≥ 100", "CyRK DOP853": "≥ 5"}
+    for name in [*targets, "CyRK RK45"]:
+        try:
+            METHODS[name](HC, TIME, 1e-3)
+        except ImportError:
+            print(f"{name}: not installed")
+            continue
+        runs[name] = lambda rtol, method=METHODS[name]: method(HC, TIME, rtol).theta
+    tolerances = {name: loosest(run, reference) for name, run in runs.items()}
+    timed = interleaved([partial(run, tolerances[name]) for name, run in runs.items()], 60, longest_s=15.0)
+    best = {name: seconds for name, (_, seconds, _) in zip(runs, timed, strict=True)}
+    for name, (theta, seconds, repeats) in zip(runs, timed, strict=True):
+        note = f"rtol {tolerances[name]:.1e}, ε {errors(theta, reference)[0]:.1e}, best of {repeats}"
+        if name == "freerock":
+            row(
+                "Hunt-Crossley, config 2, marble, 5 s at 2 kHz, ε ≤ 1e-10",
+                "≤ 1 ms",
+                f"{1e3 * seconds:.3f} ms",
+                note,
+            )
+        else:
+            row(
+                f"  {name} over freerock",
+                targets.get(name, ""),
+                f"{seconds / best['freerock']:.1f}",
+                f"{1e3 * seconds:.2f} ms, {note}",
+            )
+
+
+@njit
+def _evaluate(states, regimes, law, rounds):
+    """Evaluations, each waiting for the one before, as those of a step do."""
+    total = 0.0
+    for _ in range(rounds):
+        for i in range(states.shape[0]):
+            theta = states[i, 2] + 1e-300 * total
+            a, turn = _accelerations(
+                regimes[i], states[i, 0], states[i, 1], theta, states[i, 3], 0.0, law[6], law
+            )
+            total += a + turn
+    return total
+
+
+@njit
+def _interpolate(dense, fractions, out, rounds):
+    for _ in range(rounds):
+        for i in range(fractions.size):
+            out[i] = _at(dense, 2, fractions[i])
+
+
+def parts():
+    """Kernel time against the time its evaluations and its samples take alone."""
+    rtol = 1e-6
+    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, rtol=rtol)
+    m = BLOCK.mass_kg
+    law = (MARBLE["k"] / m, 0.0, MARBLE["lambda"] / m, BLOCK.b, BLOCK.h, BLOCK.inertia_base / m, 9.81)
+    states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])
+    # evaluations fall where the steps are short: an even mix of the regimes is close to theirs
+    regimes = np.choose(response.contact % 4, [0, 3, 9, 1])
+    rounds = 20
+    dense, fractions, out = (
+        np.random.default_rng(0).normal(size=(4, 5)),
+        np.linspace(0, 1, TIME.size),
+        np.empty(TIME.size),
+    )
+    timed = interleaved(
+        [
+            partial(own, rtol),
+            partial(_evaluate, states, regimes, law, rounds),
+            partial(_interpolate, dense, fractions, out, rounds),
+        ],
+        60,
+    )
+    kernel, evaluation, sample = (seconds for _, seconds, _ in timed)
+    evaluation, sample = evaluation / (rounds * len(states)), sample / (rounds * TIME.size)
+    n = response.statistics["evaluations"]
+    least = n * evaluation + TIME.size * sample
+    row(
+        "kernel time over evaluations and samples alone",
+        "≤ 1.5",
+        f"{kernel / least:.2f}",
+        f"{1e6 * kernel:.0f} µs; {n} × {1e9 * evaluation:.1f} ns + {TIME.size} × {1e9 * sample:.1f} ns",
+    )
+
+
+def stiffness():
+    """Time of a run over k from 1e5 to 1e12, damping in proportion."""
+    for model, ratio, target in (("winkler", 2.17e4 / 6.77e6, "≤ 10"), ("hunt_crossley", 130 / 6.88, "≤ 30")):
+        ks = np.geomspace(1e5, 1e12, 8)
+        scenes = [scene_of(model, k, ratio) for k in ks]
+        timed = interleaved([partial(own, 1e-6, scene) for scene in scenes], 10, longest_s=5.0)
+        times = np.array([seconds for _, seconds, _ in timed])
+        rocking = np.array([np.all(np.isfinite(theta)) for theta, _, _ in timed])
+        note = "; ".join(
+            f"1e{math.log10(k):.0f}: {1e3 * s:.2f} ms{'' if r else ' overturns'}"
+            for k, s, r in zip(ks, times, rocking, strict=True)
+        )
+        row(
+            f"{model}, longest over shortest run, k = 1e5…1e12",
+            target,
+            f"{times.max() / times[rocking].min():.1f}",
+            note,
+        )
+
+
+def many():
+    """`simulate_many` on two threads against one; memory over the number of steps."""
+    n = 10_000
+    generator = np.random.default_rng(1)
+    sets = {name: value * generator.uniform(0.5, 2.0, n) for name, value in MARBLE.items()}
+    time = np.arange(0.0, 5.0, 0.01)
+
+    def run(threads, rtol=1e-6):
+        return simulate_many("hunt_crossley", BLOCK, sets, time, theta0=THETA0, threads=threads, rtol=rtol)[0]
+
+    timed = interleaved([partial(run, 1), partial(run, 2)], 4)
+    (one, alone, _), (two, together, _) = timed
+    same = "same bytes" if np.array_equal(one, two, equal_nan=True) else "DIFFERENT results"
+    row(
+        f"simulate_many, {n} sets, 2 threads over 1",
+        "≥ 1.8",
+        f"{alone / together:.2f}",
+        f"{alone:.2f} s, {together:.2f} s, {same}",
+    )
+    del one, two, timed
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    run(2, rtol=1e-10)
+    grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
+    row(
+        "  growth of memory with 10 times the steps",
+        "0 MB",
+        f"{grown:.1f} MB",
+        f"output {8e-6 * n * time.size:.0f} MB",
+    )
+
+
+def overturning():
+    """Housner's block under a one-sine pulse: 50 by 50 cells against SciPy with events."""
+    r, unit = BLOCK.restitution_housner, GRAVITY * BLOCK.b / BLOCK.h
+    cells = [
+        (unit * a, 2 * math.pi / (BLOCK.p * w))
+        for a in np.linspace(1, 12, 50)
+        for w in np.linspace(0.5, 10, 50)
+    ]
+
+    def ours(amplitude, period):
+        motion, time = pulse("sine", period, x=amplitude), np.array([0.0, period + 20.0])
+        response = simulate("housner", BLOCK, {"r": r}, time, base_excitation=motion, rtol=1e-9)
+        return response.outcome == "overturned"
+
+    calls = [
+        lambda: [ours(*cell) for cell in cells],
+        lambda: [housner_overturns(BLOCK, r, *cell) for cell in cells],
+    ]
+    (found, seconds, _), (other, others, _) = interleaved(calls, 1)
+    differ = int(np.sum(np.array(found) != np.array(other)))
+    row(
+        "cells of 2500 in which the overturning maps differ",
+        "0",
+        f"{differ}",
+        f"{sum(found)} overturn; {seconds:.1f} s, SciPy {others:.1f} s",
+    )
+
+
+PARTS = {
+    "methods": methods,
+    "parts": parts,
+    "stiffness": stiffness,
+    "many": many,
+    "overturning": overturning,
+}
+
+if __name__ == "__main__":
+    row("", "target", "seen")
+    for name in sys.argv[1:] or PARTS:
+        PARTS[name]()

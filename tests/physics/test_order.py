@@ -1,0 +1,51 @@
+"""Order of convergence across impacts: located changes of contact keep it, steps over them lose it."""
+
+import math
+
+import numpy as np
+import pytest
+
+from freerock.models.simulate import simulate
+from freerock.studies.methods import METHODS, Scene
+from freerock.studies.speed_accuracy import WINKLER
+from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+
+BLOCK, _, _ = CONFIGURATIONS["config2"]
+LAWS = {"hunt_crossley": FOUNDATIONS["marble"], "winkler": WINKLER["marble"]}
+ANGLES = [math.radians(angle) for angle in (4, 5, 6, 7, 8, 9, 10, 11, 12)]
+TIME = np.linspace(0, 1.5, 301)  # three to six impacts
+
+
+def motion(law, angle, debonding, rtol):
+    response = simulate(law, BLOCK, LAWS[law], TIME, theta0=angle, debonding=debonding, rtol=rtol)
+    assert len(response.impacts) >= 3
+    return response.theta, response.statistics["steps"]
+
+
+def observed_order(run, settings, law, debonding):
+    """Slope of the logarithms of error over work, their means over the angles of release."""
+    work, error = np.empty((2, len(ANGLES), len(settings)))
+    for i, angle in enumerate(ANGLES):
+        true, _ = motion(law, angle, debonding, 3e-14)
+        for j, setting in enumerate(settings):
+            theta, work[i, j] = run(angle, setting)
+            error[i, j] = math.sqrt(np.mean((theta - true) ** 2))
+    return -np.polyfit(np.log(work).mean(axis=0), np.log(error).mean(axis=0), 1)[0]
+
+
+@pytest.mark.parametrize("debonding", ["geometric", "tensionless"])
+@pytest.mark.parametrize("law", LAWS)
+def test_fifth_order_across_impacts(law, debonding):
+    def run(angle, rtol):
+        return motion(law, angle, debonding, rtol)
+
+    assert observed_order(run, 10.0 ** np.arange(-8, -10.1, -0.5), law, debonding) > 5 - 0.3
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_fourth_order_is_lost_where_steps_run_over_impacts(law):
+    def run(angle, step):
+        solution = METHODS["RK4"](Scene(law, BLOCK, LAWS[law], angle), TIME, step)
+        return solution.theta, solution.evaluations
+
+    assert observed_order(run, [2e-4, 1e-4, 5e-5, 2e-5], law, "geometric") < 4 - 0.5
