@@ -435,14 +435,33 @@ def _plain(attrs: Mapping) -> dict:
 
 
 def _open(path: str | Path, product: str) -> xr.DataTree:
+    import netCDF4
+
     remedy = "delete the file and run snakemake again"
     if not Path(path).is_file():
         raise FreerockError(path, "there is no such file", "run snakemake to make it")
     try:
-        with xr.open_datatree(path, engine="netcdf4", decode_times=False) as tree:
-            tree.load()
+        with netCDF4.Dataset(path) as file:
+            file.set_auto_mask(False)
+            tree = xr.DataTree.from_dict(dict(_groups(file)))
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
         raise FreerockError(path, f"is not a readable netCDF file ({error})", remedy) from error
     if tree.attrs.get("freerock_product") != product:
         raise FreerockError(path, f"is not the {product} dataset of a record", remedy)
     return tree
+
+
+def _groups(group) -> Iterator[tuple[str, xr.Dataset]]:
+    """Path and content of a netCDF group and of those in it; several times faster than xarray's own way."""
+    variables, coordinates = {}, set(group.variables) & set(group.dimensions)
+    for name, variable in group.variables.items():
+        attrs = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
+        coordinates |= set(attrs.pop("coordinates", "").split())
+        values = np.asarray(variable[...], str if variable.dtype is str else None)
+        variables[name] = xr.Variable(variable.dimensions, values, attrs)
+    attrs = {key: group.getncattr(key) for key in group.ncattrs() if key != "coordinates"}
+    data = {name: variables[name] for name in variables if name not in coordinates}
+    present = {name: variables[name] for name in variables if name in coordinates}
+    yield group.path, xr.Dataset(data, present, attrs)
+    for inner in group.groups.values():
+        yield from _groups(inner)
