@@ -120,7 +120,7 @@ def find_runs(
     min_impacts : int
         Fewer impacts are a fail.
     max_flagged_fraction : float
-        A larger share of invalid samples within a run is a fail, a smaller one a warning.
+        A larger share of invalid samples from the end of the hold to rest is a fail, a smaller one a warning.
     max_push_fraction : float
         Warning when the motion is that from an angle which differs from θ0 by more than this share, because
         the block was pushed or held back.
@@ -136,7 +136,7 @@ def find_runs(
     Raises
     ------
     FreerockError
-        No release found, or a run overridden or excluded that is not there.
+        No release found, a run overridden or excluded that is not there, or overridden beyond the record.
     """
     t, theta = np.asarray(time_s, float), np.asarray(theta, float)
     theta = np.where(np.asarray(flags) == 0, theta, np.nan)
@@ -164,11 +164,18 @@ def find_runs(
                     f"run {number}, held from {hold.start_s:.2f} s, is released at {release:g} s",
                     f"give a release at least {finger_s + MIN_BLOCKS * BLOCK_S:.2f} s later, then the end",
                 )
-            release_stderr = finger_s
+            if end > t[-1]:
+                raise FreerockError(
+                    "override",
+                    f"run {number} ends at {end:g} s, the record at {t[-1]:.3f} s",
+                    "give an end within the record",
+                )
+            release_stderr, watched = finger_s, release + finger_s
             doubts.append(("ok", f"overridden: {why}"))
         else:
             end = _end_of_motion(t, theta, still, hold.end_s, rest.start_s + window_s) if rest else t[-1]
             release, release_stderr, push = _release(t, theta, sigma, hold, end, held_s, finger_s)
+            watched = min(hold.end_s, release)
             if math.isnan(release_stderr):
                 release_stderr = finger_s
                 doubts.append(("warn", "the release can't be timed from the early motion"))
@@ -186,7 +193,8 @@ def find_runs(
             doubts.append(("fail", angles))
         if n_impacts < min_impacts:
             doubts.append(("fail", f"{n_impacts} impacts, fewer than {min_impacts}"))
-        flagged = float(np.mean(np.isnan(during))) if during.size else 1.0
+        watch = theta[slice(*np.searchsorted(t, (watched, end)))]
+        flagged = float(np.mean(np.isnan(watch))) if watch.size else 1.0
         if flagged > 0:
             verdict = "fail" if flagged > max_flagged_fraction else "warn"
             doubts.append((verdict, f"{flagged:.2%} of its samples are invalid"))

@@ -137,6 +137,10 @@ def test_excluded_run_stays_with_its_verdict():
             r"override: run 1, held from 2\.\d\d s, is released at 0\.5 s; "
             r"give a release at least 0\.13 s later, then the end",
         ),
+        (
+            {"overrides": [(1, 4.0, 99.0, "why")]},
+            r"override: run 1 ends at 99 s, the record at \d+\.\d{3} s; give an end within the record",
+        ),
     ],
 )
 def test_overrides_that_fit_no_run(options, line):
@@ -188,6 +192,14 @@ def test_invalid_samples_within_a_run(samples, expected):
     (run,) = find_runs(*arguments)
     assert run.verdict == expected
     assert "of its samples are invalid" in run.reasons[0]
+
+
+def test_release_hidden_by_invalid_samples_fails():
+    arguments, (release,) = record()
+    arguments[3][round((release - 0.1) * RATE_HZ) : round((release + 0.5) * RATE_HZ)] = 2
+    (run,) = find_runs(*arguments)
+    assert run.verdict == "fail"
+    assert any("of its samples are invalid" in reason for reason in run.reasons)
 
 
 def test_record_that_ends_during_a_run():
