@@ -705,7 +705,8 @@ TEX = {
     **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
 }
 _TEX_TOKEN = re.compile(
-    "[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|" + "|".join(re.escape(key) for key in sorted(TEX, key=len, reverse=True))
+    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|\bt_f\b|"
+    + "|".join(re.escape(key) for key in sorted({*TEX} - {"t_f"}, key=len, reverse=True))
 )
 _NORMAL_DIGITS = {ord(high): low for high, low in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
 

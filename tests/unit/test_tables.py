@@ -232,6 +232,12 @@ def test_latex_translates_every_sign():
     assert text.isascii()
 
 
+def test_latex_leaves_names_alone():
+    text = latex(pd.DataFrame({"Record": ["wet_felt"], "t_f / s": ["3.20"]}), "Felt")
+    assert r"Record & $t_f$ / s \\" in text
+    assert r"wet\_felt & 3.20 \\" in text
+
+
 def has_latex():
     return (
         shutil.which("pdflatex")
