@@ -279,6 +279,37 @@ def test_lobe_times_by_quadrature(block, share, r):
     assert cosine[1:] == pytest.approx(r**2 * cosine[:-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("number", BLOCKS)
+def test_closed_form_of_the_motion_against_an_integrator(number):
+    """φ'' = p² sinφ step by step, stopped at φ = θ_cr and sent back with r times the rate."""
+    block, r = BLOCKS[number], 0.87
+    time = np.linspace(0, 1.2, 241)
+
+    def impact(t, state):
+        return state[0] - block.theta_cr
+
+    impact.terminal, impact.direction = True, 1
+    expected = np.full((2, time.size), np.nan)
+    start, state, sign = 0.0, [block.theta_cr - RELEASE[number], 0.0], 1
+    while start < time[-1]:
+        lobe = solve_ivp(
+            lambda t, y: [y[1], block.p**2 * math.sin(y[0])],
+            (start, time[-1]),
+            state,
+            events=impact,
+            dense_output=True,
+            rtol=1e-11,
+            atol=1e-13,
+        )
+        here = (time >= start) & (time <= lobe.t[-1])
+        phi, rate = lobe.sol(time[here])
+        expected[:, here] = sign * (block.theta_cr - phi), -sign * rate
+        start, state, sign = lobe.t[-1], [block.theta_cr, -r * lobe.y[1, -1]], -sign
+    found = simulate("housner", block, {"r": r}, time, theta0=RELEASE[number])
+    assert found.theta == pytest.approx(expected[0], abs=1e-9)
+    assert found.theta_rate == pytest.approx(expected[1], abs=1e-7)
+
+
 @given(blocks, st.floats(0.2, 0.9))
 @repeatable
 def test_rest_comes_after_a_geometric_series_of_lobes(block, r):

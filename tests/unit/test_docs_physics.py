@@ -97,13 +97,17 @@ def test_figures_are_those_that_are_drawn(drawing):
         assert (ROOT / "docs" / name).read_text(encoding="utf-8").startswith("<?xml")
 
 
+@pytest.mark.parametrize("name", re.findall(r"images/(\w+)\.svg", DOCUMENT))
+def test_figure_can_be_drawn(drawing, name):
+    assert drawing.FIGURES[name]().axes
+
+
 def test_same_figures_same_bytes(drawing, tmp_path):
-    for folder, names in (("once", drawing.FIGURES), ("again", ["free_body", "contact_interval"])):
+    for folder in ("once", "again"):
         (tmp_path / folder).mkdir()
-        drawing.draw(tmp_path / folder, names)
-    assert len(list((tmp_path / "once").iterdir())) == len(drawing.FIGURES)
-    for path in (tmp_path / "again").iterdir():
-        assert path.read_bytes() == (tmp_path / "once" / path.name).read_bytes()
+        drawing.draw(tmp_path / folder, ["free_body"])
+    once, again = (tmp_path / folder / "free_body.svg" for folder in ("once", "again"))
+    assert once.read_bytes() == again.read_bytes()
 
 
 def test_table_of_blocks():
