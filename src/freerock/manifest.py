@@ -16,6 +16,26 @@ def sha256(path: str | Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
+def listed_checksums(folder: str | Path) -> dict[str, str]:
+    """SHA-256 by file as manifest.csv of a folder lists them; empty without a manifest.
+
+    Raises
+    ------
+    FreerockError
+        The manifest has other columns.
+    """
+    manifest = Path(folder) / "manifest.csv"
+    if not manifest.exists():
+        return {}
+    with open(manifest, newline="", encoding="utf-8-sig") as stream:
+        rows = csv.DictReader(stream)
+        if not {"file", "sha256"} <= set(rows.fieldnames or ()):
+            raise FreerockError(
+                manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first"
+            )
+        return {row["file"]: row["sha256"] for row in rows}
+
+
 def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:
     """Refuse raw files that are no longer what manifest.csv says; without a manifest nothing is refused.
 
@@ -32,16 +52,7 @@ def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> No
         A file is missing or has another checksum; the manifest has other columns.
     """
     folder = Path(folder)
-    manifest = folder / "manifest.csv"
-    if not manifest.exists():
-        return
-    with open(manifest, newline="", encoding="utf-8") as stream:
-        rows = csv.DictReader(stream)
-        if not {"file", "sha256"} <= set(rows.fieldnames or ()):
-            raise FreerockError(
-                manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first"
-            )
-        listed = {row["file"]: row["sha256"] for row in rows}
+    manifest, listed = folder / "manifest.csv", listed_checksums(folder)
     for file in listed if files is None else files:
         if file not in listed:
             continue

@@ -20,6 +20,8 @@ BAD = {
     "channel": "no channel 'laser_2'; its channels are laser; correct the channel column of the "
     "campaign's CSV",
     "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
+    "millivolts": "channel 'laser' is in 'mV'; name the channel that holds the laser's volts, or set its "
+    "unit to V",
     "nan": f"laser signal: no sample is a number; {CHECK}",
     "constant": f"laser signal: constant at 4.6 V; {CHECK}",
     "no_rate": "channel 'laser' gives no sampling rate (wf_increment is absent); log it as a waveform, or "
@@ -57,6 +59,7 @@ def write_bad_records(raw):
     (raw / "truncated.tdms").write_bytes(whole[: len(whole) // 2])
     (raw / "empty.tdms").write_bytes(b"")
     write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
+    write_volts(raw / "millivolts.tdms", WAVEFORM | {"unit_string": "mV"}, laser=good.volts)
     write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
     write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
     write_volts(raw / "no_rate.tdms", {}, laser=good.volts)

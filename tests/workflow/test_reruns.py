@@ -6,6 +6,7 @@ import pytest
 from small_campaign import simulated
 
 from freerock import twin
+from freerock.manifest import sha256
 
 FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
 PAGES = {"qc": 2, "report": 1, "complete": 1}
@@ -98,6 +99,15 @@ def test_record_replaced_or_taken_away(checkout):
     twin.write_record(raw, simulated("squat", 7))
     assert checkout.planned() == OF_ONE_RECORD
     raw.unlink()
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_only_the_renewed_line_of_the_manifest_counts(checkout):
+    manifest = checkout / "raw/small/manifest.csv"
+    append(checkout, "raw/small/manifest.csv", f"another.tdms,{'0' * 64},1\n")
+    assert checkout.planned() == {}
+    checksum = sha256(checkout / "raw/small/squat_mat.tdms")
+    manifest.write_text(manifest.read_text().replace(checksum, "0" * 64))
     assert checkout.planned() == OF_ONE_RECORD
 
 

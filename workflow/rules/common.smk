@@ -4,6 +4,7 @@ from pathlib import Path
 
 from freerock.config import load_config
 from freerock.errors import FreerockError
+from freerock.manifest import listed_checksums
 from freerock.workflow import PACKAGE
 from freerock.workflow import code as files_run
 
@@ -11,6 +12,7 @@ SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 
 try:
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
+    CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
 except FreerockError as error:
     sys.exit(str(error))
 
@@ -38,6 +40,11 @@ def campaign(wildcards):
 def record(wildcards):
     """The line of the campaign's CSV file that a test stands on."""
     return campaign(wildcards).record(wildcards.test)
+
+
+def checksum(wildcards):
+    """What the campaign's manifest lists for a record file: renewed there, the record is processed again."""
+    return CHECKSUMS[wildcards.campaign].get(record(wildcards).file, "")
 
 
 def plain(section, *without):

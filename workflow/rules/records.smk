@@ -11,7 +11,9 @@ rule record:
     conda:
         "../envs/freerock.yaml"
     params:
-        file=lambda w: campaign(w).file(w.test),
+        raw=lambda w: campaign(w).raw,
+        file=lambda w: record(w).file,
+        sha256=checksum,
         channel=lambda w: record(w).channel,
         attributes=lambda w: campaign(w).attributes(w.test),
         block=lambda w: geometry(campaign(w).blocks[record(w).block]),

@@ -12,18 +12,24 @@ from freerock.models.block import Block
 from freerock.runs import find_runs
 from freerock.workflow import log_to
 
+VOLTS = ("", "v", "volt", "volts")  # as the file states it, or not
+
 log = log_to(snakemake.log[0])
-params, path = snakemake.params, Path(snakemake.params.file)
+params = snakemake.params
+path = Path(params.raw, params.file)
 block, laser = Block(**params.block), Laser(**params.laser)
 
 
 def process():
-    check_manifest(path.parent, [path.name])
+    check_manifest(params.raw, [params.file])
     volts = read_record(path, params.channel or None)
     if len(volts.data_vars) > 1:
         several = f"has the channels {', '.join(volts.data_vars)}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = volts.data_vars.values()
+    if signal.attrs["units"].casefold() not in VOLTS:
+        what = f"channel {signal.name!r} is in {signal.attrs['units']!r}"
+        raise FreerockError(path, what, "name the channel that holds the laser's volts, or set its unit to V")
     record = rotation(volts["time"].values, signal.values, laser, block, **params.rotation)
     time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     by_hand = {"overrides": params.overrides, "exclusions": params.exclusions}
