@@ -198,6 +198,8 @@ rule complete:
         "results/{campaign}/benchmarks/complete.tsv"
     conda:
         "../envs/freerock.yaml"
+    params:
+        left_out=lambda w: {each.test: [run for run, _ in each.exclusions] for each in campaign(w).records},
     message:
         "{wildcards.campaign}: every record processed?"
     script:

@@ -48,8 +48,9 @@ fits = {
 }
 pooled = {}
 for model in params.models if params.pooled and motions else []:
-    mean = sum(fits[number][model].value for number in motions) / len(motions)
-    pooled[model] = fit(model, list(motions.values()), start=mean[: len(MODELS[model])])
+    own = [fits[number][model].value for number in motions if fits[number][model].success]
+    start = sum(own)[: len(MODELS[model])] / len(own) if own else None
+    pooled[model] = fit(model, list(motions.values()), start)
 attributes = params.attributes | {key: record.attrs[key] for key in ("verdict", "reasons")}
 attributes["provenance"] = provenance([snakemake.input.record], dict(params.items()))
 write_fits(snakemake.output.fits, fits, pooled, attributes)
