@@ -10,7 +10,9 @@ from freerock.figures.style import MODEL_STYLES, label, styled
 from freerock.models.limits import K_RANGE, RATIO_RANGE
 from freerock.tables import MODEL_LABELS
 
-EPSILON_RANGE = (1e-24, 3.0)
+LAWS = ["hunt_crossley", "winkler", "housner"]  # order of the panels
+EPSILON_RANGE = (1e-25, 3.0)
+EPSILON_FLOOR = 1e-24  # smaller errors are drawn here
 METHOD_COLOURS = {
     "RK45": "#0072b2",
     "DOP853": "#d55e00",
@@ -36,6 +38,11 @@ STATE_COLOURS = {
     "unstable": "#b00020",
     "too_slow": "#6a6ad0",
     "refused": "0.8",
+}
+CAUSE_STYLES = {
+    "the block overturns": {"marker": ".", "markersize": 1.5},
+    "the motion multiplies errors": {"marker": "+", "markersize": 2.5, "markeredgewidth": 0.5},
+    "denormal numbers": {"marker": "x", "markersize": 3},
 }
 STATE_LABELS = {"too_slow": "too slow"}
 QUANTITIES = {"c/k [s]": "c/k / s", "lambda/k [s/m]": "λ/k / (s/m)", "k [N/m²]": "k / (N/m²)"}
@@ -66,42 +73,39 @@ def speed_accuracy(frame, labels=None):
         The rows drawn.
     """
     data = frame[frame["outcome"] == "completed"]
-    keys = sorted(data.groupby(["model", "foundation", "block"], sort=False).groups, key=_panel_order)
-    n_rows = -(-(len(keys) + 1) // 3)
-    figure = Figure(figsize=(7.0, 2.1 * n_rows + 0.2))
-    axes = figure.subplots(n_rows, 3, squeeze=False).ravel()
-    drawn = {}
-    for ax, key in zip(axes, keys, strict=False):
+    rows = {}
+    keys = data.groupby(["model", "foundation", "block"], sort=False).groups
+    for key in sorted(keys, key=lambda key: LAWS.index(key[0])):
         model, foundation, block = key
-        scene = data[(data["model"] == model) & (data["foundation"] == foundation) & (data["block"] == block)]
-        ax.set_title(
-            f"{MODEL_LABELS[model]}, {label(labels, block)}, {label(labels, foundation)}", loc="left"
-        )
-        ax.axvspan(EPSILON_RANGE[0], scene["reference_epsilon"].iloc[0], color="0.93", linewidth=0)
-        for method, rows in scene.groupby("method", sort=False):
-            rows = rows.sort_values("value")
-            style = _method_style(method)
-            drawn[method] = style
-            epsilon = rows["epsilon"].clip(lower=EPSILON_RANGE[0])
-            ax.plot(epsilon, 1e3 * rows["time_s"], **style)
-        ax.set(xscale="log", yscale="log", xlim=EPSILON_RANGE)
-        ax.set_xticks([1e-20, 1e-15, 1e-10, 1e-5, 1])
-    for i, ax in enumerate(axes):
-        if i % 3 == 0:
-            ax.set_ylabel("time of a run / ms")
-        if i + 3 >= len(keys):
-            ax.set_xlabel("error $ε$ (fraction)")
-    for ax in axes[len(keys) :]:
-        ax.axis("off")
-    axes[len(keys)].legend(
-        handles=_method_legend(drawn), loc="upper left", bbox_to_anchor=(-0.1, 1.1), fontsize=6
-    )
+        # a row per law; the six scenes of Hunt-Crossley take two
+        rows.setdefault((model, foundation if model == "hunt_crossley" else ""), []).append(key)
+    figure = Figure(figsize=(7.0, 2.1 * len(rows) + 0.2))
+    axes = figure.subplots(len(rows), 3, squeeze=False)
+    drawn = {}
+    for row, keys in zip(axes, rows.values(), strict=True):
+        for ax in row[1 : len(keys)]:
+            ax.sharey(row[0])
+            ax.tick_params(labelleft=False)
+        for ax, (model, foundation, block) in zip(row, keys, strict=False):
+            scene = data[(data[["model", "foundation", "block"]] == (model, foundation, block)).all(axis=1)]
+            names = MODEL_LABELS[model], label(labels, block), label(labels, foundation)
+            ax.set_title(", ".join(names), loc="left")
+            ax.axvspan(EPSILON_RANGE[0], scene["reference_epsilon"].iloc[0], color="0.93", linewidth=0)
+            for method, points in scene.groupby("method", sort=False):
+                points = points.sort_values("value")
+                drawn[method] = _method_style(method)
+                epsilon = points["epsilon"].clip(lower=EPSILON_FLOOR)
+                ax.plot(epsilon, 1e3 * points["time_s"], **drawn[method])
+            ax.set(xscale="log", yscale="log", xlim=EPSILON_RANGE)
+            ax.set_xticks([1e-20, 1e-15, 1e-10, 1e-5, 1])
+        row[0].set_ylabel("time of a run / ms")
+        for ax in row[len(keys) :]:
+            ax.axis("off")
+    for ax in axes[-1]:
+        ax.set_xlabel("error $ε$ (fraction)")
+    empty = next(ax for ax in axes.ravel() if not ax.axison)
+    empty.legend(handles=_method_legend(drawn), loc="upper left", bbox_to_anchor=(0, 1.12), fontsize=6)
     return figure, data
-
-
-def _panel_order(key):
-    model, foundation, block = key
-    return ["hunt_crossley", "winkler", "housner"].index(model), foundation != "marble", block
 
 
 def _method_style(method):
@@ -249,7 +253,10 @@ def _atlas_page(frame, maps, by, title, bounds):
     handles = [
         Patch(color=colour, label=STATE_LABELS.get(state, state)) for state, colour in STATE_COLOURS.items()
     ]
-    handles.append(Line2D([], [], color="black", linestyle="", marker=".", label="the block overturns"))
+    causes = frame.loc[frame["map"].isin(maps), "cause"].fillna("")
+    for cause, style in CAUSE_STYLES.items():
+        if causes.str.startswith(cause).any():
+            handles.append(Line2D([], [], color="black", linestyle="", **style, label=cause))
     if bounds:
         handles.append(Patch(fill=False, label="bounds of the fit"))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
@@ -278,8 +285,9 @@ def _atlas_panel(ax, cells, bounds):
         grid, cmap=ListedColormap(list(STATE_COLOURS.values())), norm=norm, origin="lower", aspect="auto"
     )
     ax.grid(False)
-    overturned = (cells["cause"] == "the block overturns").to_numpy()
-    ax.plot(column[overturned], row[overturned], ".", color="black", markersize=1.5)
+    for cause, style in CAUSE_STYLES.items():
+        marked = cells["cause"].fillna("").str.startswith(cause).to_numpy()
+        ax.plot(column[marked], row[marked], color="black", linestyle="", **style)
     for axis, values in ((ax.xaxis, xs), (ax.yaxis, ys)):
         decades = np.log10(values)
         shown = np.flatnonzero(np.abs(decades - decades.round()) < 1e-6)

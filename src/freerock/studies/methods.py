@@ -408,7 +408,7 @@ def housner_linearised(scene: Scene, time, tolerance: float = 0.0, limit: float 
     peak, start, sign = abs(scene.theta0), 0.0, math.copysign(1.0, scene.theta0)
     quarter = math.acosh(1 / (1 - peak / theta_cr)) / p
     first, n = 0, 0
-    while start < time[-1] and peak > LINEARISED_REST and n < limit:
+    while first < time.size and peak > LINEARISED_REST and n < limit:
         end = start + quarter
         last = int(np.searchsorted(time, end, side="right"))
         theta[first:last] = sign * (theta_cr - (theta_cr - peak) * np.cosh(p * (time[first:last] - start)))

@@ -137,7 +137,8 @@ def interleaved(calls, rounds: int, longest_s: float = math.inf) -> list:
     rounds : int
         Most runs of each after the first.
     longest_s : float
-        A call is not repeated once its runs have taken this long together [s].
+        A call is not repeated again once its runs have taken this long together [s], and not once where
+        the first takes five times as long.
 
     Returns
     -------
@@ -152,7 +153,7 @@ def interleaved(calls, rounds: int, longest_s: float = math.inf) -> list:
     best, runs = list(spent), [1] * len(calls)
     for n in range(rounds):
         for i, call in enumerate(calls):
-            if spent[i] + best[i] > longest_s:
+            if spent[i] > (longest_s if n else 5 * longest_s):
                 continue
             begin = clock.perf_counter()
             call()
