@@ -1,0 +1,34 @@
+"""The studies are a target of their own."""
+
+import os
+import re
+from pathlib import Path
+
+from small_campaign import ROOT
+
+from freerock.workflow import code
+
+
+def test_only_on_demand(finished):
+    alone = finished.snakemake("--dry-run", "--forceall")
+    asked = finished.snakemake("--dry-run", "studies")
+    assert alone.returncode == asked.returncode == 0, alone.stderr + asked.stderr
+    assert "study" not in alone.stdout + alone.stderr
+    jobs = dict(re.findall(r"^(\w*stud\w*) +(\d+)$", asked.stdout + asked.stderr, re.M))
+    assert jobs == {"study": "3", "figure_study": "3", "studies": "1"}
+
+
+def test_a_study_and_its_figure(checkout):
+    """The smallest one, in its small size, with the code its scripts run among their inputs."""
+    path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
+    wanted = [f"results/studies/figures/model_choice.{suffix}" for suffix in ("pdf", "png", "csv")]
+    done = checkout.snakemake(
+        *wanted, "--config", "studies=small", PYTHONPATH=path, TRACE=str(checkout / "trace")
+    )
+    assert done.returncode == 0, done.stderr
+    assert all((checkout / product).stat().st_size > 0 for product in wanted)
+    for script in ("study_model_choice.py", "figure_study.py"):
+        (trace,) = (checkout / "trace").glob(f"{script}*")
+        declared = {Path(file).relative_to(ROOT) for file in code(ROOT / "workflow/scripts" / script)}
+        imported = {Path(file).relative_to(checkout.folder) for file in trace.read_text().split("\n")}
+        assert imported <= declared
