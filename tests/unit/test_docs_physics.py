@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from freerock.compare import epsilon_theta
 from freerock.identify import Motion, fit_run
 from freerock.impacts import find_impacts
-from freerock.models.block import Block
-from freerock.models.foundation import static_depth
+from freerock.models.block import GRAVITY, Block
+from freerock.models.foundation import contact_force, static_depth
 from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate, simulate_theta
 
@@ -175,6 +176,43 @@ def test_table_of_the_stiff_limit(drawing):
         assert 100 * (1 - drawing.guided_inertia(block)(theta0) / corner) == pytest.approx(
             float(percent), abs=0.6
         )
+
+
+def about_its_corner(block, k, lam, theta0, time):
+    """θ(t) on the Hunt-Crossley bed of a block whose lower corner, not its base centre, keeps its place."""
+    m, h, b, i_cm = block.mass_kg, block.h, block.b, block.inertia_cm
+
+    def state_rate(_, state):
+        z, v, theta, w = state
+        s, c, sign = math.sin(theta), math.cos(theta), math.copysign(1, theta)
+        force, moment = contact_force(block, k, 0.0, lam, z, v, theta, w)
+        # the centre of mass is at x = sign b (1 - cosθ) + h sinθ: dx/dθ and its derivative
+        lever, lever_slope = h * c + sign * b * s, -h * s + sign * b * c
+        mass = [[m, m * h * s], [m * h * s, i_cm + m * (h * s) ** 2 + m * lever**2]]
+        right = [
+            m * GRAVITY - force - m * h * c * w * w,
+            m * GRAVITY * h * s - moment - m * w * w * (lever * lever_slope + h * h * s * c),
+        ]
+        depth_acceleration, turn = np.linalg.solve(mass, right)
+        return [v, depth_acceleration, w, turn]
+
+    start = [static_depth(block, k, theta0), 0.0, theta0, 0.0]
+    return solve_ivp(state_rate, time[[0, -1]], start, "DOP853", time, rtol=1e-6, atol=1e-8).y[2]
+
+
+@pytest.mark.parametrize(
+    "row", numbers("| configuration | k found / k"), ids=lambda row: f"config{row[0]:.0f}"
+)
+def test_table_of_the_guided_fit(row):
+    number, k_share, lambda_share, epsilon = row
+    block, theta0, time = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)]), np.arange(0, 2, 1e-3)
+    true = TABLE2["hunt_crossley", "marble"]
+    theta = about_its_corner(block, true["k"], true["lambda"], theta0, time)
+    moving = slice(0, 1 + np.flatnonzero(np.abs(theta) > 1e-4)[-1])
+    fit = fit_run("hunt_crossley", block, Motion(time[moving], theta[moving], 1e-4, theta0), free=())
+    assert fit.success
+    assert fit.value == pytest.approx([k_share * true["k"], lambda_share * true["lambda"]], rel=0.02)
+    assert 100 * fit.epsilon_theta == pytest.approx(epsilon, abs=0.005)
 
 
 def test_depth_and_lever_at_release():
