@@ -98,7 +98,7 @@ class Fit:
     impacts : Impacts or None
         Impacts of the modelled motion, found by the estimator of the measured one.
     diagnostics : dict
-        evaluations, rtol, sample_step, integrator_error (share of σ_θ), residual_over_sigma,
+        evaluations, rtol, integrator_error (share of σ_θ), residual_over_sigma,
         coloured (1 where the residual is not white and the standard errors are widened for it).
     """
 
@@ -531,7 +531,6 @@ def _fit(problem: _Problem, result, holdout: float) -> Fit:
         diagnostics={
             "evaluations": float(result.nfev),
             "rtol": problem.rtol,
-            "sample_step": 1.0,
             "integrator_error": _integration_error(problem, x) / sigma if sigma else 0.0,
             "residual_over_sigma": float(np.sqrt(np.mean(residual**2)) / sigma) if sigma else float("nan"),
             "coloured": float(coloured),

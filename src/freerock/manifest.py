@@ -11,9 +11,14 @@ COLUMNS = ["file", "sha256", "bytes"]
 
 
 def sha256(path: str | Path) -> str:
-    """SHA-256 of a file, hexadecimal."""
-    with open(path, "rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
+    """SHA-256 of a file, hexadecimal; FreerockError where it can't be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise FreerockError(
+            path, f"can't be read: {error.strerror}", "check the file and its rights"
+        ) from error
 
 
 def listed_checksums(folder: str | Path) -> dict[str, str]:

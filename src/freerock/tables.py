@@ -342,7 +342,8 @@ def table2_text(frame, labels=None) -> pd.DataFrame:
         lambda row: {
             "Model": MODEL_LABELS[row.model],
             "Parameter": _with_unit(SYMBOLS[row.parameter], row.unit),
-            "Identified": quantity(row.value, row.stderr),
+            "Identified": quantity(row.value, row.stderr)
+            + ("" if math.isfinite(row.stderr) else " (failed fit)"),
             "Published": quantity(row.published),
         },
     )
@@ -496,23 +497,24 @@ def printed_tables(tidy, records, blocks, *, release_angles_deg=None, published=
     values = published["values"] if published else None
     first = table1(records, blocks, release_angles_deg)
     second, third = table2(tidy["parameters"], values), table3(tidy["epsilon"], values)
-    simulated = [SIMULATED_NOTE] if (tidy["runs"]["origin"] == "simulated").any() else []
+    origin = ", ".join(tidy["runs"]["origin"].unique())
+    simulated = [SIMULATED_NOTE] if "simulated" in origin else []
     notes = [*simulated, PUBLISHED_NOTE.format(doi=published["doi"])] if published else simulated
     return {
         "table1": {
-            "frame": first,
+            "frame": first.assign(origin=origin),
             "text": table1_text(first, labels),
             "caption": "Block configurations",
             "notes": simulated,
         },
         "table2": {
-            "frame": second,
+            "frame": second.assign(origin=origin),
             "text": table2_text(second, labels),
             "caption": "Identified parameters, all runs of a record jointly",
             "notes": notes,
         },
         "table3": {
-            "frame": third,
+            "frame": third.assign(origin=origin),
             "text": table3_text(third, labels),
             "caption": "Discrepancy ε_θ between measured and modelled rotation up to t_f",
             "notes": notes,

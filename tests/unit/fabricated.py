@@ -141,7 +141,6 @@ def fit(tree, model, runs, failed):
         diagnostics={
             "evaluations": 20.0,
             "rtol": [1e-6, 1e-6, 1e-7][rank],
-            "sample_step": 1.0,
             "integrator_error": [0.0, 0.002, 0.004][rank],
             "residual_over_sigma": [200.0, 60.0, 1.0][rank],
             "coloured": [1.0, 1.0, 0.0][rank],

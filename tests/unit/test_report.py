@@ -148,7 +148,7 @@ def test_report_says_which_debonding_rule(page, tmp_path):
 def test_report_states_tolerance_error_and_sampling(page):
     assert "relative tolerance of 1e-07 to 1e-06" in page.text
     assert "at most 0.40 % of its standard deviation" in page.text
-    assert "every sample of θ(t)" in page.text
+    assert "every valid sample of θ(t)" in page.text
 
 
 def test_report_shows_nested_provenance(page):

@@ -7,4 +7,5 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 records = [open_record(path) for path in snakemake.input.records]
-save(*foundation_effect(records, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))
+drawn = foundation_effect(records, snakemake.params.labels)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"])

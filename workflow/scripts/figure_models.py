@@ -7,4 +7,5 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 fits = [open_fits(path) for path in snakemake.input.fits]
-save(*models(fits, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))
+drawn = models(fits, snakemake.params.labels)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"])

@@ -10,4 +10,5 @@ log_to(snakemake.log[0])
 records = [open_record(path) for path in snakemake.input.records]
 fits = [open_fits(path) for path in snakemake.input.fits]
 blocks = {name: Block(**block) for name, block in snakemake.params.blocks.items()}
-save(*restitution(records, fits, blocks, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))
+drawn = restitution(records, fits, blocks, snakemake.params.labels)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"])

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from freerock.datasets import open_record, provenance, runs_in, write_fits
+from freerock.errors import FreerockError
 from freerock.identify import Motion, fit_record
 from freerock.impacts import find_impacts
 from freerock.models import MODELS
@@ -29,12 +30,23 @@ def motion(run):
 
 
 def fit(model, motions, start=None):
-    found = fit_record(model, block, motions, start=start, free=params.free[model], **params.options)
+    """The fit, or None where the data allow none; the log says why."""
+    try:
+        found = fit_record(model, block, motions, start=start, free=params.free[model], **params.options)
+    except FreerockError as error:
+        log.error("%s: %s", model, error)
+        return None
     log.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
     return found
 
 
+def made(fits):
+    return {key: found for key, found in fits if found is not None}
+
+
 def with_impacts(found):
+    if found is None:
+        return None
     theta0 = dict(zip(found.parameters, found.value, strict=True)).get("theta0", found.theta_model[0])
     impacts = find_impacts(found.time, found.theta_model, 0.0, block, theta0=theta0, **params.impacts)
     return replace(found, impacts=impacts)
@@ -43,14 +55,18 @@ def with_impacts(found):
 runs = [run for run in runs_in(record) if run.verdict != "fail" and not run.excluded]
 motions = {run.number: motion(run) for run in runs}
 fits = {
-    number: {model: with_impacts(fit(model, [motions[number]])) for model in params.models}
+    number: made((model, with_impacts(fit(model, [motions[number]]))) for model in params.models)
     for number in motions
 }
-pooled = {}
-for model in params.models if params.pooled and motions else []:
-    own = [fits[number][model].value for number in motions if fits[number][model].success]
+
+
+def joint(model):
+    own = [each[model].value for each in fits.values() if model in each and each[model].success]
     start = sum(own)[: len(MODELS[model])] / len(own) if own else None
-    pooled[model] = fit(model, list(motions.values()), start)
+    return fit(model, list(motions.values()), start)
+
+
+pooled = made((model, joint(model)) for model in params.models if params.pooled and motions)
 attributes = params.attributes | {key: record.attrs[key] for key in ("verdict", "reasons")}
 attributes["provenance"] = provenance([snakemake.input.record], dict(params.items()))
 write_fits(snakemake.output.fits, fits, pooled, attributes)

@@ -7,4 +7,5 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 record, fits = open_record(snakemake.input.record), open_fits(snakemake.input.fits)
-save(*qc(record, fits, snakemake.params.labels), snakemake.output.pdf.removesuffix(".pdf"))
+drawn = qc(record, fits, snakemake.params.labels)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), record.attrs["origin"])

@@ -46,8 +46,10 @@ def process():
 
 
 output = snakemake.output.record
-attributes = params.attributes | {"provenance": provenance(snakemake.input.raw, dict(params.items()))}
+settings = dict(params.items())
+attributes = params.attributes | {"provenance": provenance([], settings)}
 try:
+    attributes["provenance"] = provenance(snakemake.input.raw, settings)
     if params.excluded:
         write_failure(output, f"excluded: {params.excluded}", attributes, verdict="warn")
     else:

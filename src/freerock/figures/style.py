@@ -103,7 +103,7 @@ def footer(figure, origin):
 
 
 @styled()
-def save(figures, data, stem):
+def save(figures, data, stem, origin=None):
     """Write a figure as `<stem>.pdf` and `<stem>.png`, and its numbers as `<stem>.csv`.
 
     Parameters
@@ -114,6 +114,8 @@ def save(figures, data, stem):
         The numbers drawn.
     stem : path-like
         Path without suffix.
+    origin : str, optional
+        "simulated" or "measured": written beside the numbers.
     """
     pages = [figures] if isinstance(figures, Figure) else list(figures)
     images = []
@@ -127,4 +129,4 @@ def save(figures, data, stem):
     with atomic(f"{stem}.pdf") as part, PdfPages(part, metadata={"CreationDate": None}) as pdf:
         for page in pages:
             FigureCanvasPdf(page).print_pdf(pdf)
-    write_csv(data, f"{stem}.csv")
+    write_csv(data if origin is None else data.assign(origin=origin), f"{stem}.csv")

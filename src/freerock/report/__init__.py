@@ -13,7 +13,7 @@ from freerock.datasets import atomic
 from freerock.models.housner import housner_lobes
 from freerock.tables import MODEL_LABELS, SIMULATED_NOTE, fits_of, fixed, quantity
 
-SETTINGS = ["test", "run", "model", "success", "message", "rtol", "sample_step", "integrator_error"]
+SETTINGS = ["test", "run", "model", "success", "message", "rtol", "integrator_error"]
 SETTINGS += ["residual_over_sigma", "coloured"]
 COMPARISON = ["test", "r_fitted", "r_fitted_stderr", "r_first", "r_median", "r_low", "r_high"]
 COMPARISON += ["first_impact_s", "rigid_s"]
@@ -154,7 +154,7 @@ def fit_settings(fits) -> pd.DataFrame:
     -------
     pandas.DataFrame
         One row per fit: test, run, model, message, success and the diagnostics kept with it (rtol,
-        sample_step, integrator_error as a share of σ_θ, residual_over_sigma, coloured).
+        integrator_error as a share of σ_θ, residual_over_sigma, coloured).
     """
     rows = [
         {**fit.attrs, "test": tree.attrs["test"], "run": run, "model": model, "success": bool(fit["success"])}
@@ -277,7 +277,6 @@ def _facts(runs, settings, compared, blocks) -> dict:
         "rtol_low": f"{integrated['rtol'].min():g}",
         "rtol_high": f"{integrated['rtol'].max():g}",
         "error_percent": quantity(100 * integrated["integrator_error"].max(), digits=2),
-        "steps": sorted(settings["sample_step"].astype(int).unique()),
     }
 
 
@@ -293,7 +292,6 @@ def _settings_text(settings) -> pd.DataFrame:
             "Run": [str(row.run) for row in rows],
             "Model": [MODEL_LABELS[row.model] for row in rows],
             "Tolerance": ["closed form" if row.model == "housner" else f"{row.rtol:g}" for row in rows],
-            "Sampling step": [f"{row.sample_step:g}" for row in rows],
             "Integrator error / % of σ": [quantity(100 * row.integrator_error, digits=2) for row in rows],
             "Residual / σ": [quantity(row.residual_over_sigma) for row in rows],
             "Residual is": ["coloured" if row.coloured else "white" for row in rows],
