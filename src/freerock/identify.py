@@ -308,11 +308,10 @@ class _Problem:
         than one that rocks out of step; these false minima are shut out.
         """
         motion = self.motions[0]
+        moves = np.abs(motion.theta) > 10 * motion.sigma_theta
+        half = motion.time_s[moves][-1] / 2 if moves.any() else 0.0
         rocks = [
-            r
-            for r in R_GRID
-            if housner_lobes(self.block, r, motion.theta0, until=motion.time_s[-1] / 2).rest_time
-            > motion.time_s[-1] / 2
+            r for r in R_GRID if housner_lobes(self.block, r, motion.theta0, until=half).rest_time > half
         ]
         return min(rocks, default=R_GRID[0])
 
