@@ -50,7 +50,6 @@ E5, E6, E7 = -17253 / 339200, 22 / 525, -1 / 40
 D1, D3, D4 = -12715105075 / 11282082432, 87487479700 / 32700410799, -10690763975 / 1880347072
 D5, D6, D7 = 701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423
 
-
 # Rodas5P, in the form in which W k_i = f(y + Σ a_ij k_j) + Σ c_ij k_j / h + h d_i ∂f/∂t, W = I/(γ h) - J
 GAMMA = 0.21193756319429014
 R_A = np.zeros((8, 8))
@@ -734,6 +733,25 @@ def _fill(n, theta, z, rate, out, rates, record):
 
 
 @_compiled()
+def _longer(array):
+    """Copy with room for as many entries again."""
+    longer = np.empty(2 * array.size)
+    for i in range(array.size):
+        longer[i] = array[i]
+    return longer
+
+
+@_compiled()
+def _is_quiet(coefficients, segment):
+    """Whether the ground does not move in a segment."""
+    if segment >= 0:
+        for i in (0, 1, 2, 3, 4, 7, 8, 9, 10, 11):
+            if coefficients[segment, i] != 0:
+                return False
+    return True
+
+
+@_compiled()
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates, record
 ):
@@ -883,10 +901,7 @@ def _integrate(
         if which == 5 or sign * y1[2] < 0:
             if record:
                 if n_impacts == impacts.size:
-                    longer = np.empty(2 * n_impacts)
-                    for i in range(n_impacts):
-                        longer[i] = impacts[i]
-                    impacts = longer
+                    impacts = _longer(impacts)
                 impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
                 n_impacts += 1
             sign = -sign
@@ -938,16 +953,6 @@ def _integrate(
     return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
 
 
-@_compiled()
-def _is_quiet(coefficients, segment):
-    """Whether the ground does not move in a segment."""
-    if segment >= 0:
-        for i in (0, 1, 2, 3, 4, 7, 8, 9, 10, 11):
-            if coefficients[segment, i] != 0:
-                return False
-    return True
-
-
 _loaded = False
 
 
@@ -991,7 +996,7 @@ def integrate(*arguments):
             _integrate.compile(tuple(typeof(argument) for argument in arguments))
         except Exception:
             # a damaged file in the cache fails until it is deleted
-            for path in Path(_integrate.stats.cache_path).glob(f"{Path(__file__).stem}.*.nb[ic]"):
+            for path in Path(_integrate.stats.cache_path or "").glob(f"{Path(__file__).stem}.*.nb[ic]"):
                 path.unlink(missing_ok=True)
         _loaded = True
     return _integrate(*arguments)

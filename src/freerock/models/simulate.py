@@ -258,6 +258,9 @@ def _integrate(
         moved = abs(theta0) + abs(theta_rate0) / p + abs(z_rate0) / (p * b)
         amplitude = min(amplitude, moved) or amplitude
         motion = STILL
+    if k > 0 and c == 0 and lam == 0:
+        # nothing forgets the errors of a motion without damping
+        amplitude *= 0.3
     return integrate(
         law,
         float(parameters["r"]) if model == "housner" else -1.0,
