@@ -1,0 +1,352 @@
+"""The public door: symmetry, energy, outcomes, ground motion, many parameter sets, bad arguments."""
+
+import math
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from freerock.compare import epsilon_theta
+from freerock.errors import FreerockError
+from freerock.models.block import GRAVITY, Block
+from freerock.models.foundation import accelerations, energy, static_depth
+from freerock.models.ground import accelerogram, pulse
+from freerock.models.simulate import simulate, simulate_many, simulate_theta
+
+BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
+ALPHA = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
+WINKLER, MARBLE = {"k": 6.77e6, "c": 2.17e4}, {"k": 6.88e6, "lambda": 1.30e8}
+LAWS = [("housner", {"r": 0.93}), ("winkler", WINKLER), ("hunt_crossley", MARBLE)]
+RULES = ["geometric", "tensionless"]
+AEROSTOP = {"winkler": {"k": 4.50e6, "c": 4.05e4}, "hunt_crossley": {"k": 2.86e6, "lambda": 8.16e7}}
+
+beds = st.tuples(st.floats(2e6, 1e9), st.floats(0, 0.05), st.booleans()).map(
+    lambda x: (
+        ("winkler", {"k": x[0], "c": x[0] * x[1]})
+        if x[2]
+        else ("hunt_crossley", {"k": x[0], "lambda": 1e3 * x[0] * x[1]})
+    )
+)
+starts = st.tuples(st.floats(-0.12, 0.12), st.floats(-0.5, 0.5))
+
+
+@pytest.mark.parametrize("model", AEROSTOP)
+def test_tensionless_motion_of_an_independent_integration(model):
+    path = Path(__file__).parent / "data/tensionless.csv"
+    reference = np.genfromtxt(path, delimiter=",", names=True)
+    time, theta = reference["time_s"].copy(), reference[f"theta_{model}_rad"]
+    for rtol, bound in ((1e-6, 1e-9), (1e-8, 1e-13), (1e-11, 1e-18)):
+        found = simulate(
+            model, BLOCKS[3], AEROSTOP[model], time, theta0=ALPHA[3], debonding="tensionless", rtol=rtol
+        )
+        assert epsilon_theta(time, found.theta, theta) < bound
+
+
+@given(beds, starts, st.sampled_from(RULES))
+@settings(max_examples=40)
+def test_mirror_symmetry(bed, start, rule):
+    model, parameters = bed
+    time = np.linspace(0, 0.6, 61)
+    one, other = (
+        simulate(
+            model,
+            BLOCKS[2],
+            parameters,
+            time,
+            theta0=sign * start[0],
+            theta_rate0=sign * start[1],
+            debonding=rule,
+        )
+        for sign in (1, -1)
+    )
+    assert one.theta == pytest.approx(-other.theta, abs=1e-9, nan_ok=True)
+    assert one.z_cb == pytest.approx(other.z_cb, abs=1e-10, nan_ok=True)
+    assert np.mean(np.where(one.contact == 2, 2, -one.contact) == other.contact) > 0.95
+    assert one.outcome == other.outcome
+
+
+@given(beds, starts, st.sampled_from(RULES))
+@settings(max_examples=60)
+def test_damping_never_adds_energy(bed, start, rule):
+    model, parameters = bed
+    time = np.linspace(0, 0.6, 601)
+    found = simulate(
+        model, BLOCKS[2], parameters, time, theta0=start[0], theta_rate0=start[1], debonding=rule, rtol=1e-9
+    )
+    level = energy(BLOCKS[2], parameters["k"], found.z_cb, found.z_cb_rate, found.theta, found.theta_rate)
+    level = level[np.isfinite(level)]
+    assert np.diff(level).max(initial=0) <= 1e-7 * level[0] + 1e-12
+
+
+@pytest.mark.parametrize("number", BLOCKS)
+def test_energy_without_damping_drifts_by_less_than_1e_8_in_100_s(number):
+    time = np.linspace(0, 100, 5001)
+    found = simulate(
+        "winkler", BLOCKS[number], {"k": 6.88e6, "c": 0.0}, time, theta0=ALPHA[number], rtol=1e-10
+    )
+    level = energy(BLOCKS[number], 6.88e6, found.z_cb, found.z_cb_rate, found.theta, found.theta_rate)
+    assert found.outcome == "completed"
+    assert np.abs(level / level[0] - 1).max() <= 1e-8
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize(("model", "parameters"), LAWS)
+def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameters, rule, monkeypatch):
+    """z̈_g constant is g + z̈_g, in the law and in the static depth at the start."""
+    block, time = BLOCKS[2], np.linspace(0, 1.0, 201)
+    lift = accelerogram([0.0, 2.0], z=[3.0, 3.0])
+    heavier = replace_gravity(block, GRAVITY + 3.0)
+    z0 = None if model == "housner" else static_depth(heavier, parameters["k"], 0.17)
+    moved = simulate(
+        model, block, parameters, time, theta0=0.17, z0=z0, base_excitation=lift, debonding=rule, rtol=1e-10
+    )
+    for module in ("simulate", "block", "foundation"):
+        monkeypatch.setattr(f"freerock.models.{module}.GRAVITY", GRAVITY + 3.0)
+    still = simulate(model, block, parameters, time, theta0=0.17, debonding=rule, rtol=1e-10)
+    assert moved.theta == pytest.approx(still.theta, abs=1e-8)
+    assert len(still.impacts) > 1
+
+
+def replace_gravity(block, gravity):
+    """A block whose weight at standard gravity is that of `block` under `gravity`."""
+    return Block(block.height_m, block.width_m, block.mass_kg * gravity / GRAVITY)
+
+
+@pytest.mark.parametrize(("model", "parameters"), LAWS)
+def test_held_before_the_release_and_the_same_through_every_door(model, parameters):
+    time = np.linspace(-0.1, 1.5, 321)
+    found = simulate(model, BLOCKS[2], parameters, time, theta0=0.17)
+    assert np.all(found.theta[time <= 0] == 0.17) and np.all(found.theta_rate[time < 0] == 0)
+    theta, outcome = simulate_theta(model, BLOCKS[2], parameters, time, theta0=0.17)
+    assert theta == pytest.approx(found.theta, abs=1e-15) and outcome == found.outcome
+    backwards = time[::-1].copy()[::-1]  # neither contiguous nor writable
+    backwards.flags.writeable = False
+    again, _ = simulate_theta(model, BLOCKS[2], parameters, backwards, theta0=0.17)
+    assert np.array_equal(again, theta)
+
+
+@pytest.mark.parametrize(("model", "parameters"), LAWS)
+def test_impacts_are_where_theta_changes_its_sign(model, parameters):
+    time = np.linspace(0, 2, 2001)
+    found = simulate(model, BLOCKS[2], parameters, time, theta0=0.17)
+    assert len(found.impacts) >= 4
+    signs = np.sign(found.theta[np.searchsorted(time, found.impacts) - 1])
+    assert np.array_equal(signs, (-1.0) ** np.arange(len(found.impacts)))
+    there = simulate(model, BLOCKS[2], parameters, found.impacts, theta0=0.17)
+    assert np.abs(there.theta).max() < 1e-12
+
+
+def test_contact_states():
+    time = np.linspace(0, 2, 4001)
+    found = simulate("winkler", BLOCKS[3], {"k": 1e8, "c": 1e4}, time, theta0=0.3)
+    lift = BLOCKS[3].b * np.sin(np.abs(found.theta))
+    assert set(found.contact) == {-1, 0, 1, 2}
+    assert np.array_equal(found.contact == 0, found.z_cb - lift > 0)
+    assert np.array_equal(found.contact == 2, found.z_cb + lift <= 0)
+    one_side = np.abs(found.contact) == 1
+    assert np.array_equal(found.contact[one_side], np.sign(found.theta[one_side]))
+
+
+def test_at_rest_long_before_denormals():
+    time = np.linspace(0, 400, 4001)
+    for model, parameters in (
+        ("winkler", {"k": 3e6, "c": 3e5}),
+        ("hunt_crossley", {"k": 3e6, "lambda": 3e8}),
+    ):
+        found = simulate(model, BLOCKS[2], parameters, time, theta0=0.1)
+        assert found.outcome == "at_rest"
+        assert found.theta[-1] == 0 and found.theta_rate[-1] == 0
+        assert found.z_cb[-1] == pytest.approx(static_depth(BLOCKS[2], parameters["k"], 0.0), rel=1e-12)
+        moving = np.abs(found.theta[found.theta != 0])
+        assert moving.min() > 1e-100
+        assert found.statistics["steps"] < 20_000
+
+
+def test_without_damping_there_is_no_rest():
+    found = simulate("winkler", BLOCKS[2], {"k": 3e6, "c": 0.0}, np.linspace(0, 10, 101), theta0=1e-5)
+    assert found.outcome == "completed" and np.abs(found.theta[-20:]).max() > 5e-6
+
+
+@pytest.mark.parametrize(("model", "parameters"), LAWS)
+def test_overturned(model, parameters):
+    block = BLOCKS[2]
+    beyond = simulate(model, block, parameters, np.linspace(-1, 3, 401), theta0=block.theta_cr + 1e-3)
+    assert beyond.outcome == "overturned"
+    assert np.isnan(beyond.theta[-1]) and np.all(beyond.theta[:101] == block.theta_cr + 1e-3)
+    soft = simulate("hunt_crossley", block, {"k": 1e5, "lambda": 1e6}, np.linspace(0, 3, 301), theta0=0.1)
+    assert soft.outcome == "overturned"
+
+
+def test_step_limit_is_an_outcome():
+    found = simulate("winkler", BLOCKS[2], WINKLER, np.linspace(0, 5, 51), theta0=0.17, max_steps=50)
+    assert found.outcome == "step_limit"
+    assert found.statistics["steps"] + found.statistics["rejected"] == 50
+    assert np.isfinite(found.theta[0]) and np.isnan(found.theta[-1]) and np.isnan(found.z_cb[-1])
+
+
+@given(
+    st.floats(3, 13),
+    st.floats(-6, 2),
+    st.sampled_from(["winkler", "hunt_crossley"]),
+    st.sampled_from([1, 2, 3]),
+    st.sampled_from(RULES),
+)
+@settings(max_examples=60)
+def test_any_law_ends_in_a_named_outcome(log_k, log_ratio, model, number, rule):
+    damping = 10 ** (log_k + log_ratio)
+    parameters = {"k": 10**log_k, "c" if model == "winkler" else "lambda": damping}
+    time = np.linspace(0, 1, 11)
+    found = simulate(
+        model,
+        BLOCKS[number],
+        parameters,
+        time,
+        theta0=ALPHA[number],
+        debonding=rule,
+        rtol=1e-5,
+        max_steps=50_000,
+    )
+    assert found.outcome in ("completed", "at_rest", "overturned", "step_limit")
+    assert np.isfinite(found.theta[-1]) == (found.outcome in ("completed", "at_rest"))
+
+
+RECORD = np.random.default_rng(1).standard_normal((2, 51))
+MOTIONS = {
+    "linear": accelerogram(np.arange(51) * 0.02, x=4 * RECORD[0], z=2 * RECORD[1]),
+    "cubic": accelerogram(np.arange(51) * 0.02, x=4 * RECORD[0], z=2 * RECORD[1], interpolation="cubic"),
+    "sine": pulse("sine", 0.5, x=3.2, z=1.0, start_s=0.1),
+    "cosine": pulse("cosine", 0.5, x=-2.8, z=1.0, start_s=0.1),
+}
+
+
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("motion", MOTIONS.values(), ids=MOTIONS)
+@pytest.mark.parametrize(("model", "parameters"), LAWS[1:])
+def test_beds_on_moving_ground_against_scipy(model, parameters, motion, rule):
+    block, time = BLOCKS[2], np.linspace(0, 0.8, 41)
+    law = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
+    found = simulate(model, block, parameters, time, base_excitation=motion, debonding=rule)
+    state = [static_depth(block, law[0], 0.0), 0.0, 0.0, 0.0]
+    edges = np.unique(np.append(motion.breaks[(motion.breaks > 0) & (motion.breaks < 0.8)], [0.0, 0.8]))
+    expected = np.zeros(time.size)
+    for start, end in pairwise(edges):
+
+        def rates(t, y, start=start, end=end):
+            # the ground of this segment, from its inner side at both ends
+            x, z = motion(np.clip(t, start + 1e-12, end - 1e-12))
+            a, turn = accelerations(block, *law, *y, debonding=rule, x_ground=float(x), z_ground=float(z))
+            return y[1], a, y[3], turn
+
+        solution = solve_ivp(
+            rates, (start, end), state, "LSODA", dense_output=True, rtol=1e-8, atol=[1e-11, 1e-9, 1e-10, 1e-8]
+        )
+        here = (time > start) & (time <= end)
+        expected[here] = solution.sol(time[here])[2]
+        state = solution.y[:, -1]
+    followed = np.isfinite(found.theta)
+    assert followed.sum() > 25 and np.abs(expected[followed]).max() > 1e-3
+    assert found.theta[followed] == pytest.approx(expected[followed], abs=2e-6)
+
+
+def test_still_ground_changes_nothing():
+    time = np.linspace(0, 1, 101)
+    still = accelerogram([0.2, 0.5, 3.0], x=[0.0, 0.0, 0.0])
+    for model, parameters in LAWS:
+        moved = simulate(model, BLOCKS[2], parameters, time, theta0=0.17, base_excitation=still, rtol=1e-10)
+        free = simulate(model, BLOCKS[2], parameters, time, theta0=0.17, rtol=1e-10)
+        assert moved.theta == pytest.approx(free.theta, abs=2e-9)
+        assert moved.impacts == pytest.approx(free.impacts, abs=1e-8)
+
+
+def test_housner_lifts_when_the_ground_exceeds_the_slope_of_the_block():
+    block = BLOCKS[2]
+    threshold = GRAVITY * math.tan(block.theta_cr)
+    time = np.linspace(0, 3, 3001)
+    ramp = accelerogram([0.0, 2.0, 2.02], x=[0.0, -1.02 * threshold, 0.0])
+    found = simulate("housner", block, {"r": 0.5}, time, base_excitation=ramp)
+    lifted = time[np.flatnonzero(found.theta)[0]]
+    assert lifted == pytest.approx(2 / 1.02, abs=2e-3) and lifted > 2 / 1.02
+    # the ground accelerates to the right, the block tilts to the left
+    assert found.theta[np.argmax(np.abs(found.theta))] < 0
+    assert found.outcome == "at_rest" and found.theta[-1] == 0
+    below = accelerogram([0.0, 1.0, 2.0], x=[0.0, 0.999 * threshold, 0.0])
+    assert np.all(simulate("housner", block, {"r": 0.5}, time, base_excitation=below).theta == 0)
+
+
+def test_ground_motion_is_what_was_given():
+    time = np.array([0.0, 0.5, 1.5])
+    motion = accelerogram(time, x=[1.0, 3.0, -1.0], z=[0.0, 1.0, 0.0])
+    assert motion([-1.0, 0.25, 1.0, 9.0]) == pytest.approx(np.array([[0, 2, 1, 0], [0, 0.5, 0.5, 0]]))
+    smooth = accelerogram(np.linspace(0, 1, 30), x=np.sin(np.linspace(0, 1, 30)), interpolation="cubic")
+    assert smooth([0.123])[0] == pytest.approx(math.sin(0.123), abs=1e-6)
+    half = pulse("half_sine", 2.0, x=3.0, start_s=1.0)
+    assert half([0.9, 1.5, 1.99, 2.01])[0] == pytest.approx(
+        [0, 3 * math.sin(math.pi / 2), 3 * math.sin(0.99 * math.pi), 0]
+    )
+
+
+def test_many_sets_are_the_single_runs_on_any_number_of_threads():
+    time = np.linspace(0, 1, 201)
+    k = np.geomspace(1e5, 1e9, 7)
+    for model, parameters in (("winkler", {"k": k, "c": 2e4}), ("housner", {"r": np.linspace(0.5, 1, 7)})):
+        one, outcome = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, threads=1)
+        three, _ = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, threads=3)
+        assert one.tobytes() == three.tobytes()
+        for i in range(7):
+            single = {n: float(v[i]) if np.ndim(v) else v for n, v in parameters.items()}
+            theta, ends = simulate_theta(model, BLOCKS[2], single, time, theta0=0.17)
+            assert np.array_equal(one[i], theta, equal_nan=True) and outcome[i] == ends
+    theta0 = np.array([0.05, 0.1])
+    shaken, _ = simulate_many(
+        "hunt_crossley", BLOCKS[2], MARBLE, time, theta0=theta0, base_excitation=MOTIONS["sine"]
+    )
+    alone = simulate("hunt_crossley", BLOCKS[2], MARBLE, time, theta0=0.1, base_excitation=MOTIONS["sine"])
+    assert np.array_equal(shaken[1], alone.theta, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "where", "what"),
+    [
+        ({"model": "winkeler"}, "model", "winkeler"),
+        ({"parameters": {"k": 1e6}}, "parameters.c", "missing"),
+        ({"parameters": {"k": -1e6, "c": 1e4}}, "parameters.k", "-1000000.0"),
+        ({"parameters": {"k": 0.0, "c": 1e4}}, "parameters.k", "0.0"),
+        ({"parameters": {"k": 1e6, "c": math.nan}}, "parameters.c", "nan"),
+        ({"model": "housner", "parameters": {"r": 1.2}}, "parameters.r", "above 1"),
+        ({"time": [0.0, 2.0, 1.0]}, "time", "not an increasing"),
+        ({"time": [0.0, math.nan]}, "time", "finite"),
+        ({"theta0": math.inf}, "theta0", "not finite"),
+        ({"debonding": "sticky"}, "debonding", "sticky"),
+        ({"rtol": 0.0}, "rtol", "0.0"),
+    ],
+)
+@pytest.mark.parametrize("door", [simulate, simulate_many])
+def test_bad_arguments_are_told_in_one_line(door, change, where, what):
+    arguments = {"model": "winkler", "parameters": WINKLER, "time": [0.0, 1.0], "theta0": 0.1} | change
+    with pytest.raises(FreerockError) as error:
+        door(
+            arguments.pop("model"), BLOCKS[2], arguments.pop("parameters"), arguments.pop("time"), **arguments
+        )
+    assert error.value.where == where and what in error.value.what
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: accelerogram([0.0, 0.0], x=[1.0, 2.0]),
+        lambda: accelerogram([0.0, 1.0], x=[1.0, 2.0, 3.0]),
+        lambda: accelerogram([0.0, 1.0], x=[1.0, math.nan]),
+        lambda: accelerogram([0.0, 1.0], x=[1.0, 2.0], interpolation="nearest"),
+        lambda: pulse("square", 1.0, x=1.0),
+        lambda: pulse("sine", -1.0, x=1.0),
+    ],
+)
+def test_bad_ground_motion_is_told_in_one_line(make):
+    with pytest.raises(FreerockError) as error:
+        make()
+    assert "\n" not in str(error.value)
