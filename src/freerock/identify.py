@@ -27,8 +27,8 @@ NORMAL_95 = 1.959963984540054
 
 # Positive parameters are fitted as logarithms, damping as its ratio to k, within `models.limits`.
 # Starting grid: stiffness [N/m²] by damping ratio c/k [s] or λ/k [s/m].
-K_GRID = np.geomspace(3e5, 1e9, 22)
-RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 9), "lambda": np.geomspace(2, 200, 9)}
+K_GRID = np.geomspace(3e5, 1e9, 16)
+RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 8), "lambda": np.geomspace(2, 200, 8)}
 R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
 R_CELL = 0.06  # spacing of the grid relative to 1 - r
 SCAN_SAMPLES, GROWTH_SAMPLES, FINE_SAMPLES = 250, 1000, 3000  # per run, before the last fit to all of them

@@ -8,6 +8,7 @@ from freerock.manifest import listed_checksums
 from freerock.workflow import PACKAGE
 from freerock.workflow import code as files_run
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 
 try:
