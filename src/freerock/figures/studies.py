@@ -250,23 +250,27 @@ def _atlas_page(frame, maps, by, title, bounds):
             ax.tick_params(labelbottom=last)
             if last:
                 ax.set_xlabel(QUANTITIES.get(cells["x"].iloc[0], cells["x"].iloc[0]))
+    cells = frame[frame["map"].isin(maps)]
     handles = [
-        Patch(color=colour, label=STATE_LABELS.get(state, state)) for state, colour in STATE_COLOURS.items()
+        Patch(color=colour, label=STATE_LABELS.get(state, state))
+        for state, colour in STATE_COLOURS.items()
+        if (cells["state"] == state).any()
     ]
-    causes = frame.loc[frame["map"].isin(maps), "cause"].fillna("")
     for cause, style in CAUSE_STYLES.items():
-        if causes.str.startswith(cause).any():
+        if cells["cause"].fillna("").str.startswith(cause).any():
             handles.append(Line2D([], [], color="black", linestyle="", **style, label=cause))
     if bounds:
         handles.append(Patch(fill=False, label="bounds of the fit"))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1.2)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
+    )
     return figure
 
 
 def _row_title(key):
     names = MODEL_LABELS | MAP_TITLES
-    return ", ".join(names.get(part, part) for part in key)
+    return ",\n".join(names.get(part, part) for part in key)
 
 
 def _wrapped(method):
@@ -308,7 +312,7 @@ def _atlas_panel(ax, cells, bounds):
 
 
 def _number(value):
-    if value == 0 or 1e-3 <= value < 1e4:
+    if value == 0 or 1e-3 <= value < 1e3:
         return f"{value:.3g}"
     exponent = int(np.floor(np.log10(value) + 1e-9))
     mantissa = value / 10**exponent
