@@ -74,8 +74,8 @@ def speed_accuracy(frame, labels=None):
     """
     data = frame[frame["outcome"] == "completed"]
     rows = {}
-    keys = data.groupby(["model", "foundation", "block"], sort=False).groups
-    for key in sorted(keys, key=lambda key: LAWS.index(key[0])):
+    scenes = dict(list(data.groupby(["model", "foundation", "block"], sort=False)))
+    for key in sorted(scenes, key=lambda key: LAWS.index(key[0])):
         model, foundation, block = key
         # a row per law; the six scenes of Hunt-Crossley take two
         rows.setdefault((model, foundation if model == "hunt_crossley" else ""), []).append(key)
@@ -87,7 +87,7 @@ def speed_accuracy(frame, labels=None):
             ax.sharey(row[0])
             ax.tick_params(labelleft=False)
         for ax, (model, foundation, block) in zip(row, keys, strict=False):
-            scene = data[(data[["model", "foundation", "block"]] == (model, foundation, block)).all(axis=1)]
+            scene = scenes[model, foundation, block]
             names = MODEL_LABELS[model], label(labels, block), label(labels, foundation)
             ax.set_title(", ".join(names), loc="left")
             ax.axvspan(EPSILON_RANGE[0], scene["reference_epsilon"].iloc[0], color="0.93", linewidth=0)
