@@ -106,13 +106,10 @@ def reference(scene: Scene, time, size: str) -> Solution | None:
 
 def amplification(scene: Scene, time) -> float:
     """Relative change of θ(t), root mean square, over a relative change of the angle of release."""
-    small = 1e-8
+    small, limit = 1e-8, STEPS_PER_SECOND * time[-1]
     shifted = replace(scene, theta0=scene.theta0 * (1 + small))
-    limit = STEPS_PER_SECOND * time[-1]
-    return (
-        math.sqrt(discrepancy(freerock(shifted, time, 1e-11, limit), freerock(scene, time, 1e-11, limit)))
-        / small
-    )
+    moved, still = (_attempt(freerock, each, time, 1e-11, limit) for each in (shifted, scene))
+    return math.sqrt(discrepancy(moved, still)) / small
 
 
 def _compiled_solvers(size: str) -> bool:
