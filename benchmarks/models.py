@@ -16,7 +16,7 @@ from numba import njit
 
 from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
-from freerock.models.integrate import _accelerations, _at
+from freerock.models.integrate import _accelerations, _sample
 from freerock.models.simulate import simulate, simulate_many, simulate_theta
 from freerock.studies.methods import METHODS, Scene, housner_overturns
 from freerock.studies.speed_accuracy import errors, interleaved
@@ -65,7 +65,9 @@ def methods():
             continue
         runs[name] = lambda rtol, method=METHODS[name]: method(HC, TIME, rtol).theta
     tolerances = {name: loosest(run, reference) for name, run in runs.items()}
-    timed = interleaved([partial(run, tolerances[name]) for name, run in runs.items()], 60, longest_s=15.0)
+    timed = interleaved(
+        [partial(run, tolerances[name]) for name, run in runs.items()], 20, longest_s=15.0, in_a_row=3
+    )
     best = {name: seconds for name, (_, seconds, _) in zip(runs, timed, strict=True)}
     for name, (theta, seconds, repeats) in zip(runs, timed, strict=True):
         note = f"rtol {tolerances[name]:.1e}, ε {errors(theta, reference)[0]:.1e}, best of {repeats}"
@@ -100,10 +102,12 @@ def _evaluate(states, regimes, law, rounds):
 
 
 @njit
-def _interpolate(dense, fractions, out, rounds):
-    for _ in range(rounds):
-        for i in range(fractions.size):
-            out[i] = _at(dense, 2, fractions[i])
+def _interpolate(dense, time, step, out, rates):
+    """Samples, asked for step by step."""
+    n = t = 0
+    while n < time.size:
+        n = _sample(dense, t, step, t + step, time, n, out, rates, False)
+        t += step
 
 
 def parts():
@@ -116,21 +120,19 @@ def parts():
     # evaluations fall where the steps are short: an even mix of the regimes is close to theirs
     regimes = np.choose(response.contact % 4, [0, 3, 9, 1])
     rounds = 20
-    dense, fractions, out = (
-        np.random.default_rng(0).normal(size=(4, 5)),
-        np.linspace(0, 1, TIME.size),
-        np.empty(TIME.size),
-    )
+    dense, out, rates = np.random.default_rng(0).normal(size=(4, 5)), np.empty(TIME.size), np.empty((0, 3))
+    step = 5 / response.statistics["steps"]
     timed = interleaved(
         [
             partial(own, rtol),
             partial(_evaluate, states, regimes, law, rounds),
-            partial(_interpolate, dense, fractions, out, rounds),
+            partial(_interpolate, dense, TIME, step, out, rates),
         ],
-        60,
+        20,
+        in_a_row=3,
     )
     kernel, evaluation, sample = (seconds for _, seconds, _ in timed)
-    evaluation, sample = evaluation / (rounds * len(states)), sample / (rounds * TIME.size)
+    evaluation, sample = evaluation / (rounds * len(states)), sample / TIME.size
     n = response.statistics["evaluations"]
     least = n * evaluation + TIME.size * sample
     row(
@@ -146,7 +148,7 @@ def stiffness():
     for model, ratio, target in (("winkler", 2.17e4 / 6.77e6, "≤ 10"), ("hunt_crossley", 130 / 6.88, "≤ 30")):
         ks = np.geomspace(1e5, 1e12, 8)
         scenes = [scene_of(model, k, ratio) for k in ks]
-        timed = interleaved([partial(own, 1e-6, scene) for scene in scenes], 10, longest_s=5.0)
+        timed = interleaved([partial(own, 1e-6, scene) for scene in scenes], 5, longest_s=5.0, in_a_row=2)
         times = np.array([seconds for _, seconds, _ in timed])
         rocking = np.array([np.all(np.isfinite(theta)) for theta, _, _ in timed])
         note = "; ".join(

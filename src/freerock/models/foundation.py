@@ -94,7 +94,7 @@ def contact_force(
     for u0, u1 in contact_intervals(
         block, k, c, lam, z_cb, z_cb_rate, theta, theta_rate, debonding=debonding
     ):
-        # Simpson's rule is exact for f, two-panel Boole's for f u, which is a cubic: so is Simpson's
+        # Simpson's rule is exact: f is quadratic and f u cubic in u
         middle, width = 0.5 * (u0 + u1), u1 - u0
         for u, weight in ((u0, width / 6), (middle, 2 * width / 3), (u1, width / 6)):
             f = f0 + u * (f1 + u * f2)
@@ -174,7 +174,7 @@ def energy(block: Block, k: float, z_cb, z_cb_rate, theta, theta_rate):
     m, h, b = block.mass_kg, block.h, block.b
     s = np.sin(theta)
     right, left = z_cb + b * s, z_cb - b * s
-    flat = np.abs(s) * b < 1e-9 * np.abs(z_cb)
+    flat = np.abs(s) * b <= 1e-9 * np.abs(z_cb)
     slope = np.where(flat, 1.0, s)
     partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
     full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)

@@ -21,12 +21,13 @@ from numba import njit, typeof
 
 def _compiled(**options):
     """Compile with a cache on disk, or without one where no folder for it can be written."""
+    options |= {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
     def decorate(function):
         try:
-            return njit(nogil=True, cache=True, **options)(function)
+            return njit(cache=True, **options)(function)
         except RuntimeError:
-            return njit(nogil=True, **options)(function)
+            return njit(**options)(function)
 
     return decorate
 
@@ -250,37 +251,47 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     if regime >= HOUSNER_RIGHT:
         side = b if regime == HOUSNER_RIGHT else -b
         return 0.0, (x_ground * (h * cos + side * s) - gravity * (side * cos - h * s)) / (inertia + b * b)
-    spin = w * cos
+    # force, and moment / cosθ, are linear in ż and θ̇: their factors are ready before the rates of a stage are
+    f_0 = f_v = f_w = m_0 = m_v = m_w = 0.0
     if regime in (RIGHT, LEFT):
         sigma = 1.0 if regime == RIGHT else -1.0
         slope = sigma * s
-        # seen from the sunken corner: its depth and rate, the length of contact
+        # seen from the sunken corner: its depth, the length of contact
         depth = z + b * slope
         if not slope > 0 or abs(depth) > 8 * b * slope:
             return math.nan, math.nan
-        rate = v + b * sigma * spin
         length = depth / slope
-        loss = length * sigma * spin
-        force = length * (
-            0.5 * k * depth + c * (rate - 0.5 * loss) + lam * depth * (0.5 * rate - (1 / 6) * loss)
-        )
-        first = (length * length) * (
-            (1 / 6) * k * depth
-            + c * (0.5 * rate - (1 / 3) * loss)
-            + lam * depth * ((1 / 6) * rate - (1 / 12) * loss)
-        )
-        moment = sigma * (b * force - first)
+        turning = sigma * cos
+        by_rate, by_loss = c + 0.5 * lam * depth, 0.5 * c + (1 / 6) * lam * depth
+        f_0 = length * (0.5 * k * depth)
+        f_v = length * by_rate
+        f_w = length * turning * (b * by_rate - length * by_loss)
+        area = length * length
+        by_length = (1 / 3) * c + (1 / 12) * lam * depth
+        m_0 = sigma * (b * f_0 - area * ((1 / 6) * k * depth))
+        m_v = sigma * (b * f_v - area * by_loss)
+        m_w = sigma * (b * f_w - area * turning * (b * by_loss - length * by_length))
     elif regime == FULL:
         second = (2 / 3) * b * b * b
-        force = 2 * b * (k * z + c * v + lam * z * v) + second * lam * s * spin
-        moment = second * (k * s + c * spin + lam * (s * v + z * spin))
-    elif regime == FLIGHT:
-        force = moment = 0.0
-    else:
-        force, moment = _partial_force(regime, z, v, s, spin, law)
+        f_0 = 2 * b * k * z
+        f_v = 2 * b * (c + lam * z)
+        f_w = second * lam * s * cos
+        m_0 = second * k * s
+        m_v = second * lam * s
+        m_w = second * (c + lam * z) * cos
+    elif regime != FLIGHT:
+        f_0, m_0 = _partial_force(regime, z, v, s, w * cos, law)
     hs, hc = h * s, h * cos
-    turn = (hc * (x_ground + hs * w * w) + hs * force - cos * moment) / (inertia - hs * hs)
-    return gravity - force - hc * w * w - hs * turn, turn
+    inverse = 1 / (inertia - hs * hs)
+    t_0 = (hc * x_ground + hs * f_0 - cos * m_0) * inverse
+    t_v = (hs * f_v - cos * m_v) * inverse
+    t_w = (hs * f_w - cos * m_w) * inverse
+    t_ww = hc * hs * inverse
+    a_0 = gravity - f_0 - hs * t_0
+    a_v = f_v + hs * t_v
+    a_w = f_w + hs * t_w
+    a_ww = hc + hs * t_ww
+    return a_0 - a_v * v - w * (a_w + a_ww * w), t_0 + t_v * v + w * (t_w + t_ww * w)
 
 
 @_compiled()

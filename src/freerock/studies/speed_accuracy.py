@@ -126,7 +126,7 @@ def errors(theta, reference) -> tuple:
     return float(difference @ difference / (reference @ reference)), float(np.max(np.abs(difference)))
 
 
-def interleaved(calls, rounds: int, longest_s: float = math.inf) -> list:
+def interleaved(calls, rounds: int, longest_s: float = math.inf, in_a_row: int = 1) -> list:
     """Best time of each of several calls, run in turn so that they share the machine's bad moments.
 
     Parameters
@@ -139,6 +139,8 @@ def interleaved(calls, rounds: int, longest_s: float = math.inf) -> list:
     longest_s : float
         A call is not repeated again once its runs have taken this long together [s], and not once where
         the first takes five times as long.
+    in_a_row : int
+        Runs of each in its turn: from the second on they find the caches as repeated runs do.
 
     Returns
     -------
@@ -150,17 +152,18 @@ def interleaved(calls, rounds: int, longest_s: float = math.inf) -> list:
         begin = clock.perf_counter()
         results.append(call())
         spent.append(clock.perf_counter() - begin)
-    best, runs = list(spent), [1] * len(calls)
+    best, runs = list(spent), [0] * len(calls)
     for n in range(rounds):
         for i, call in enumerate(calls):
             if spent[i] > (longest_s if n else 5 * longest_s):
                 continue
-            begin = clock.perf_counter()
-            call()
-            elapsed = clock.perf_counter() - begin
-            best[i] = min(best[i], elapsed) if n else elapsed
-            spent[i], runs[i] = spent[i] + elapsed, n + 1
-    return list(zip(results, best, runs, strict=True))
+            for _ in range(in_a_row):
+                begin = clock.perf_counter()
+                call()
+                elapsed = clock.perf_counter() - begin
+                best[i] = min(best[i], elapsed) if runs[i] else elapsed
+                spent[i], runs[i] = spent[i] + elapsed, runs[i] + 1
+    return list(zip(results, best, (max(1, n) for n in runs), strict=True))
 
 
 def _cases(scene: Scene, size: str) -> list:
