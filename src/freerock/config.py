@@ -21,6 +21,7 @@ from pydantic import (
     StringConstraints,
     ValidationError,
     field_validator,
+    model_validator,
 )
 
 from freerock.errors import FreerockError
@@ -235,6 +236,60 @@ class FitsSection(Section):
     pooled: bool = Field(True, description="true to fit all runs of a record jointly as well, else false")
 
 
+Positive = Annotated[Number, Field(gt=0)]
+
+
+class SensorSection(Section):
+    """A sensor to plan with: give one of the two noises."""
+
+    noise_v: Number | None = Field(None, gt=0, description="the standard deviation of its noise in volts")
+    noise_m: Number | None = Field(None, gt=0, description="the standard deviation of its noise in metres")
+    range_m: Number | None = Field(
+        None, gt=0, description="its measuring range in metres; left out, that of the record's laser"
+    )
+
+    @model_validator(mode="after")
+    def _one_noise(self):
+        if (self.noise_v is None) == (self.noise_m is None):
+            given = "no noise" if self.noise_v is None else "two noises"
+            raise _Fault(f"has {given}", "give either noise_v or noise_m")
+        return self
+
+
+class PlanSection(Section):
+    """What `freerock plan` predicts standard errors for, before any test."""
+
+    expected: dict[Name, dict[Model, dict[str, Positive]]] = Field(
+        min_length=1, description="foundation: model: parameter: the value expected, in SI units"
+    )
+    sensors: dict[Name, SensorSection] = Field(
+        min_length=1, description="one or more sensors, each by its name"
+    )
+    sampling_rates_hz: tuple[Positive, ...] = Field(
+        (2000.0,), min_length=1, description="the sampling rates in hertz"
+    )
+    durations_s: tuple[Positive, ...] = Field(
+        (8.0,), min_length=1, description="how long a run is measured, in seconds"
+    )
+    release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
+        {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
+    )
+
+    @field_validator("expected")
+    @classmethod
+    def _complete(cls, expected):
+        for foundation, models in expected.items():
+            for model, parameters in models.items():
+                for name in parameters:
+                    _known(name, MODELS[model], f"a parameter of {model}")
+                for name in MODELS[model]:
+                    if name not in parameters:
+                        raise _Fault(f"{model} on {foundation} has no {name}", f"give {name} or leave it out")
+                if parameters.get("r", 0) > 1:
+                    raise _Fault(f"r = {parameters['r']:g} on {foundation} is above 1", "give r up to 1")
+        return expected
+
+
 class PublishedSection(Section):
     """Values of a publication, printed beside the identified ones."""
 
@@ -281,6 +336,9 @@ class CampaignFile(Section):
     published: PublishedSection | None = Field(
         None, description="values of a publication, printed beside the identified ones"
     )
+    plan: PlanSection | None = Field(
+        None, description="what `freerock plan` predicts standard errors for, before any test"
+    )
 
     @field_validator("blocks", "foundations")
     @classmethod
@@ -302,6 +360,28 @@ class CampaignFile(Section):
             for name in foundations:
                 _known(name, info.data.get("foundations", (name,)), "a foundation of this campaign")
         return published
+
+    @field_validator("plan")
+    @classmethod
+    def _plan_is_configured(cls, plan, info):
+        if plan is None or not {"blocks", "foundations"} <= info.data.keys():
+            return plan
+        blocks, foundations = info.data["blocks"], info.data["foundations"]
+        for name in plan.expected:
+            _known(name, foundations, "a foundation of this campaign")
+        for name in foundations:
+            if name not in plan.expected:
+                raise _Fault(f"nothing is expected of foundation {name!r}", "add it to plan.expected")
+        for name, angles in plan.release_angles_deg.items():
+            _known(name, blocks, "a block of this campaign")
+            critical = math.degrees(blocks[name].block.theta_cr)
+            if max(angles, default=0) >= critical:
+                what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"
+                raise _Fault(what, "plan for smaller angles")
+        for name, block in blocks.items():
+            if not (plan.release_angles_deg.get(name) or block.release_angle_deg):
+                raise _Fault(f"block {name!r} has no release angle", "add it to plan.release_angles_deg")
+        return plan
 
 
 class Record(Section):
