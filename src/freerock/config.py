@@ -240,19 +240,24 @@ Positive = Annotated[Number, Field(gt=0)]
 
 
 class SensorSection(Section):
-    """A sensor to plan with: give one of the two noises."""
+    """A sensor to plan with: its white noise in volts, metres or degrees, and its range."""
 
     noise_v: Number | None = Field(None, gt=0, description="the standard deviation of its noise in volts")
     noise_m: Number | None = Field(None, gt=0, description="the standard deviation of its noise in metres")
+    noise_deg: Number | None = Field(
+        None, gt=0, description="the standard deviation of the noise of θ itself in degrees"
+    )
     range_m: Number | None = Field(
         None, gt=0, description="its measuring range in metres; left out, that of the record's laser"
     )
 
     @model_validator(mode="after")
     def _one_noise(self):
-        if (self.noise_v is None) == (self.noise_m is None):
-            given = "no noise" if self.noise_v is None else "two noises"
-            raise _Fault(f"has {given}", "give either noise_v or noise_m")
+        given = [name for name in ("noise_v", "noise_m", "noise_deg") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise _Fault(
+                f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg"
+            )
         return self
 
 
