@@ -271,14 +271,21 @@ class PlanSection(Section):
         min_length=1, description="one or more sensors, each by its name"
     )
     sampling_rates_hz: tuple[Positive, ...] = Field(
-        (2000.0,), min_length=1, description="the sampling rates in hertz"
+        (2000.0,), description="the sampling rates in hertz, one or more"
     )
     durations_s: tuple[Positive, ...] = Field(
-        (8.0,), min_length=1, description="how long a run is measured, in seconds"
+        (8.0,), description="how long a run is measured, in seconds, one or more"
     )
     release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
         {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
     )
+
+    @field_validator("sampling_rates_hz", "durations_s")
+    @classmethod
+    def _one_or_more(cls, values):
+        if not values:
+            raise _Fault("is empty", "give one or more numbers, or leave it out")
+        return values
 
     @field_validator("expected")
     @classmethod
