@@ -1,0 +1,103 @@
+"""The command `freerock`: what it answers, in which time, and its exit codes."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from freerock import cli
+
+ROOT = Path(__file__).parents[2]
+PALERMO = ROOT / "config/campaigns/palermo_virtual.yaml"
+
+
+def freerock(*arguments, folder=ROOT):
+    command = [sys.executable, "-m", "freerock.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=folder)
+
+
+@pytest.fixture
+def small(tmp_path):
+    """The virtual campaign with a plan of one case."""
+    text = PALERMO.read_text(encoding="utf-8").partition("plan:")[0]
+    text += "plan:\n  expected: {marble: {housner: {r: 0.958}}, aerstop: {housner: {r: 0.895}}}\n"
+    text += "  sensors: {laser: {noise_v: 0.002}}\n  durations_s: [2]\n"
+    (tmp_path / "lab.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "lab.csv").write_bytes(PALERMO.with_suffix(".csv").read_bytes())
+    return tmp_path
+
+
+def test_help_answers_at_once_and_documents_the_exit_codes():
+    spent = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        done = freerock("--help")
+        spent.append(time.perf_counter() - begin)
+        assert done.returncode == 0
+        assert cli.EXIT_CODES in done.stdout
+    assert min(spent) <= 0.3
+
+
+def test_help_loads_no_library():
+    code = "import sys, freerock.cli as c; c._parser(); print({'numpy', 'yaml'} & {*sys.modules})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_every_command_has_an_example_and_the_exit_codes(command, capsys):
+    with pytest.raises(SystemExit) as done:
+        cli.main([command, "--help"])
+    text = capsys.readouterr().out
+    assert done.value.code == 0
+    assert f"freerock {command} " in text.partition("example:")[2]
+    assert cli.EXIT_CODES in text
+
+
+def test_plan_prints_its_table_and_writes_the_same_bytes_each_time(small, capsys):
+    written = []
+    for folder in ("one", "two"):
+        assert cli.main(["plan", str(small / "lab.yaml"), "--into", str(small / folder)]) == 0
+        out = capsys.readouterr().out
+        assert out.startswith("Standard errors in %")
+        assert out.endswith(f"written: {small / folder / 'plan'}.csv, .pdf, .png\n")
+        written.append({path.name: path.read_bytes() for path in (small / folder).iterdir()})
+    assert set(written[0]) == {"plan.csv", "plan.pdf", "plan.png"}
+    assert written[0] == written[1]
+
+
+def test_a_refused_file_is_told_in_lines_without_a_traceback(small):
+    (small / "lab.yaml").write_text((small / "lab.yaml").read_text().replace("noise_v", "noise_volt"))
+    done = freerock("plan", "lab.yaml", folder=small)
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "plan.sensors.laser.noise_volt: unknown key; did you mean 'noise_v'?" in done.stderr
+    assert "Traceback" in freerock("plan", "lab.yaml", "--debug", folder=small).stderr
+
+
+def test_a_wrong_command_line():
+    assert freerock("plan").returncode == 2
+    assert freerock("plam", "x.yaml").returncode == 2
+    assert freerock().returncode == 2
+
+
+def test_an_error_of_its_own_is_one_line_too(monkeypatch, capsys):
+    def run(chosen):
+        raise ZeroDivisionError("division\nby zero")
+
+    arguments = lambda parser: parser.set_defaults(run=run)  # noqa: E731
+    monkeypatch.setitem(cli.COMMANDS, "plan", ("plan", arguments))
+    assert cli.main(["plan"]) == 3
+    assert capsys.readouterr().err == "freerock plan: ZeroDivisionError: division; report it with --debug\n"
+
+
+def test_a_reader_that_closes_the_pipe_is_no_error(small):
+    command = [sys.executable, "-m", "freerock.cli", "plan", "lab.yaml"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=small) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+    assert process.returncode == 0
+    assert (small / "results/lab/plan/plan.png").exists()

@@ -1,0 +1,263 @@
+"""Predicted standard errors: against fits, their scatter, and the figures known."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+from scipy.stats import chi2
+
+from freerock.beam import displacement_from_rotation
+from freerock.config import ConfigError, load_campaign
+from freerock.errors import FreerockError
+from freerock.figures.plan import plan as draw
+from freerock.figures.style import save
+from freerock.identify import Motion, fit_run
+from freerock.laser import Laser
+from freerock.models.simulate import simulate_theta
+from freerock.plan import CASE, COLUMNS, Sensor, plan, plan_campaign, plan_text, standard_errors
+from freerock.twin import CONFIGURATIONS
+
+PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
+CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))
+MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
+TEN = math.radians(10)
+SIGMA = math.radians(0.01)
+TIME = np.arange(30, 4000) / 1000
+
+
+def fitted(model, block, parameters, theta0, seed, time_s=TIME, **options):
+    theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, rtol=1e-10)
+    noisy = theta + np.random.default_rng(seed).normal(0, SIGMA, time_s.size)
+    return fit_run(model, block, Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3), **options)
+
+
+@pytest.mark.parametrize(
+    "model, block, parameters, angle",
+    [
+        ("housner", CONFIG2, {"r": 0.9}, 10),
+        ("winkler", CONFIG3, {"k": 6.77e6, "c": 2.17e4}, 20),
+        ("hunt_crossley", CONFIG1, {"k": 2.86e6, "lambda": 8.16e7}, 6),
+        ("hunt_crossley", CONFIG2, MARBLE, 10),
+    ],
+)
+def test_prediction_is_what_a_fit_reports(model, block, parameters, angle):
+    predicted = standard_errors(model, block, parameters, TIME, math.radians(angle), SIGMA)
+    fit = fitted(model, block, parameters, math.radians(angle), seed=1)
+    assert fit.success, fit.message
+    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "model, parameters, free",
+    [
+        ("hunt_crossley", MARBLE, ("width", "theta0", "t0")),
+        ("hunt_crossley", MARBLE, ("t0",)),
+        ("general", {"k": 6.88e6, "c": 1e4, "lambda": 8e7}, ("theta0", "t0")),
+    ],
+)
+def test_whatever_is_freed(model, parameters, free):
+    predicted = standard_errors(model, CONFIG2, parameters, TIME, TEN, SIGMA, free=free)
+    fit = fitted(model, CONFIG2, parameters, TEN, seed=1, free=free)
+    assert fit.success, fit.message
+    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.05)
+
+
+def test_prediction_is_the_scatter_of_fits():
+    """Squared deviations of 40 fits over the predicted variance, within 99.9 % of their distribution."""
+    runs, time_s = 40, TIME[:2000:2]
+    truth = {**MARBLE, "theta0": TEN, "t0": 0.0}
+    predicted = standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, SIGMA)
+    fits = [fitted("hunt_crossley", CONFIG2, MARBLE, TEN, seed, time_s) for seed in range(runs)]
+    low, high = chi2.ppf([0.0005, 0.9995], runs)
+    for i, name in enumerate(fits[0].parameters):
+        deviations = np.array([fit.value[i] - truth[name] for fit in fits]) / predicted[name]
+        assert low < deviations @ deviations < high, name
+        assert abs(deviations.mean()) < 3.3 / math.sqrt(runs), name
+
+
+def test_known_bound():
+    """0.014 % of k and 0.021 % of λ at 0.01°, 2 kHz, 8 s (docs/plan.md)."""
+    time_s = np.arange(16000) / 2000
+    found = standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, SIGMA)
+    assert 100 * found["k"] / MARBLE["k"] == pytest.approx(0.014, abs=5e-4)
+    assert 100 * found["lambda"] / MARBLE["lambda"] == pytest.approx(0.021, abs=5e-4)
+
+
+def test_errors_grow_with_the_noise_with_fewer_samples_and_with_what_is_free():
+    def errors(time_s=TIME, sigma=SIGMA, **options):
+        return standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, sigma, **options)
+
+    base = errors()
+    assert errors(sigma=3 * SIGMA) == pytest.approx({name: 3 * value for name, value in base.items()})
+    assert errors(TIME[::4]) == pytest.approx({name: 2 * value for name, value in base.items()}, rel=0.01)
+    held = errors(free=())
+    assert set(held) == {"k", "lambda"}
+    assert all(held[name] < base[name] for name in held)
+
+
+def test_what_the_samples_do_not_tell_is_infinite():
+    before_the_impact = TIME[TIME < 0.2]
+    assert standard_errors("housner", CONFIG2, {"r": 0.9}, before_the_impact, TEN, SIGMA)["r"] == math.inf
+    assert standard_errors("housner", CONFIG2, {"r": 0.9}, TIME[:3], TEN, SIGMA)["r"] == math.inf
+
+
+@pytest.mark.parametrize("face", ["left", "right"])
+def test_noise_of_the_sensor_becomes_noise_of_the_rotation(face):
+    laser = Laser("horizontal", 0.2, 0.1, face=face)
+    around = displacement_from_rotation(TEN + np.array([-1e-6, 1e-6]), CONFIG2, laser)
+    metres_per_rad = abs(np.diff(around)[0]) / 2e-6
+    expected = 0.002 * 0.1 / 10 / metres_per_rad
+    assert Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, laser) == (pytest.approx(expected), "")
+    assert Sensor(noise_m=2e-5).sigma_theta(TEN, CONFIG2, laser)[0] == pytest.approx(expected)
+    assert Sensor(noise_deg=0.01).sigma_theta(TEN, CONFIG2, laser)[0] == pytest.approx(SIGMA)
+    halved = Sensor(noise_v=0.002, range_m=0.05).sigma_theta(TEN, CONFIG2, laser)
+    assert halved == (pytest.approx(expected / 2), "the target moves 69 mm, the range is 50 mm")
+    assert Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, Laser("horizontal", 0.28, 0.1))[1] == (
+        "the beam leaves the block"
+    )
+
+
+def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
+    rotation = Laser(units="deg")
+    assert Sensor(noise_deg=0.01).sigma_theta(TEN, CONFIG2, rotation) == (pytest.approx(SIGMA), "")
+    with pytest.raises(FreerockError, match="the records hold the rotation itself; give noise_deg"):
+        Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, rotation)
+
+
+def table(expected, angles=(10,), **options):
+    return plan(
+        [("b", "f", "l"), ("b", "f", "l")],
+        {"b": CONFIG2},
+        {"l": Laser("horizontal", 0.2, 0.1)},
+        expected={"f": expected},
+        sensors={"s": Sensor(noise_v=0.002)},
+        release_angles_deg={"b": angles},
+        **options,
+    )
+
+
+def test_plan_has_a_row_per_case_and_parameter():
+    frame = table(
+        {"housner": {"r": 0.958}, "hunt_crossley": MARBLE},
+        angles=(5, 10),
+        sampling_rates_hz=(500, 1000),
+        durations_s=(2, 4),
+    )
+    assert list(frame.columns) == COLUMNS
+    assert len(frame) == 2 * 2 * 2 * 3
+    assert not frame.duplicated([*CASE, "parameter"]).any()
+    assert (frame["note"] == "").all()
+    case = frame[(frame["release_angle_deg"] == 10) & (frame["sampling_rate_hz"] == 1000)]
+    case = case[(case["duration_s"] == 4) & (case["model"] == "hunt_crossley")].set_index("parameter")
+    sigma = math.radians(case["sigma_theta_deg"].iloc[0])
+    alone = standard_errors("hunt_crossley", CONFIG2, MARBLE, np.arange(30, 4001) / 1000, TEN, sigma)
+    assert case["stderr"].to_dict() == pytest.approx({name: alone[name] for name in MARBLE})
+
+
+def test_what_cannot_be_had_is_said():
+    soft = table({"hunt_crossley": {"k": 1e4, "lambda": 1e5}}, durations_s=(2,))
+    assert soft["stderr"].isna().all()
+    assert plan_text(soft).endswith("\nb on f from 10°: hunt_crossley released at 10°: overturned")
+    short = table({"housner": {"r": 0.958}}, durations_s=(0.2,))
+    assert short["stderr"].item() == math.inf
+    assert plan_text(short).endswith("\nb on f from 10°: not determined by such a run")
+
+
+def campaign(tmp_path, change=lambda keys: None):
+    """The virtual campaign planned for one rate and angle, with its keys changed."""
+    keys = yaml.safe_load(PALERMO.read_text(encoding="utf-8"))
+    keys["plan"] |= {"sampling_rates_hz": [500], "durations_s": [2], "release_angles_deg": {}}
+    change(keys)
+    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(keys), encoding="utf-8")
+    (tmp_path / "lab.csv").write_text(PALERMO.with_suffix(".csv").read_text(encoding="utf-8"))
+    return load_campaign(tmp_path / "lab.yaml")
+
+
+def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
+    lab = campaign(tmp_path)
+    frame = plan_campaign(lab)
+    assert len(frame) == 3 * 2 * 2 * 5
+    nominal = {name: block.release_angle_deg for name, block in lab.blocks.items()}
+    assert (frame["release_angle_deg"] == frame["block"].map(nominal)).all()
+    text = plan_text(frame, {"config1": "Slender"})
+    assert text.startswith("Standard errors in %, 2 s, 500 Hz\n")
+    assert "Slender" in text and "config1" not in text
+    cells = {line.split()[0]: line.split() for line in text.splitlines() if line.startswith("Slender")}
+    first = frame[(frame["block"] == "config1") & (frame["parameter"] == "r")].iloc[0]
+    assert f"{100 * first['stderr'] / first['value']:.2g}" in cells["Slender"]
+    assert text.splitlines()[-1] == "config3 on aerstop from 20°: the target moves 68 mm, the range is 50 mm"
+    pages, data = draw(frame)
+    save(pages, data, tmp_path / "plan")
+    assert len(pages) == 2
+    assert len(pages[0].axes) == 2 * 5
+    assert len(pd.read_csv(tmp_path / "plan.csv")) == len(frame)
+
+
+def test_a_plan_without_any_number_is_drawn_too(tmp_path):
+    pages, data = draw(table({"hunt_crossley": {"k": 1e4, "lambda": 1e5}}, durations_s=(1,)))
+    save(pages, data, tmp_path / "plan")
+    assert (tmp_path / "plan.png").stat().st_size > 3000
+
+
+def test_a_campaign_without_a_plan_is_refused(tmp_path):
+    with pytest.raises(FreerockError, match=r"^lab\.yaml: plan: is missing; write what is expected"):
+        plan_campaign(campaign(tmp_path, lambda keys: keys.pop("plan")))
+
+
+MISTAKES = {
+    "foundation without expectation": (
+        lambda keys: keys["plan"]["expected"].pop("aerstop"),
+        "plan: nothing is expected of foundation 'aerstop'; add it to plan.expected",
+    ),
+    "unknown foundation": (
+        lambda keys: keys["plan"]["expected"].update(marbel={"housner": {"r": 0.9}}),
+        "plan: 'marbel' is not a foundation of this campaign; did you mean 'marble'?",
+    ),
+    "missing parameter": (
+        lambda keys: keys["plan"]["expected"]["marble"]["winkler"].pop("c"),
+        "plan.expected: winkler on marble has no c; give c or leave it out",
+    ),
+    "parameter of another model": (
+        lambda keys: keys["plan"]["expected"]["marble"]["housner"].update(k=1e6),
+        "plan.expected: 'k' is not a parameter of housner; use one of r",
+    ),
+    "restitution above 1": (
+        lambda keys: keys["plan"]["expected"]["marble"]["housner"].update(r=1.2),
+        "plan.expected: r = 1.2 on marble is above 1; give r up to 1",
+    ),
+    "no noise": (
+        lambda keys: keys["plan"]["sensors"].update(near={"range_m": 0.05}),
+        "plan.sensors.near: has no noise; give one of noise_v, noise_m, noise_deg",
+    ),
+    "two noises": (
+        lambda keys: keys["plan"]["sensors"].update(near={"noise_v": 0.002, "noise_m": 1e-5}),
+        "plan.sensors.near: has noise_v and noise_m; give one of noise_v, noise_m, noise_deg",
+    ),
+    "beyond the critical angle": (
+        lambda keys: keys["plan"].update(release_angles_deg={"config1": [6, 10]}),
+        "plan: released at 10° config1 overturns, its critical angle is 9.462°; plan for smaller angles",
+    ),
+    "no release angle": (
+        lambda keys: keys["blocks"]["config1"].pop("release_angle_deg"),
+        "plan: block 'config1' has no release angle; add it to plan.release_angles_deg",
+    ),
+    "negative rate": (
+        lambda keys: keys["plan"].update(sampling_rates_hz=[-500]),
+        "plan.sampling_rates_hz.0: -500 is not greater than 0; give the sampling rates in hertz, one or more",
+    ),
+    "no duration": (
+        lambda keys: keys["plan"].update(durations_s=[]),
+        "plan.durations_s: is empty; give one or more numbers, or leave it out",
+    ),
+}
+
+
+@pytest.mark.parametrize("change, line", MISTAKES.values(), ids=MISTAKES)
+def test_mistakes_in_the_section_are_told_in_one_line(change, line, tmp_path):
+    with pytest.raises(ConfigError) as caught:
+        campaign(tmp_path, change)
+    (message,) = str(caught.value).splitlines()
+    assert message.partition(": ")[2] == line
