@@ -2,6 +2,12 @@
 
 import numpy as np
 
+from freerock.models import MODELS
+
+TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
+LOUDER = 1.1  # times the noise before the release, above which a residual is more than noise
+CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides
+
 
 def epsilon_theta(time_s, theta_model, theta_measured) -> float:
     """Relative mean square discrepancy ε_θ = ∫(θ_th - θ_ex)² dt / ∫θ_ex² dt.
@@ -35,18 +41,81 @@ def epsilon_theta(time_s, theta_model, theta_measured) -> float:
     return float(difference / energy) if energy > 0 else float("nan")
 
 
-def select_model(bic_by_model) -> str:
-    """Model of the lowest Bayesian information criterion.
+def choose_model(evidence) -> tuple:
+    """The smallest law whose residual is noise; where there is none, the best by held-out ε_θ and BIC.
+
+    A residual is noise when it passes for white (`is_white`), is no larger than the noise before the release
+    and holds no trace of a damping that the law lacks.
 
     Parameters
     ----------
-    bic_by_model : mapping of str to float
-        BIC per model; models whose fit failed carry NaN and are never chosen.
+    evidence : mapping of str to mapping
+        Per model: success, bic, epsilon_holdout (NaN where there is none), white, residual_over_sigma and, of
+        Winkler and Hunt-Crossley, added_damping, as in `freerock.identify.Fit` and its diagnostics.
 
     Returns
     -------
-    str
+    model : str
         Name of the model; "" when every fit failed.
+    reason : str
+        Why, in words.
     """
-    finite = {model: bic for model, bic in bic_by_model.items() if np.isfinite(bic)}
-    return min(finite, key=finite.get) if finite else ""
+    usable = {model: found for model, found in evidence.items() if found["success"]}
+    if not usable:
+        return "", "every fit failed"
+    quiet = [model for model, found in usable.items() if is_noise(found)]
+    if quiet:
+        model = min(quiet, key=lambda name: (len(MODELS[name]), usable[name]["bic"]))
+        size = len(MODELS[model])
+        return model, (
+            f"the smallest law ({size} parameter{'s' if size > 1 else ''}) whose residual is noise: "
+            f"white, and {usable[model]['residual_over_sigma']:.2f} times that before the release"
+        )
+    held_out = {m: found["epsilon_holdout"] for m, found in usable.items()}
+    best = min((value for value in held_out.values() if np.isfinite(value)), default=float("nan"))
+    close = [m for m, value in held_out.items() if value <= CLOSE * best] or list(usable)
+    model = min(close, key=lambda name: usable[name]["bic"])
+    if not np.isfinite(best):
+        return model, "no residual is noise; the lowest BIC"
+    rivals = (
+        f", the lowest BIC of {len(close)} within a tenth of the best" if len(close) > 1 else ", the lowest"
+    )
+    return model, f"no residual is noise; held-out ε_θ = {100 * held_out[model]:.3g} %{rivals}"
+
+
+def is_noise(found) -> bool:
+    """Whether the residual of one model's evidence, as for `choose_model`, is noise."""
+    return (
+        bool(found.get("white"))
+        and found.get("residual_over_sigma", np.inf) < LOUDER
+        and found.get("added_damping", 0.0) < TRACE
+    )
+
+
+def wants_general(evidence) -> bool:
+    """Whether the better of Winkler's and Hunt and Crossley's laws lacks the damping of the other.
+
+    `evidence` is that of `choose_model`.
+    """
+    pairs = [evidence[m] for m in ("winkler", "hunt_crossley") if m in evidence and evidence[m]["success"]]
+    return bool(pairs) and min(pairs, key=lambda found: found["bic"]).get("added_damping", 0.0) >= TRACE
+
+
+def is_white(residual, level: float = 1.63) -> bool:
+    """Whether a residual passes for white noise: Bartlett's test of the cumulative periodogram.
+
+    The cumulated periodogram of white noise rises along the diagonal; its greatest distance from it
+    follows Kolmogorov's law (Durbin 1969, doi:10.1093/biomet/56.1.1).
+
+    Parameters
+    ----------
+    residual : array_like, shape (n_time,)
+        In any unit, equally spaced.
+    level : float
+        Greatest distance times the root of the number of frequencies: 1.63 is exceeded by chance once in a
+        hundred times, 1.36 once in twenty.
+    """
+    power = np.abs(np.fft.rfft(residual - np.mean(residual))[1:]) ** 2
+    share = np.cumsum(power) / np.sum(power)
+    n = len(share)
+    return bool(np.max(np.abs(share - np.arange(1, n + 1) / n)) * np.sqrt(n) < level)

@@ -27,6 +27,7 @@ from pydantic import (
 from freerock.errors import FreerockError
 from freerock.models import MODELS
 from freerock.models.block import Block
+from freerock.quantity import UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
 OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
@@ -70,8 +71,8 @@ def _not_a_switch(value):
 Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
-Model = Literal["housner", "winkler", "hunt_crossley"]
-Nuisance = Literal["theta0", "t0"]
+Model = Literal["housner", "winkler", "hunt_crossley", "general"]
+Nuisance = Literal["width", "theta0", "t0"]
 
 
 class Section(BaseModel):
@@ -86,6 +87,13 @@ class BlockSection(Section):
     height_m: Number = Field(gt=0, le=100, description="the full height 2h in metres")
     width_m: Number = Field(gt=0, le=100, description="the full width 2b in the plane of rocking in metres")
     mass_kg: Number = Field(gt=0, le=1e6, description="the mass in kilograms")
+    contact_width_m: Number | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="the distance of the corners it rocks about in metres, where they are worn or rounded; "
+        "left out, the full width",
+    )
     release_angle_deg: Number | None = Field(
         None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
     )
@@ -118,14 +126,32 @@ class FoundationSection(Section):
 class LaserSection(Section):
     """A displacement sensor: where its beam meets the block, and its output."""
 
-    beam: Literal["horizontal", "vertical"] = Field(
-        description="horizontal (meets a side face) or vertical (meets the top)"
+    units: Literal["", *UNITS] = Field(
+        "",
+        description="the unit of the channel: V, mV, mA, A (of the sensor's output), m, mm, um (of the "
+        "displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
     )
-    position_m: Number = Field(
+    beam: Literal["horizontal", "vertical"] | None = Field(
+        None,
+        validate_default=True,
+        description="horizontal (meets a side face) or vertical (meets the top); compulsory unless units "
+        "are those of a rotation",
+    )
+    position_m: Number | None = Field(
+        None,
+        validate_default=True,
         description="the height of a horizontal beam above the base, or the distance of a vertical beam "
-        "to the right of the centre line, in metres"
+        "to the right of the centre line, in metres; compulsory with a beam",
     )
-    range_m: Number = Field(gt=0, description="the measuring range in metres")
+    range_m: Number | None = Field(None, gt=0, description="the measuring range in metres")
+    sensitivity_per_mm: Number | None = Field(
+        None, gt=0, description="the output per millimetre in V or mA, in place of range_m"
+    )
+    calibration: str | None = Field(
+        None,
+        description="a CSV file in the raw folder with columns of output and distance, headed by their units "
+        "as V,mm; in place of range_m",
+    )
     face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
     sign: Literal[1, -1] = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
     release_side: Literal["positive", "negative"] = Field(
@@ -139,19 +165,54 @@ class LaserSection(Section):
     valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
     error_level_v: Number = Field(10.2, description="the output in volts that means no target")
     error_tolerance_v: Number = Field(0.01, ge=0, description="the tolerance of the error level in volts")
+    milliamps_at_start: Number = Field(
+        4.0, description="the milliamperes at the start of the measuring range"
+    )
+    milliamps_at_end: Number = Field(20.0, description="the milliamperes at the end of the measuring range")
+    valid_low_ma: Number = Field(3.84, description="the lowest valid output in milliamperes")
+    valid_high_ma: Number = Field(20.16, description="the highest valid output in milliamperes")
+    error_level_ma: Number = Field(3.75, description="the output in milliamperes that means no target")
+    error_tolerance_ma: Number = Field(
+        0.01, ge=0, description="the tolerance of the error level in milliamperes"
+    )
+
+    @field_validator("beam", "position_m")
+    @classmethod
+    def _beam_is_placed(cls, value, info):
+        units = info.data.get("units", "")
+        if value is None and not (units and UNITS[units][0] == "rotation"):
+            given = cls.model_fields[info.field_name].description.partition(";")[0]
+            raise _Fault(
+                "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
+            )
+        return value
+
+    @field_validator("calibration")
+    @classmethod
+    def _table_is_inside(cls, calibration):
+        return _inside(calibration) if calibration else None
+
+    @field_validator("calibration", "sensitivity_per_mm")
+    @classmethod
+    def _scaled_once(cls, value, info):
+        given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
+        if value is not None and given:
+            raise _Fault(f"{given[0]} scales the output already", "keep one of the two")
+        return value
 
     @field_validator("position_m")
     @classmethod
     def _above_the_base(cls, position, info):
-        if info.data.get("beam") == "horizontal" and position <= 0:
+        if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
             raise _Fault(f"{position:g} is not above the base", "give the height of the beam in metres")
         return position
 
-    @field_validator("volts_at_end")
+    @field_validator("volts_at_end", "milliamps_at_end")
     @classmethod
     def _rising(cls, end, info):
-        if end <= info.data.get("volts_at_start", -math.inf):
-            raise _Fault(f"{end:g} is not above volts_at_start", "swap the two and set sign: -1")
+        start = info.field_name.replace("end", "start")
+        if end <= info.data.get(start, -math.inf):
+            raise _Fault(f"{end:g} is not above {start}", "swap the two and set sign: -1")
         return end
 
 
@@ -163,6 +224,9 @@ class RotationSection(Section):
     )
     window_s: Number = Field(
         0.25, gt=0, description="the window in which a still signal is sought, in seconds"
+    )
+    max_disagreement_deg: Number = Field(
+        0.5, gt=0, description="how much two lasers may differ without a warning, in degrees"
     )
 
 
@@ -191,6 +255,11 @@ class RunsSection(Section):
     max_rest_shift_deg: Number = Field(
         0.05, ge=0, description="the largest shift of the rest position without a warning, in degrees"
     )
+    max_growth_fraction: Number = Field(
+        0.05,
+        ge=0,
+        description="how much higher than the one before a swing may be, as a share, before it is a fail",
+    )
 
 
 class ImpactsSection(Section):
@@ -198,6 +267,9 @@ class ImpactsSection(Section):
 
     min_amplitude_sigmas: Number = Field(
         10.0, gt=0, description="the lowest peak that counts, as a multiple of σ_θ"
+    )
+    min_uplift_ratio: Number = Field(
+        2.0, ge=1, description="the lowest peak that counts, as a multiple of the uplift amplitude"
     )
     min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that counts")
 
@@ -211,29 +283,48 @@ class ProcessingSection(Section):
 
 
 class FreeSection(Section):
-    """Nuisances fitted besides the parameters of each model."""
+    """What is fitted besides the parameters of each model, within what was measured of it."""
 
-    housner: tuple[Nuisance, ...] = Field((), description="theta0, t0, both or none")
-    winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, both or none")
-    hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, both or none")
+    housner: tuple[Nuisance, ...] = Field((), description="theta0, t0, width or none")
+    winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
+    hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
+    general: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
 
 
 class FitsSection(Section):
     """Identification of the models."""
 
     models: tuple[Model, ...] = Field(
-        tuple(MODELS), min_length=1, description="the models to fit: housner, winkler, hunt_crossley"
+        tuple(MODELS),
+        min_length=1,
+        description="the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only "
+        "where the better of the two before it lacks the other's)",
     )
-    free: FreeSection = Field(FreeSection(), description="the nuisances freed, model by model")
+    free: FreeSection = Field(FreeSection(), description="what else is freed, model by model")
+    paper_mode: bool = Field(
+        False, description="true to free the parameters of the models only, as Spanos et al. 2017 did"
+    )
     debonding: Literal["geometric", "tensionless"] = Field(
         "geometric",
         description="geometric (contact wherever the base is below the ground) "
         "or tensionless (and the foundation pushes)",
     )
     integrator_error: Number = Field(
-        0.01, gt=0, le=1, description="the largest error of the integrator as a share of σ_θ"
+        0.2,
+        gt=0,
+        le=1,
+        description="the largest shift of a parameter by the integrator's error, as a share of its standard "
+        "error",
+    )
+    profile: bool = Field(
+        False, description="true for intervals of the profile likelihood, some seconds a fit, else false"
     )
     pooled: bool = Field(True, description="true to fit all runs of a record jointly as well, else false")
+
+    @property
+    def freed(self) -> dict:
+        """What else is freed, model by model."""
+        return {model: () if self.paper_mode else free for model, free in self.free}
 
 
 Positive = Annotated[Number, Field(gt=0)]
@@ -401,10 +492,12 @@ class Record(Section):
 
     test: Name = Field(description="the name of the record: letters, digits and _")
     file: str = Field(min_length=1, description="the record file, inside the raw folder")
-    channel: str = Field("", description="the channel of the laser; empty when the file has only one")
+    channel: str = Field(
+        "", description="the channel of the laser; empty when the file has only one; of two lasers, as a;b"
+    )
     block: str = Field(description="the name of a block")
     foundation: str = Field(description="the name of a foundation")
-    laser: str = Field(description="the name of a laser")
+    laser: str = Field(description="the name of a laser, or of the two on one record, as a;b")
     exclude: str = Field(
         "",
         pattern=r"^(record|\d+(;\d+)*)?$",
@@ -443,6 +536,29 @@ class Record(Section):
         if not reason and (info.data.get("exclude") or info.data.get("override")):
             raise _Fault("a run is excluded or overridden without a reason", "say why")
         return reason
+
+    @field_validator("laser")
+    @classmethod
+    def _a_channel_for_each(cls, laser, info):
+        lasers, channels = laser.split(";"), info.data.get("channel", "").split(";")
+        if len(lasers) > 2:
+            raise _Fault(f"{laser!r} are more than two lasers", "name one or two")
+        if len(channels) != len(lasers):
+            raise _Fault(
+                f"{len(lasers)} for {len(channels)} channels",
+                "name a channel for each, as a;b in both columns",
+            )
+        return laser
+
+    @property
+    def lasers(self) -> tuple[str, ...]:
+        """Name of the laser, or of the two."""
+        return tuple(name.strip() for name in self.laser.split(";"))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channel of each laser, "" for the only one of the file."""
+        return tuple(name.strip() for name in self.channel.split(";"))
 
     @property
     def excluded(self) -> bool:
@@ -719,9 +835,10 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
         record = _validate(Record, cells, lambda loc, where=where: where + ".".join(loc), problems)
         records += [record] if record else []
         for column, known in names.items():
-            if isinstance(known, dict) and cells[column] not in known:
-                remedy = _meant(cells[column], known) or f"use one of {', '.join(map(str, known))}"
-                fault(line, column, f"{cells[column]!r} is not a {column} of {yaml_path}", remedy)
+            for cell in cells[column].split(";") if column == "laser" else [cells[column]]:
+                if isinstance(known, dict) and cell.strip() not in known:
+                    remedy = _meant(cell, known) or f"use one of {', '.join(map(str, known))}"
+                    fault(line, column, f"{cell!r} is not a {column} of {yaml_path}", remedy)
         test = cells["test"]
         first = first_lines.setdefault(test.casefold(), line)
         if first != line:

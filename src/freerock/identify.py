@@ -11,30 +11,33 @@ from functools import cached_property
 import lmfit
 import numpy as np
 from scipy.ndimage import minimum_filter
-from scipy.signal import fftconvolve
 
-from freerock.compare import epsilon_theta
+from freerock.compare import epsilon_theta, is_white
 from freerock.errors import FreerockError
 from freerock.impacts import Impacts
 from freerock.models import MODELS, UNITS
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes
-from freerock.models.limits import K_RANGE, RATIO_RANGE
+from freerock.models.limits import K_RANGE, RATIO_RANGE, WIDTH_RANGE
 from freerock.models.simulate import simulate_theta
+from freerock.uncertainty import NORMAL_95, covariance
 
-NUISANCES = ("theta0", "t0")
-NORMAL_95 = 1.959963984540054
+PER_RUN = ("theta0", "t0")
+NUISANCES = ("width", *PER_RUN)
 
-# Positive parameters are fitted as logarithms, damping as its ratio to k, within `models.limits`.
-# Starting grid: stiffness [N/m²] by damping ratio c/k [s] or λ/k [s/m].
+# Positive parameters are fitted as logarithms, damping as its ratio to k, the width as its ratio to the
+# nominal one, within `models.limits`. Starting grid: k [N/m²] by damping ratio c/k [s] or λ/k [s/m].
 K_GRID = np.geomspace(3e5, 1e9, 16)
 RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 8), "lambda": np.geomspace(2, 200, 8)}
+A_DASH = {"c": 1e-4, "lambda": 1.0}  # of the other damping, to start the general law with
 R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
 R_CELL = 0.06  # spacing of the grid relative to 1 - r
-SCAN_SAMPLES, GROWTH_SAMPLES, FINE_SAMPLES = 250, 1000, 3000  # per run, before the last fit to all of them
-SCAN, COARSE, FINE = 1e-4, 1e-6, 1e-8  # integrator's rtol: of the scan, of growing horizons, of the last fit
+SCAN_SAMPLES, GROWTH_SAMPLES = 250, 1000  # per run, before the last fit to all of them
+SCAN, COARSE, FINE, FINEST = 1e-4, 1e-6, 1e-8, 1e-12  # rtol: of scan, residual, derivatives; least of all
+STEPS = {"r": -1e-5, "k": 1e-5, "c": 1e-5, "lambda": 1e-5, "width": 1e-6, "theta0": 1e-6}
 CANDIDATES = 3
 PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
+WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
 
 
 @dataclass(frozen=True)
@@ -73,9 +76,9 @@ class Fit:
     Parameters
     ----------
     model : str
-        One of "housner", "winkler", "hunt_crossley".
+        One of "housner", "winkler", "hunt_crossley", "general".
     parameters : tuple of str
-        Model parameters, then the freed nuisances (theta0, t0; numbered by run in a joint fit).
+        Model parameters, then what else was freed (width; theta0, t0, numbered by run in a joint fit).
     value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
         In the unit of each parameter; NaN where the data do not determine it.
     covariance : ndarray, shape (n_parameters, n_parameters)
@@ -98,8 +101,11 @@ class Fit:
     impacts : Impacts or None
         Impacts of the modelled motion, found by the estimator of the measured one.
     diagnostics : dict
-        evaluations, rtol, integrator_error (share of σ_θ), residual_over_sigma,
-        coloured (1 where the residual is not white and the standard errors are widened for it).
+        evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
+        (samples averaged into one); residual_over_sigma; coloured (1 where neighbouring residuals
+        correlate and the standard errors are widened for it); white (1 where the residual passes for
+        white noise); added_damping (of Winkler and Hunt-Crossley: how many standard errors the damping
+        of the other law would be above zero).
     """
 
     model: str
@@ -131,30 +137,34 @@ def fit_run(
     block: Block,
     motion: Motion,
     *,
-    free: Sequence[str] = NUISANCES,
+    free: Sequence[str] = PER_RUN,
     debonding: str = "geometric",
-    integrator_error: float = 0.01,
+    integrator_error: float = 0.2,
+    profile: bool = False,
 ) -> Fit:
     """Identify a model on one run.
 
     A scan over a grid gives starts on the first swings; each is followed over growing horizons to
-    the whole run with `lmfit`; the best end wins. The integrator's tolerance is tightened until its
-    error is below `integrator_error` times the noise.
+    the whole run with `lmfit`; the best end wins. The last fit averages as many samples, and takes as loose
+    a tolerance of the integrator, as the standard errors bear.
 
     Parameters
     ----------
     model : str
-        One of "housner", "winkler", "hunt_crossley".
+        One of "housner", "winkler", "hunt_crossley", "general".
     block : Block
         The block.
     motion : Motion
         The measured run.
     free : sequence of str
-        Nuisances fitted besides the model's parameters: "theta0", "t0", both or none.
+        What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
+        was measured, and "width", the distance of the corners the block rocks about.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
-        Largest error of the integrator as a share of σ_θ.
+        Largest shift of a parameter by the integrator's error, as a share of its standard error.
+    profile : bool
+        Whether the intervals of the model's parameters are those of the profile likelihood.
 
     Returns
     -------
@@ -166,24 +176,32 @@ def fit_run(
         Unknown model or nuisance; fewer valid samples than parameters.
     """
     return fit_record(
-        model, block, [motion], free=free, debonding=debonding, integrator_error=integrator_error
+        model,
+        block,
+        [motion],
+        free=free,
+        debonding=debonding,
+        integrator_error=integrator_error,
+        profile=profile,
     )
 
 
 def fit_record(
     model: str,
-    block: Block,
+    block: Block | Sequence[Block],
     motions: Sequence[Motion],
     *,
     start: Sequence[float] | None = None,
-    free: Sequence[str] = NUISANCES,
+    free: Sequence[str] = PER_RUN,
     debonding: str = "geometric",
-    integrator_error: float = 0.01,
+    integrator_error: float = 0.2,
+    profile: bool = False,
 ) -> Fit:
-    """Identify a model on several runs of one block jointly: one set of parameters, nuisances per run.
+    """Identify a model on several runs jointly: one set of parameters, nuisances per run.
 
-    `motions` is a sequence of Motion; `start` are the model's parameters to start from [SI], by default
-    those that a scan finds on the first run. All else, and the errors, as in `fit_run`.
+    `block` is that of all runs, or a sequence with the block of each; `motions` is a sequence of Motion;
+    `start` are the model's parameters to start from [SI], by default those that a scan finds on the first
+    run. All else, and the errors, as in `fit_run`.
     """
     if model not in MODELS:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(MODELS)}")
@@ -192,70 +210,151 @@ def fit_record(
         raise FreerockError(
             f"fits.free.{model}", f"unknown nuisance {min(unknown)!r}", f"use {' or '.join(NUISANCES)}"
         )
-    problem = _Problem(model, block, tuple(motions), tuple(n for n in NUISANCES if n in free), debonding)
-    if len(problem.samples(np.inf)[0]) <= len(problem.names):
+    blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
+    if "width" in free and len(set(blocks)) > 1:
+        raise FreerockError(f"fits.free.{model}", "one width for several blocks", "remove width")
+    problem = _Problem(
+        model,
+        blocks,
+        tuple(motions),
+        tuple(n for n in NUISANCES if n in free),
+        debonding,
+        r_low=_rocking_for(blocks[0], motions[0], _moving_s(motions[0]) / 2) if model == "housner" else 0.0,
+    )
+    if sum(problem.samples().lengths) <= len(problem.names):
         raise FreerockError(
             "fit", "fewer valid samples than parameters", "exclude the run or widen it by an override"
         )
-    problem, result, holdout = _minimise(problem, start, integrator_error)
-    return _fit(problem, result, holdout)
+    problem, result = _minimise(problem, start, integrator_error)
+    return _fit(problem, result, profile)
+
+
+def evidence(fit: Fit) -> dict:
+    """What `freerock.compare.choose_model` asks of a fit."""
+    numbers = {"success": fit.success, "bic": fit.bic, "epsilon_holdout": fit.epsilon_holdout}
+    return fit.diagnostics | numbers
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Samples that count, of one run after the other: time [s], θ [rad], number per run, averaged m by m."""
+
+    time_s: np.ndarray
+    theta: np.ndarray
+    lengths: tuple
+    m: int = 1
+
+    @property
+    def runs(self) -> list:
+        """Where the samples of each run lie."""
+        ends = np.cumsum(self.lengths)
+        return [slice(end - n, end) for n, end in zip(self.lengths, ends, strict=True)]
+
+    def averaged(self, values):
+        """Means of m samples each, times √m: their noise is that of one sample."""
+        if self.m == 1:
+            return values
+        parts = [values[run][: n // self.m * self.m] for run, n in zip(self.runs, self.lengths, strict=True)]
+        means = [part.reshape(-1, self.m, *values.shape[1:]).mean(axis=1) for part in parts]
+        return np.sqrt(self.m) * np.concatenate(means)
 
 
 @dataclass(frozen=True)
 class _Problem:
     model: str
-    block: Block
+    blocks: tuple
     motions: tuple
     free: tuple
     debonding: str
+    r_low: float  # a block that stops too soon is out of step for less time: that false minimum is shut out
     rtol: float = COARSE
 
     @property
+    def common(self) -> tuple:
+        """Parameters that all runs share."""
+        return (*MODELS[self.model], *(name for name in self.free if name not in PER_RUN))
+
+    @property
+    def own(self) -> tuple:
+        """Parameters of each run."""
+        return tuple(name for name in self.free if name in PER_RUN)
+
+    @cached_property
     def names(self) -> tuple:
         numbered = [
             name if len(self.motions) == 1 else f"{name}_{i}"
             for i in range(1, len(self.motions) + 1)
-            for name in self.free
+            for name in self.own
         ]
-        return (*MODELS[self.model], *numbered)
+        return (*self.common, *numbered)
+
+    @property
+    def is_logarithm(self) -> np.ndarray:
+        """Which of the fitted parameters are logarithms."""
+        return np.array([name in ("k", "c", "lambda") for name in self.names])
 
     def physical(self, x) -> np.ndarray:
-        """Parameters in SI units from the fitted ones (logarithms of k and of the ratio damping/k)."""
+        """Parameters in SI units from the fitted ones (ln k, ln(damping/k), width over the nominal one)."""
         value = np.array(x, dtype=float)
         if self.model != "housner":
-            value[0] = np.exp(x[0])
-            value[1] = np.exp(x[0] + x[1])
+            value[1 : len(MODELS[self.model])] += value[0]
+            value[self.is_logarithm] = np.exp(value[self.is_logarithm])
+        if "width" in self.common:
+            value[self.common.index("width")] *= self.blocks[0].width_m
         return value
+
+    def gradient(self, x) -> np.ndarray:
+        """Derivatives of the parameters in SI units by the fitted ones."""
+        gradient = np.eye(len(x))
+        if self.model != "housner":
+            gradient[1 : len(MODELS[self.model]), 0] = 1.0
+        scale = np.where(self.is_logarithm, self.physical(x), 1.0)
+        if "width" in self.common:
+            scale[self.common.index("width")] = self.blocks[0].width_m
+        return scale[:, None] * gradient
 
     def fitted(self, values) -> list:
         """The model's fitted parameters from those in SI units, the inverse of `physical`."""
         if self.model == "housner":
             return list(values)
-        return [np.log(values[0]), np.log(values[1] / values[0])]
+        return [np.log(values[0]), *(np.log(damping / values[0]) for damping in values[1:])]
 
     def alone(self) -> "_Problem":
         """The same problem on the first run only."""
-        return replace(self, motions=self.motions[:1])
+        return replace(self, blocks=self.blocks[:1], motions=self.motions[:1])
 
-    def theta(self, x, i: int, time_s, rtol: float | None = None) -> np.ndarray:
-        """θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2."""
-        motion, value = self.motions[i], self.physical(x)
-        n_model, n_free = len(MODELS[self.model]), len(self.free)
-        nuisance = dict(zip(self.free, value[n_model + i * n_free :], strict=False))
-        theta0 = nuisance.get("theta0", motion.theta0)
+    def motion(self, x, i: int, time_s, rtol=None, added=None) -> tuple:
+        """θ and θ̇ of run i at the measured run's clock [rad, rad/s]; an overturned block lies at ±π/2."""
+        value, block = self.physical(x), self.blocks[i]
+        n_common, n_own = len(self.common), len(self.own)
+        parameters = dict(zip(self.common, value, strict=False))
+        if "width" in parameters:
+            block = replace(block, contact_width_m=float(parameters.pop("width")))
+        own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
+        theta0 = own.get("theta0", self.motions[i].theta0)
+        rate = np.empty_like(time_s)
         theta, _ = simulate_theta(
-            self.model,
-            self.block,
-            dict(zip(MODELS[self.model], value[:n_model], strict=True)),
-            time_s - nuisance.get("t0", 0.0),
+            "general" if added else self.model,
+            block,
+            parameters | (added or {}),
+            time_s - own.get("t0", 0.0),
             theta0=theta0,
             debonding=self.debonding,
             rtol=rtol or self.rtol,
+            theta_rate=rate,
         )
-        return np.where(np.isnan(theta), np.copysign(np.pi / 2, theta0), theta)
+        lost = np.isnan(theta)
+        if lost.any():
+            theta[lost], rate[lost] = np.copysign(np.pi / 2, theta0), 0.0
+        return theta, rate
 
-    def samples(self, horizon_s: float, most: float = np.inf):
-        """Times [s] and θ [rad] that count up to the horizon, and their number per run; thinned to `most`."""
+    def curve(self, x, samples: _Samples, rtol=None, added=None) -> tuple:
+        """θ and θ̇ of all runs at the samples."""
+        parts = [self.motion(x, i, samples.time_s[run], rtol, added) for i, run in enumerate(samples.runs)]
+        return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+
+    def samples(self, horizon_s: float = np.inf, most: float = np.inf, m: int = 1) -> _Samples:
+        """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
         times, thetas = [], []
         for motion in self.motions:
             counts = np.isfinite(motion.theta) & (motion.time_s >= motion.start_s)
@@ -263,104 +362,102 @@ class _Problem:
             index = index[:: max(1, int(len(index) // most))]
             times.append(motion.time_s[index])
             thetas.append(motion.theta[index])
-        return np.concatenate(times), np.concatenate(thetas), [len(t) for t in times]
+        return _Samples(np.concatenate(times), np.concatenate(thetas), tuple(map(len, times)), m)
 
-    def residual(self, x, time_s, theta, lengths) -> np.ndarray:
-        ends = np.cumsum(lengths)
-        modelled = [
-            self.theta(x, i, time_s[end - n : end])
-            for i, (n, end) in enumerate(zip(lengths, ends, strict=True))
-        ]
-        return np.concatenate(modelled) - theta
+    def residual(self, x, samples: _Samples) -> np.ndarray:
+        return samples.averaged(self.curve(x, samples)[0] - samples.theta)
 
-    def jacobian(self, x, time_s, theta, lengths, central: bool = False) -> np.ndarray:
-        """Difference quotients of the residual, shape (n_samples, n_parameters)."""
-        n_model, n_free = len(MODELS[self.model]), len(self.free)
-        jac = np.zeros((len(time_s), len(x)))
-        end = 0
-        for i, n in enumerate(lengths):
-            start, end = end, end + n
-            base = None if central else self.theta(x, i, time_s[start:end])
-            own = range(n_model + i * n_free, n_model + (i + 1) * n_free)
-            for j in [*range(n_model), *own]:
-                step = self.steps[j]
-                up = np.array(x, dtype=float)
-                up[j] += step
-                above = self.theta(up, i, time_s[start:end])
-                if central:
-                    up[j] -= 2 * step
-                    jac[start:end, j] = (above - self.theta(up, i, time_s[start:end])) / (2 * step)
-                else:
-                    jac[start:end, j] = (above - base) / step
-        return jac
+    def jacobian(self, x, samples: _Samples, central: bool = False) -> np.ndarray:
+        """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
-    @property
-    def steps(self) -> list:
-        model = [-1e-5] if self.model == "housner" else [1e-5, 1e-5] if self.rtol <= FINE else [1e-4, 1e-3]
-        nuisance = {"theta0": 1e-6, "t0": 1e-5}
-        return model + [nuisance[name] for _ in self.motions for name in self.free]
-
-    @cached_property
-    def r_min(self) -> float:
-        """Least r with which the rigid block rocks for half the measured time.
-
-        Where the rigid block's period is wrong, a block that stops at once has a lower mean square error
-        than one that rocks out of step; these false minima are shut out.
+        The steps are as small as the standard errors may be, hence the tolerance.
         """
-        motion = self.motions[0]
-        moves = np.abs(motion.theta) > 10 * motion.sigma_theta
-        half = motion.time_s[moves][-1] / 2 if moves.any() else 0.0
-        rocks = [
-            r for r in R_GRID if housner_lobes(self.block, r, motion.theta0, until=half).rest_time > half
-        ]
-        return min(rocks, default=R_GRID[0])
+        rtol = min(self.rtol, FINE)
+        theta, rate = self.curve(x, samples, rtol)
+        jacobian = np.zeros((len(samples.time_s), len(x)))
+        n_common, n_own = len(self.common), len(self.own)
+        for i, run in enumerate(samples.runs):
+            for j, name in enumerate((*self.common, *self.own)):
+                column = j if j < n_common else j + i * n_own
+                if name == "t0":
+                    jacobian[run, column] = -rate[run]
+                    continue
+                up = np.array(x, dtype=float)
+                up[column] += STEPS[name]
+                quotient = self.motion(up, i, samples.time_s[run], rtol)[0]
+                if central:
+                    up[column] -= 2 * STEPS[name]
+                    quotient -= self.motion(up, i, samples.time_s[run], rtol)[0]
+                else:
+                    quotient -= theta[run]
+                jacobian[run, column] = quotient / (2 * STEPS[name] if central else STEPS[name])
+        return jacobian
 
     def bounds(self) -> list:
-        if self.model == "housner":
-            limits = [(self.r_min, R_GRID[0])]
-        else:
-            damping = MODELS[self.model][1]
-            limits = [tuple(np.log(K_RANGE)), tuple(np.log(RATIO_RANGE[damping]))]
+        limits = {
+            "r": (self.r_low, R_GRID[0]),
+            "k": tuple(np.log(K_RANGE)),
+            "width": WIDTH_RANGE,
+            **{name: tuple(np.log(RATIO_RANGE[name])) for name in RATIO_RANGE},
+        }
+        bounds = [limits[name] for name in self.common]
         for motion in self.motions:
             half = {
                 "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
                 "t0": max(6 * motion.t0_stderr, 1e-3),
             }
             centre = {"theta0": motion.theta0, "t0": 0.0}
-            limits += [(centre[name] - half[name], centre[name] + half[name]) for name in self.free]
-        return limits
+            bounds += [(centre[name] - half[name], centre[name] + half[name]) for name in self.own]
+        return bounds
 
     def start(self, model_values) -> np.ndarray:
-        nuisance = {"theta0": lambda m: m.theta0, "t0": lambda m: 0.0}
-        return np.array([*model_values, *(nuisance[n](m) for m in self.motions for n in self.free)])
+        begin = {"theta0": lambda m: m.theta0, "t0": lambda m: 0.0}
+        shared = [1.0] * (len(self.common) - len(MODELS[self.model]))
+        return np.array([*model_values, *shared, *(begin[n](m) for m in self.motions for n in self.own)])
+
+
+def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
+    """Least r of the grid with which the rigid block rocks for longer than a time."""
+    few, many = 0, len(R_GRID) - 1  # the grid falls, and with it the time to rest
+    while few < many:
+        middle = (few + many + 1) // 2
+        if housner_lobes(block, R_GRID[middle], motion.theta0, until=time_s).rest_time > time_s:
+            few = middle
+        else:
+            many = middle - 1
+    return R_GRID[few]
+
+
+def _moving_s(motion: Motion) -> float:
+    """Last instant at which the motion stands out of the noise [s]; 0 where it never does."""
+    moves = np.abs(motion.theta) > 10 * motion.sigma_theta
+    return motion.time_s[moves][-1] if moves.any() else 0.0
 
 
 def _minimise(problem: _Problem, start, integrator_error: float):
-    """Best end of the candidates over growing horizons, at a tolerance the noise asks for."""
+    """Best end of the candidates over growing horizons, at the tolerance and sampling the noise asks for."""
     horizons = _horizons(problem.motions[0])
     if start is None:
         starts = _scan(problem.alone(), horizons[0])
     else:
         starts, horizons = [problem.fitted(start)], horizons[-2:]
     if problem.model == "housner":
-        horizons = horizons[-1:]  # already scanned on the whole run
+        horizons = []  # already scanned on the whole run
     tracks = [_grow(problem, problem.start(values), horizons[:1]) for values in starts]
     promising = PROMISING * min(error for error, _ in tracks)
     tracks = [_grow(problem, x, horizons[1:], error) for error, x in tracks if error <= promising]
     x = min(tracks, key=lambda track: track[0])[1]
-
-    problem = replace(problem, rtol=FINE)
-    x = _least_squares(problem, x, np.inf, FINE_SAMPLES).x
-    while _integration_error(problem, x) > integrator_error * _sigma(problem) and problem.rtol > 1e-12:
-        problem = replace(problem, rtol=problem.rtol / 10)
-    holdout = _holdout(problem, x) if len(problem.motions) == 1 else float("nan")
-    return problem, _least_squares(problem, x, np.inf), holdout
+    rtol, m, shift = _resolution(problem, x, integrator_error)
+    problem = replace(problem, rtol=rtol)
+    result = _least_squares(problem, x, problem.samples(m=m))
+    result.m, result.shift = m, shift
+    return problem, result
 
 
 def _grow(problem: _Problem, x, horizons, error: float = np.inf) -> tuple:
     """Mean square error [rad²] and fitted parameters after least squares over each horizon in turn."""
     for horizon in horizons:
-        result = _least_squares(problem, x, horizon, GROWTH_SAMPLES, ftol=1e-3)
+        result = _least_squares(problem, x, problem.samples(horizon, GROWTH_SAMPLES), ftol=1e-3)
         x, error = result.x, result.chisqr / result.ndata
     return error, x
 
@@ -381,22 +478,25 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     """Starting values of the model's parameters: lowest local minima of the error over the model's grid.
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
-    block that stops early is out of step for less time.
+    block that stops early is out of step for less time. The general law starts from the minima of its
+    two cases, with a dash of the other damping.
     """
     if problem.model == "housner":
-        samples = problem.samples(np.inf, GROWTH_SAMPLES)
-        grid = [r for r in R_GRID if r >= problem.r_min]
-        errors = np.array([np.mean(problem.residual(problem.start([r]), *samples) ** 2) for r in grid])
-        inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
-        best = inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)
-        return [[grid[best]]]
+        return [[_scan_r(problem)]]
+    if problem.model == "general":
+        winkler, hunt_crossley = (
+            _scan(replace(problem, model=case), horizon_s)[:2] for case in ("winkler", "hunt_crossley")
+        )
+        return [[k, c, np.log(A_DASH["lambda"])] for k, c in winkler] + [
+            [k, np.log(A_DASH["c"]), ratio] for k, ratio in hunt_crossley
+        ]
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=SCAN)
     ratios = RATIO_GRID[MODELS[problem.model][1]]
     errors = np.array(
         [
             [
-                np.mean(coarse.residual(problem.start([np.log(k), np.log(ratio)]), *samples) ** 2)
+                np.mean(coarse.residual(problem.start([np.log(k), np.log(ratio)]), samples) ** 2)
                 for ratio in ratios
             ]
             for k in K_GRID
@@ -407,19 +507,73 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     return [[np.log(K_GRID[i]), np.log(ratios[j])] for i, j in minima]
 
 
-def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf, ftol: float = 1e-7):
-    samples = problem.samples(horizon_s, most)
+def _scan_r(problem: _Problem) -> float:
+    """Restitution of the lowest inner minimum, among those that let it rock about as long as it did."""
+    motion, high = problem.motions[0], R_GRID[0]
+    samples = problem.samples(np.inf, SCAN_SAMPLES)
+    moving = _moving_s(motion)
+    if moving < 0.95 * motion.time_s[-1]:
+        high = _rocking_for(problem.blocks[0], motion, 4 * moving)
+    grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
+    errors = np.array([np.mean(problem.residual(problem.start([r]), samples) ** 2) for r in grid])
+    inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
+    return grid[inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)]
+
+
+def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
+    """Loosest tolerance and coarsest averaging that the standard errors can bear.
+
+    Returns rtol, the number of samples to average, and the largest shift of a parameter by the integrator's
+    error as a share of its standard error.
+    """
+    samples = problem.samples()
+    base = problem.curve(x, samples)
+    noise = np.sqrt(np.mean((base[0] - samples.theta) ** 2))
+    jacobian = problem.jacobian(x, samples)
+    jacobian /= np.maximum(np.sqrt(np.mean(jacobian**2, axis=0)), 1e-300)
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    spread = np.sqrt(np.diag(inverse))
+    m = 1
+    while 2 * m * 20 * len(x) < min(samples.lengths):
+        means = replace(samples, m=2 * m).averaged(jacobian)
+        wider = np.sqrt(np.diag(np.linalg.pinv(means.T @ means, hermitian=True)))
+        if np.any(wider > (1 + WORTH) * spread):
+            break
+        m *= 2
+    if problem.model == "housner":
+        return problem.rtol, m, 0.0
+    rtol, theta = problem.rtol, base[0]
+    while True:
+        exact = problem.curve(x, samples, rtol / 100)[0]
+        shift = float(np.max(np.abs(inverse @ (jacobian.T @ (theta - exact))) / (spread * noise)))
+        if shift <= integrator_error or rtol <= FINEST:
+            return rtol, m, shift
+        rtol /= 10
+        theta = problem.curve(x, samples, rtol)[0]
+
+
+def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
     names = [f"x{i}" for i in range(len(x))]
     parameters = lmfit.Parameters()
     for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
         margin = 1e-3 * (high - low)
         parameters.add(name, value=float(np.clip(start, low + margin, high - margin)), min=low, max=high)
+    last = [None, None]  # the Jacobian is asked for where the residual was computed last
 
     def vector(p):
         return np.array([p[name].value for name in names])
 
+    def curve(x):
+        if last[0] is None or not np.array_equal(last[0], x):
+            last[:] = x, problem.curve(x, samples)
+        return last[1]
+
     def residual(p):
-        return problem.residual(vector(p), *samples)
+        return samples.averaged(curve(vector(p))[0] - samples.theta)
+
+    def jacobian(p):
+        x = vector(p)
+        return samples.averaged(problem.jacobian(x, samples))
 
     if len(names) == 1:
         # r alone: line searches in cells of the scan's grid, moved on while the minimum lies at a cell's
@@ -437,7 +591,7 @@ def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf,
             residual,
             parameters,
             method="least_squares",
-            jac=lambda p: problem.jacobian(vector(p), *samples),
+            jac=jacobian,
             x_scale="jac",
             ftol=ftol,
             xtol=1e-9,
@@ -448,92 +602,149 @@ def _least_squares(problem: _Problem, x, horizon_s: float, most: float = np.inf,
     return result
 
 
-def _sigma(problem: _Problem) -> float:
-    return float(np.sqrt(np.mean([m.sigma_theta**2 for m in problem.motions])))
-
-
-def _integration_error(problem: _Problem, x) -> float:
-    """Root mean square error of the integrator at x [rad], against a tolerance 100 times tighter."""
-    if problem.model == "housner":
-        return 0.0
-    error = [
-        problem.theta(x, i, m.time_s) - problem.theta(x, i, m.time_s, rtol=problem.rtol / 100)
-        for i, m in enumerate(problem.motions)
-    ]
-    return float(np.sqrt(np.mean(np.concatenate(error) ** 2)))
-
-
-def _holdout(problem: _Problem, x) -> float:
+def _holdout(problem: _Problem, x, m: int) -> float:
     """ε_θ of the second half of a run under the parameters fitted to the first half."""
     motion = problem.motions[0]
     half = motion.time_s[-1] / 2
-    x = _least_squares(problem, x, half, FINE_SAMPLES).x
+    x = _least_squares(problem, x, problem.samples(half, m=m)).x
     later = motion.time_s > half
-    return epsilon_theta(motion.time_s[later], problem.theta(x, 0, motion.time_s)[later], motion.theta[later])
+    theta, _ = problem.motion(x, 0, motion.time_s)
+    return epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
 
 
-def _fit(problem: _Problem, result, holdout: float) -> Fit:
+def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
+    """How many standard errors the other law's damping would be away from zero, by a score test.
+
+    The standard errors are those of `freerock.uncertainty.covariance`; a negative number is a damping that
+    would have to drive the block.
+    """
+    other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
+    dash = 0.1 * A_DASH[other] * problem.physical(x)[0]
+    column = problem.curve(x, samples, added={other: dash})[0] - (residual + samples.theta)
+    jacobian = np.column_stack([jacobian, column])
+    step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
+    spread, _ = covariance(residual, jacobian, samples.lengths)
+    return float(step / np.sqrt(spread[-1, -1]))
+
+
+def _profile(problem: _Problem, x, samples: _Samples, stderr) -> dict:
+    """95 % intervals of the model's parameters by the profile likelihood.
+
+    Where the residual is coloured the likelihood's curvature exaggerates what is known: the level is raised
+    by the ratio of the standard errors. Beyond a ratio of three there is no level to find, and no interval.
+    """
+    names = MODELS[problem.model]
+    value = problem.physical(x)[: len(names)]
+    logarithms = problem.is_logarithm[: len(names)]
+    spread = stderr[: len(names)] / np.where(logarithms, value, 1.0)
+    # profiled in ln k and ln λ, fitted in ln k and ln λ/k; in standard errors, the best at 10, as lmfit walks
+    # and finds the ends of an interval in shares of the value
+    to_fitted = np.eye(len(x))
+    to_fitted[1 : len(names), 0] = -1.0
+    unit = np.where(np.isfinite(stderr), stderr, 1.0)
+    unit[: len(names)] = spread
+    to_fitted *= unit
+    parameters = lmfit.Parameters()
+    for i, pinned in enumerate(_at_bound(problem, x)):
+        parameters.add(f"u{i}", value=10.0, vary=not pinned)
+
+    def fitted(p):
+        return x + to_fitted @ [p[name].value - 10.0 for name in parameters]
+
+    def residual(p):
+        return problem.residual(fitted(p), samples)
+
+    def jacobian(p):
+        columns = samples.averaged(problem.jacobian(fitted(p), samples)) @ to_fitted
+        return columns[:, [p[name].vary for name in parameters]]
+
+    minimizer = lmfit.Minimizer(residual, parameters, Dfun=jacobian)
+    best = minimizer.leastsq()
+    intervals = {}
+    for i, name in enumerate(names):
+        ratio = max(1.0, 1 / best.params[f"u{i}"].stderr)
+        if ratio < 3:
+            ends = lmfit.conf_interval(minimizer, best, p_names=[f"u{i}"], sigmas=[NORMAL_95 * ratio])[
+                f"u{i}"
+            ]
+            ends = spread[i] * (np.array([ends[0][1], ends[-1][1]]) - 10.0)
+            intervals[name] = value[i] * np.exp(ends) if logarithms[i] else value[i] + ends
+    return intervals
+
+
+def _fit(problem: _Problem, result, profile: bool) -> Fit:
     x = result.x
-    samples = problem.samples(np.inf)
-    residual = problem.residual(x, *samples)
-    jacobian = problem.jacobian(x, *samples, central=problem.model != "housner")
-    pinned = _at_bound(problem, x)
+    samples = problem.samples()
+    residual = problem.residual(x, samples)
+    jacobian = problem.jacobian(x, samples, central=problem.model != "housner")
+    free = ~_at_bound(problem, x)
     covariance_x = np.full((len(x), len(x)), np.nan)
-    covariance_x[np.ix_(~pinned, ~pinned)], coloured = _covariance(residual, jacobian[:, ~pinned], samples[2])
+    covariance_x[np.ix_(free, free)], coloured = covariance(residual, jacobian[:, free], samples.lengths)
 
-    value = problem.physical(x)
-    gradient = np.eye(len(x))
-    logarithmic = np.zeros(len(x), dtype=bool)
-    if problem.model != "housner":
-        logarithmic[:2] = True
-        gradient[1, 0] = 1.0  # ln(damping) = ln k + ln(damping/k)
-    covariance_log = np.where(
-        np.isnan(covariance_x), np.nan, gradient @ np.nan_to_num(covariance_x) @ gradient.T
-    )
-    spread = NORMAL_95 * np.sqrt(np.diag(covariance_log))
-    scale = np.where(logarithmic, value, 1.0)
-    covariance = covariance_log * np.outer(scale, scale)
+    value, gradient = problem.physical(x), problem.gradient(x)
+    covariance_si = gradient @ np.nan_to_num(covariance_x) @ gradient.T
+    covariance_si[~free], covariance_si[:, ~free] = np.nan, np.nan
+    stderr = np.sqrt(np.diag(covariance_si))
     with np.errstate(over="ignore"):
-        low = np.where(logarithmic, value * np.exp(-spread), value - spread)
-        high = np.where(logarithmic, value * np.exp(spread), value + spread)
+        factor = np.exp(NORMAL_95 * stderr / np.abs(value))
+        low = np.where(problem.is_logarithm, value / factor, value - NORMAL_95 * stderr)
+        high = np.where(problem.is_logarithm, value * factor, value + NORMAL_95 * stderr)
 
-    times = np.concatenate([m.time_s for m in problem.motions])
-    theta = np.concatenate([m.theta for m in problem.motions])
-    theta_model = np.concatenate([problem.theta(x, i, m.time_s) for i, m in enumerate(problem.motions)])
+    motions = problem.motions
+    times = np.concatenate([m.time_s for m in motions])
+    theta = np.concatenate([m.theta for m in motions])
+    theta_model = np.concatenate([problem.motion(x, i, m.time_s)[0] for i, m in enumerate(motions)])
     epsilon = epsilon_theta(times, theta_model, theta)
-    failure = _failure(problem, result, covariance, epsilon)
+    failure = _failure(problem, result, covariance_si, epsilon)
     if failure:
-        covariance, low, high = (np.full_like(a, np.nan) for a in (covariance, low, high))
-    held = [f"{name} held at its bound" for name, at in zip(problem.names, pinned, strict=True) if at]
-    sigma = _sigma(problem)
+        covariance_si, stderr, low, high = (
+            np.full_like(a, np.nan) for a in (covariance_si, stderr, low, high)
+        )
+    n = len(residual)
+    likelihood = n * np.log(residual @ residual / n)
+    sigma = float(np.sqrt(np.mean([m.sigma_theta**2 for m in motions])))
+    diagnostics = {
+        "evaluations": float(result.nfev),
+        "rtol": problem.rtol,
+        "integrator_error": result.shift,
+        "averaged": float(result.m),
+        "residual_over_sigma": float(np.sqrt(residual @ residual / n) / sigma) if sigma else float("nan"),
+        "coloured": float(coloured),
+        "white": float(is_white(residual)),
+    }
+    if not failure and problem.model in ("winkler", "hunt_crossley") and problem.debonding == "geometric":
+        diagnostics["added_damping"] = _added_damping(problem, x, samples, residual, jacobian[:, free])
+    if profile and not failure:
+        for name, bounds in _profile(
+            replace(problem, rtol=min(problem.rtol, FINE)), x, problem.samples(m=result.m), stderr
+        ).items():
+            low[problem.names.index(name)], high[problem.names.index(name)] = bounds
+            diagnostics["profile"] = 1.0
+    held = [
+        f"{name} held at its bound" for name, inside in zip(problem.names, free, strict=True) if not inside
+    ]
     return Fit(
         model=problem.model,
         parameters=problem.names,
         value=value,
-        stderr=np.sqrt(np.diag(covariance)),
+        stderr=stderr,
         ci95_low=low,
         ci95_high=high,
-        covariance=covariance,
+        covariance=covariance_si,
         units=tuple(UNITS[name.split("_")[0]] for name in problem.names),
         time=times,
         theta=theta,
         theta_model=theta_model,
         residual=theta_model - theta,
         epsilon_theta=epsilon,
-        final_time_s=float(max(m.time_s[-1] for m in problem.motions)),
-        epsilon_holdout=holdout,
-        aic=float(result.aic),
-        bic=float(result.bic),
+        final_time_s=float(max(m.time_s[-1] for m in motions)),
+        epsilon_holdout=_holdout(problem, x, result.m) if len(motions) == 1 else float("nan"),
+        aic=float(likelihood + 2 * len(x)),
+        bic=float(likelihood + np.log(n) * len(x)),
         n_parameters=len(x),
         success=not failure,
         message=failure or "; ".join(["converged", *held]),
-        diagnostics={
-            "evaluations": float(result.nfev),
-            "rtol": problem.rtol,
-            "integrator_error": _integration_error(problem, x) / sigma if sigma else 0.0,
-            "residual_over_sigma": float(np.sqrt(np.mean(residual**2)) / sigma) if sigma else float("nan"),
-            "coloured": float(coloured),
-        },
+        diagnostics=diagnostics,
     )
 
 
@@ -543,61 +754,16 @@ def _at_bound(problem: _Problem, x) -> np.ndarray:
     return np.minimum(x - low, high - x) < 1e-4 * (high - low)
 
 
-def _failure(problem: _Problem, result, covariance, epsilon: float) -> str:
-    """Why the fit is not to be used; "" when it is. A nuisance held at its bound is no failure."""
-    n_model = len(MODELS[problem.model])
+def _failure(problem: _Problem, result, covariance_si, epsilon: float) -> str:
+    """Why the fit is not to be used; "" when it is. A nuisance of a run held at its bound is no failure."""
+    n_common = len(problem.common)
     if not result.success:
         return f"not converged: {result.message}"
-    for name, pinned in zip(problem.names[:n_model], _at_bound(problem, result.x), strict=False):
+    for name, pinned in zip(problem.common, _at_bound(problem, result.x), strict=False):
         if pinned:
             return f"{name} lies at its bound"
-    if not np.all(np.isfinite(np.diag(covariance)[:n_model])):
+    if not np.all(np.isfinite(np.diag(covariance_si)[:n_common])):
         return "the data do not determine the parameters"
     if epsilon >= 1:
         return "worse than a block at rest (ε_θ ≥ 1)"
     return ""
-
-
-def _covariance(residual, jacobian, lengths):
-    """Covariance of the least-squares estimate, and whether the residual is coloured.
-
-    White residual: s²(JᵀJ)⁻¹. Coloured residual (lag-one correlation beyond four standard errors):
-    sandwich (JᵀJ)⁻¹ S (JᵀJ)⁻¹ with the Bartlett-weighted long-run covariance S of the scores
-    J_i e_i, bandwidth by Andrews (1991), doi:10.2307/2938229; the larger of the two variances counts.
-    """
-    n, n_parameters = jacobian.shape
-    scale = np.sqrt(np.mean(jacobian**2, axis=0))
-    if not (n_parameters and np.all(scale > 0)):
-        return np.full((n_parameters, n_parameters), np.nan), False
-    jacobian = jacobian / scale
-    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    variance = residual @ residual / (n - n_parameters)
-    white = variance * inverse
-    centred = residual - residual.mean()
-    correlation = centred[1:] @ centred[:-1] / (centred @ centred)
-    coloured = abs(correlation) > 4 / np.sqrt(n)
-    covariance = white
-    if coloured:
-        inner = _long_run(jacobian * residual[:, None], lengths)
-        sandwich = inverse @ inner @ inverse
-        widen = np.sqrt(np.maximum(np.diag(white) / np.diag(sandwich), 1.0))
-        covariance = sandwich * np.outer(widen, widen)
-    return covariance / np.outer(scale, scale), coloured
-
-
-def _long_run(scores, lengths) -> np.ndarray:
-    """Bartlett-weighted long-run covariance of the scores, shape (n_parameters, n_parameters)."""
-    bandwidth = _andrews_bandwidth(scores)
-    inner = np.zeros((scores.shape[1],) * 2)
-    for run in np.split(scores, np.cumsum(lengths)[:-1]):
-        lags = np.arange(-min(bandwidth, len(run) // 3), min(bandwidth, len(run) // 3) + 1)
-        weights = 1 - np.abs(lags) / (lags[-1] + 1)
-        inner += run.T @ fftconvolve(run, weights[:, None], mode="same", axes=0)
-    return inner
-
-
-def _andrews_bandwidth(scores) -> int:
-    rho = np.array([s[1:] @ s[:-1] / (s @ s) for s in scores.T]).clip(-0.999, 0.999)
-    power = scores.var(axis=0) ** 2
-    alpha = np.sum(power * 4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(power / (1 - rho) ** 4)
-    return int(np.ceil(1.1447 * (alpha * len(scores)) ** (1 / 3)))

@@ -13,11 +13,16 @@ import re
 import numpy as np
 import pandas as pd
 
-from freerock.compare import select_model
+from freerock.compare import choose_model
 from freerock.datasets import atomic
 from freerock.models import MODELS, UNITS
 
-MODEL_LABELS = {"housner": "Housner", "winkler": "Winkler", "hunt_crossley": "Hunt–Crossley"}
+MODEL_LABELS = {
+    "housner": "Housner",
+    "winkler": "Winkler",
+    "hunt_crossley": "Hunt–Crossley",
+    "general": "General",
+}
 SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀"}
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
@@ -29,6 +34,7 @@ RUNS += ["verdict", "reasons"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected"]
+CHOICE = [*IDENTITY, "model", "reason"]
 NORMAL_95 = 1.959963984540054
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
 
@@ -162,8 +168,8 @@ def epsilon_table(fits) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model of the
-        lowest BIC among the successful fits of that run.
+        Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model chosen
+        for that run (`choice_table`).
     """
     rows = []
     for tree in fits:
@@ -172,18 +178,37 @@ def epsilon_table(fits) -> pd.DataFrame:
             row = {key: fit[key].item() for key in scalars}
             row["final_time_s"] = row.pop("final_time")
             row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
-            row["success"] = bool(fit["success"].item())
             rows.append({**_identity(tree, run), "model": model, **row})
-    frame = pd.DataFrame(rows, columns=[*EPSILON[:-1], "success"]).astype({"n_parameters": "Int64"})
-    chosen = {
-        key: select_model(group.set_index("model")["bic"].where(group["success"].values).to_dict())
-        for key, group in frame.groupby(["test", "run"], sort=False)
-    }
-    selected = [
-        chosen[test, run] == model
-        for test, run, model in zip(frame["test"], frame["run"], frame["model"], strict=True)
-    ]
+    frame = pd.DataFrame(rows, columns=EPSILON[:-1]).astype({"n_parameters": "Int64"})
+    chosen = {(row.test, row.run): row.model for row in choice_table(fits).itertuples()}
+    selected = [chosen[row.test, row.run] == row.model for row in frame.itertuples()]
     return frame.assign(selected=selected)[EPSILON]
+
+
+def choice_table(fits) -> pd.DataFrame:
+    """One row per run: the model it needs, and why.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `CHOICE`; model is empty where every fit failed.
+    """
+    rows = {}
+    for tree in fits:
+        evidence = {}
+        for run, model, fit in fits_of(tree):
+            numbers = {key: fit[key].item() for key in ("success", "bic")}
+            held_out = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+            evidence.setdefault(run, {})[model] = {**fit.attrs, **numbers, "epsilon_holdout": held_out}
+        for run, found in evidence.items():
+            model, reason = choose_model(found)
+            rows[tree.attrs["test"], run] = {**_identity(tree, run), "model": model, "reason": reason}
+    return pd.DataFrame(rows.values(), columns=CHOICE)
 
 
 def restitution_table(records, fits) -> pd.DataFrame:
@@ -456,7 +481,7 @@ def recovered_text(frame) -> pd.DataFrame:
 
 
 def tidy_tables(records, fits) -> dict:
-    """The tidy tables by name: runs, parameters, epsilon, restitution.
+    """The tidy tables by name: runs, parameters, epsilon, choice, restitution.
 
     Parameters
     ----------
@@ -467,6 +492,7 @@ def tidy_tables(records, fits) -> dict:
         "runs": runs_table(records),
         "parameters": parameters_table(fits),
         "epsilon": epsilon_table(fits),
+        "choice": choice_table(fits),
         "restitution": restitution_table(records, fits),
     }
 

@@ -18,6 +18,7 @@ VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
 SIGMA = np.radians(0.01)
 RATE_HZ = 200.0
+FITTED = ("housner", "winkler", "hunt_crossley")
 
 
 def swing(time_s, theta0_deg, frequency_hz=1.2):
@@ -75,8 +76,12 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
             "sigma_theta": ("time", np.full(len(time_s), SIGMA)),
             "flags": ("time", flags),
             "voltage": ("time", np.where(flags, 10.2, 5 + 10 * theta)),
+            "fault_start": ("fault", [time_s[100], 0.0]),
+            "fault_end": ("fault", [time_s[104], time_s[-1]]),
+            "fault_note": ("fault", ["5 samples", "50.00 Hz, 0.001 V, removed"]),
+            "fault_angle": ("fault", [np.nan, 5e-5]),
         },
-        coords={"time": time_s},
+        coords={"time": time_s, "fault": ["error_level", "hum"]},
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "record.nc")
@@ -95,8 +100,8 @@ def failed_record():
 def fits(tree, failed=()):
     """Fits of the runs of a record that are not excluded, and of all of them jointly."""
     runs = [run for run in datasets.runs_in(tree) if not run.excluded]
-    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in MODELS} for run in runs}
-    pooled = {model: fit(tree, model, runs, failed) for model in MODELS} if runs else {}
+    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in FITTED} for run in runs}
+    pooled = {model: fit(tree, model, runs, failed) for model in FITTED} if runs else {}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
@@ -142,6 +147,8 @@ def fit(tree, model, runs, failed):
             "evaluations": 20.0,
             "rtol": [1e-6, 1e-6, 1e-7][rank],
             "integrator_error": [0.0, 0.002, 0.004][rank],
+            "averaged": 16.0,
+            "white": 0.0,
             "residual_over_sigma": [200.0, 60.0, 1.0][rank],
             "coloured": [1.0, 1.0, 0.0][rank],
         },

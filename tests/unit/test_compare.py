@@ -1,7 +1,9 @@
+import math
+
 import numpy as np
 import pytest
 
-from freerock.compare import epsilon_theta, select_model
+from freerock.compare import choose_model, epsilon_theta, is_white, wants_general
 
 
 def test_epsilon_theta_of_a_scaled_motion_is_the_squared_relative_difference():
@@ -40,6 +42,83 @@ def test_epsilon_theta_of_no_motion_is_undefined(theta):
     assert np.isnan(epsilon_theta(np.arange(5.0), np.ones(5), theta))
 
 
-def test_select_model_passes_over_failed_fits():
-    assert select_model({"housner": -3.0, "winkler": float("nan"), "hunt_crossley": -7.0}) == "hunt_crossley"
-    assert select_model({"housner": float("nan")}) == ""
+def found(bic=0.0, holdout=1e-3, white=True, ratio=1.0, added=0.0, success=True):
+    return {
+        "success": success,
+        "bic": bic,
+        "epsilon_holdout": holdout,
+        "white": white,
+        "residual_over_sigma": ratio,
+        "added_damping": added,
+    }
+
+
+LOUD = {"white": False, "ratio": 3.0}
+
+
+@pytest.mark.parametrize(
+    "evidence, model, reason",
+    [
+        ({"housner": found(success=False)}, "", "every fit failed"),
+        (
+            {"housner": found(**LOUD), "winkler": found(bic=-5.0), "hunt_crossley": found(bic=-7.0)},
+            "hunt_crossley",
+            "the smallest law (2 parameters) whose residual is noise: "
+            "white, and 1.00 times that before the release",
+        ),
+        (
+            {"housner": found(bic=-5.0), "hunt_crossley": found(bic=-9.0)},
+            "housner",
+            "the smallest law (1 parameter) whose residual is noise: "
+            "white, and 1.00 times that before the release",
+        ),
+        (
+            {"hunt_crossley": found(bic=-5.0, added=4.0), "general": found(bic=-9.0)},
+            "general",
+            "the smallest law (3 parameters) whose residual is noise: "
+            "white, and 1.00 times that before the release",
+        ),
+        (
+            {
+                "housner": found(holdout=2e-3, bic=-9.0, **LOUD),
+                "winkler": found(holdout=1e-3, bic=-5.0, **LOUD),
+            },
+            "winkler",
+            "no residual is noise; held-out ε_θ = 0.1 %, the lowest",
+        ),
+        (
+            {
+                "winkler": found(holdout=1.05e-3, bic=-9.0, **LOUD),
+                "hunt_crossley": found(holdout=1e-3, bic=-5.0, **LOUD),
+            },
+            "winkler",
+            "no residual is noise; held-out ε_θ = 0.105 %, the lowest BIC of 2 within a tenth of the best",
+        ),
+        (
+            {
+                "winkler": found(holdout=math.nan, bic=-9.0, **LOUD),
+                "housner": found(holdout=math.nan, **LOUD),
+            },
+            "winkler",
+            "no residual is noise; the lowest BIC",
+        ),
+    ],
+)
+def test_the_chosen_model_and_why(evidence, model, reason):
+    assert choose_model(evidence) == (model, reason)
+
+
+def test_the_general_law_is_fitted_where_the_better_pair_lacks_a_damping():
+    assert not wants_general({"winkler": found(bic=0.0, added=9.0), "hunt_crossley": found(bic=-9.0)})
+    assert wants_general({"winkler": found(bic=-9.0, added=3.1), "hunt_crossley": found(bic=0.0)})
+    assert not wants_general({"housner": found(), "winkler": found(added=9.0, success=False)})
+
+
+def test_white_noise_passes_and_a_trace_of_a_wave_does_not():
+    generator = np.random.default_rng(1)
+    noise = generator.standard_normal((200, 4000))
+    passed = sum(is_white(row) for row in noise)
+    assert passed >= 194  # 198 expected
+    wave = 0.4 * np.sin(2 * np.pi * 5 * np.arange(4000) / 4000)
+    assert sum(is_white(row + wave) for row in noise) < 10
+    assert not is_white(np.cumsum(noise[0]))

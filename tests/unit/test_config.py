@@ -68,7 +68,7 @@ YAML_MISTAKES = {
     "foreign key": (
         ("mass_kg: 5.84", "mass_kg: 5.84\n    zebra: 1"),
         "lab.yaml:8: blocks.tall.zebra: unknown key; "
-        "use one of height_m, width_m, mass_kg, release_angle_deg, label",
+        "use one of height_m, width_m, mass_kg, contact_width_m, release_angle_deg, label",
     ),
     "missing key": (
         ("    width_m: 0.07\n", ""),
@@ -152,13 +152,14 @@ YAML_MISTAKES = {
     ),
     "unknown model": (
         ("title", "fits: {models: [housner, hunt_crosley]}\ntitle"),
-        "lab.yaml:1: fits.models.1: 'hunt_crosley' is not 'housner', 'winkler' or 'hunt_crossley'; "
-        "did you mean 'hunt_crossley'?",
+        "lab.yaml:1: fits.models.1: 'hunt_crosley' is not 'housner', 'winkler', 'hunt_crossley' or "
+        "'general'; did you mean 'hunt_crossley'?",
     ),
     "text for a list": (
         ("title", "fits: {models: housner}\ntitle"),
         "lab.yaml:1: fits.models: 'housner' is not a list; "
-        "give the models to fit: housner, winkler, hunt_crossley",
+        "give the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only where "
+        "the better of the two before it lacks the other's)",
     ),
     "published for an unknown block": (
         ("title", "published: {doi: 10.1000/x, values: {tal: {marble: {housner: {r: 0.9}}}}}\ntitle"),
@@ -275,7 +276,7 @@ CSV_MISTAKES = {
     ),
     "missing column": (
         (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
-        "lab.csv:1: laser: column is missing; add it: the name of a laser",
+        "lab.csv:1: laser: column is missing; add it: the name of a laser, or of the two on one record, as a;b",
     ),
     "column twice": (("note\n", "test\n"), "lab.csv:1: test: column given twice; keep one"),
     "too many cells": (
@@ -434,10 +435,10 @@ def defaults(section, without=()):
     ("step", "data", "section", "own"),
     [
         ("laser.Laser", "", config.LaserSection, ""),
-        ("laser.rotation", "time_s volts laser block", config.RotationSection, ""),
+        ("rotation.rotation", "time_s signal laser block units", config.RotationSection, ""),
         (
             "runs.find_runs",
-            "time_s theta sigma_theta flags block zero_stderr overrides exclusions",
+            "time_s theta sigma_theta flags block zero_stderr faults overrides exclusions",
             config.RunsSection,
             "",
         ),
@@ -448,7 +449,12 @@ def defaults(section, without=()):
             "",
         ),
         ("models.block.Block", "", config.BlockSection, "label release_angle_deg"),
-        ("identify.fit_record", "model block motions start free", config.FitsSection, "models free pooled"),
+        (
+            "identify.fit_record",
+            "model block motions start free",
+            config.FitsSection,
+            "models free paper_mode pooled",
+        ),
     ],
 )
 def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):

@@ -9,6 +9,7 @@ from matplotlib.image import imsave
 from freerock.models.block import Block
 from freerock.report import fit_settings, restitution_comparison, write_report
 from freerock.tables import (
+    choice_table,
     epsilon_table,
     parameters_table,
     read_csv,
@@ -62,6 +63,7 @@ def make(folder, datasets, **changes):
         "runs": runs_table(records),
         "parameters": parameters,
         "epsilon": epsilon_table(fitted),
+        "choice": choice_table(fitted),
         "restitution": restitution_table(records, fitted),
     }
     for name, frame in frames.items():
@@ -147,7 +149,7 @@ def test_report_says_which_debonding_rule(page, tmp_path):
 
 def test_report_states_tolerance_error_and_sampling(page):
     assert "relative tolerance of 1e-07 to 1e-06" in page.text
-    assert "at most 0.40 % of its standard deviation" in page.text
+    assert "by more than 0.40 % of its standard error" in page.text
     assert "every valid sample of θ(t)" in page.text
 
 

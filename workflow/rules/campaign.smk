@@ -1,3 +1,6 @@
+TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "predictions", "foundations"]
+
+
 rule tables:
     input:
         records=products("records"),
@@ -6,7 +9,7 @@ rule tables:
     output:
         tidy=expand(
             "results/{{campaign}}/tables/{table}.csv",
-            table=["runs", "parameters", "epsilon", "restitution"],
+            table=TIDY,
         ),
         printed=report(
             expand(
@@ -29,6 +32,7 @@ rule tables:
         release_angles_deg=release_angles,
         published=published,
         labels=labels,
+        debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: tables"
     script:

@@ -1,6 +1,6 @@
 rule record:
     input:
-        raw=lambda w: filter(os.path.exists, [campaign(w).file(w.test)]),  # missing: told by the script
+        raw=lambda w: filter(os.path.exists, raw_files(w)),  # missing: told by the script
         code=code("record"),
     output:
         record="results/{campaign}/records/{test}.nc",
@@ -14,10 +14,10 @@ rule record:
         raw=lambda w: campaign(w).raw,
         file=lambda w: record(w).file,
         sha256=checksum,
-        channel=lambda w: record(w).channel,
+        channels=lambda w: record(w).channels,
         attributes=lambda w: campaign(w).attributes(w.test),
         block=lambda w: geometry(campaign(w).blocks[record(w).block]),
-        laser=lambda w: plain(campaign(w).lasers[record(w).laser]),
+        lasers=lambda w: [plain(campaign(w).lasers[name]) for name in record(w).lasers],
         rotation=lambda w: plain(campaign(w).processing.rotation),
         runs=lambda w: plain(campaign(w).processing.runs),
         impacts=lambda w: plain(campaign(w).processing.impacts),
@@ -46,9 +46,9 @@ rule fit:
         block=lambda w: geometry(campaign(w).blocks[record(w).block]),
         attributes=lambda w: campaign(w).attributes(w.test),
         models=lambda w: campaign(w).fits.models,
-        free=lambda w: plain(campaign(w).fits.free),
+        free=lambda w: {m: list(free) for m, free in campaign(w).fits.freed.items()},
         pooled=lambda w: campaign(w).fits.pooled,
-        options=lambda w: plain(campaign(w).fits, "models", "free", "pooled"),
+        options=lambda w: plain(campaign(w).fits, "models", "free", "paper_mode", "pooled"),
         impacts=lambda w: plain(campaign(w).processing.impacts),
     message:
         "{wildcards.campaign}/{wildcards.test}: identifying the models"

@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
+from freerock.compare import wants_general
 from freerock.datasets import open_record, provenance, runs_in, write_fits
 from freerock.errors import FreerockError
-from freerock.identify import Motion, fit_record
+from freerock.identify import Motion, evidence, fit_record
 from freerock.impacts import find_impacts
 from freerock.models import MODELS
 from freerock.models.block import Block
@@ -52,12 +53,17 @@ def with_impacts(found):
     return replace(found, impacts=impacts)
 
 
+def fit_all(motion):
+    """The models of one run; the general law only where the others ask for it."""
+    found = made((model, with_impacts(fit(model, [motion]))) for model in params.models if model != "general")
+    if "general" in params.models and wants_general({m: evidence(f) for m, f in found.items()}):
+        found |= made([("general", with_impacts(fit("general", [motion])))])
+    return found
+
+
 runs = [run for run in runs_in(record) if run.verdict != "fail" and not run.excluded]
 motions = {run.number: motion(run) for run in runs}
-fits = {
-    number: made((model, with_impacts(fit(model, [motions[number]]))) for model in params.models)
-    for number in motions
-}
+fits = {number: fit_all(motions[number]) for number in motions}
 
 
 def joint(model):
@@ -66,7 +72,8 @@ def joint(model):
     return fit(model, list(motions.values()), start)
 
 
-pooled = made((model, joint(model)) for model in params.models if params.pooled and motions)
+own = {model for each in fits.values() for model in each}
+pooled = made((model, joint(model)) for model in params.models if params.pooled and model in own)
 attributes = params.attributes | {key: record.attrs[key] for key in ("verdict", "reasons")}
 attributes["provenance"] = provenance([snakemake.input.record], dict(params.items()))
 write_fits(snakemake.output.fits, fits, pooled, attributes)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from freerock.datasets import open_fits, open_record
 from freerock.models.block import Block
+from freerock.predict import predictions, shared_foundation
 from freerock.tables import printed_tables, tidy_tables, write_csv, write_table
 from freerock.workflow import log_to
 
@@ -14,6 +15,8 @@ fits = [open_fits(path) for path in snakemake.input.fits]
 options["blocks"] = {name: Block(**block) for name, block in options["blocks"].items()}
 
 tidy = tidy_tables(records, fits)
+tidy["predictions"] = predictions(fits, options["blocks"], options.pop("debonding"))
+tidy["foundations"] = shared_foundation(fits)
 for name, frame in tidy.items():
     write_csv(frame, folder / f"{name}.csv")
 for name, table in printed_tables(tidy, records, **options).items():

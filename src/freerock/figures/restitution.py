@@ -7,7 +7,7 @@ from freerock.figures.style import MODEL_STYLES, footer, label, styled
 from freerock.models import MODELS
 from freerock.tables import impacts_table, usable_runs
 
-MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^"}
+MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 
 
 @styled()

@@ -30,6 +30,7 @@ MODEL_STYLES = {
     "housner": {"color": "#d55e00", "linestyle": "-.", "label": MODEL_LABELS["housner"]},
     "winkler": {"color": "#0072b2", "linestyle": "--", "label": MODEL_LABELS["winkler"]},
     "hunt_crossley": {"color": "black", "linestyle": "-", "label": MODEL_LABELS["hunt_crossley"]},
+    "general": {"color": "#7a3e9d", "linestyle": (0, (5, 1, 1, 1)), "label": MODEL_LABELS["general"]},
 }
 FOOTER = "simulated record – not the laboratory's data"
 

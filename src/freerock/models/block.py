@@ -18,11 +18,15 @@ class Block:
         Full width 2b in the plane of rocking [m].
     mass_kg : float
         Mass m [kg].
+    contact_width_m : float, optional
+        Distance of the corners it rocks about [m] where they are worn or rounded; the full width if None.
+        The inertia is that of the full width.
     """
 
     height_m: float
     width_m: float
     mass_kg: float
+    contact_width_m: float | None = None
 
     @property
     def h(self) -> float:
@@ -31,8 +35,8 @@ class Block:
 
     @property
     def b(self) -> float:
-        """Half width b [m]."""
-        return self.width_m / 2
+        """Half width b of the base [m]."""
+        return (self.contact_width_m or self.width_m) / 2
 
     @property
     def R(self) -> float:
@@ -46,8 +50,8 @@ class Block:
 
     @property
     def p(self) -> float:
-        """Frequency parameter sqrt(3g/4R) of a rectangular block [rad/s] (Housner 1963)."""
-        return math.sqrt(3 * GRAVITY / (4 * self.R))
+        """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle [rad/s] (Housner 1963)."""
+        return math.sqrt(self.mass_kg * GRAVITY * self.R / (self.inertia_base + self.mass_kg * self.b**2))
 
     @property
     def inertia_cm(self) -> float:
@@ -61,5 +65,5 @@ class Block:
 
     @property
     def restitution_housner(self) -> float:
-        """Restitution 1 - 1.5 sin²θ_cr of a rigid block on a rigid base (Housner 1963)."""
-        return 1 - 1.5 * math.sin(self.theta_cr) ** 2
+        """Restitution of a rigid block on a rigid base: 1 - 1.5 sin²θ_cr of a rectangle (Housner 1963)."""
+        return 1 - 2 * self.mass_kg * self.b**2 / (self.inertia_base + self.mass_kg * self.b**2)

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.special import ellipj, elliprf
 
 from freerock.models.block import Block
+from freerock.models.compiled import compiled
 
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13
@@ -216,26 +217,32 @@ def housner_motion(
             -8 * q**12,
         )
         columns += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
-    each = np.repeat(np.array(columns), counts[used - first], axis=1)
-
-    x = each[0] * (time[piece] - each[1])
-    e = np.exp(x)
-    cosh = 0.5 * (e + 1 / e)
-    c = 2 * cosh * cosh - 1
-    even = _horner(each[4:9], c)
-    sin_half = each[2] * cosh * _horner(each[9:13], c) / even
-    theta[piece] = each[3] * (theta_cr - 2 * np.arcsin(sin_half))
+    values = theta[piece]
+    slopes = theta_rate[piece] if rates else np.empty(0)
+    _swings(np.array(columns), counts[used - first], time[piece], theta_cr, values, slopes)
+    theta[piece] = values
     if rates:
-        sd = each[13] * 0.5 * (e - 1 / e) * _horner(each[14:18], c) / even
-        theta_rate[piece] = -each[3] * 2 * p * sd
+        theta_rate[piece] = 2 * p * slopes
     return theta, theta_rate
 
 
-def _horner(coefficients, x):
-    value = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        value = value * x + coefficient
-    return value
+@compiled()
+def _swings(columns, counts, time, theta_cr, theta, slopes):
+    """Fill θ, and θ̇ / 2p where wanted, swing by swing; the columns as `housner_motion` makes them."""
+    end = 0
+    for i in range(counts.size):
+        v = columns[:, i]
+        begin, end = end, end + counts[i]
+        for j in range(begin, end):
+            e = math.exp(v[0] * (time[j] - v[1]))
+            cosh = 0.5 * (e + 1 / e)
+            c = 2 * cosh * cosh - 1
+            even = v[4] + c * (v[5] + c * (v[6] + c * (v[7] + c * v[8])))
+            odd = v[9] + c * (v[10] + c * (v[11] + c * v[12]))
+            theta[j] = v[3] * (theta_cr - 2 * math.asin(v[2] * cosh * odd / even))
+            if slopes.size:
+                alternating = v[14] + c * (v[15] + c * (v[16] + c * v[17]))
+                slopes[j] = -v[3] * v[13] * 0.5 * (e - 1 / e) * alternating / even
 
 
 def _from_peak(sin2, k2, phi):

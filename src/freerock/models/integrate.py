@@ -16,21 +16,9 @@ import math
 from pathlib import Path
 
 import numpy as np
-from numba import njit, typeof
+from numba import typeof
 
-
-def _compiled(**options):
-    """Compile with a cache on disk, or without one where no folder for it can be written."""
-    options |= {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
-
-    def decorate(function):
-        try:
-            return njit(cache=True, **options)(function)
-        except RuntimeError:
-            return njit(**options)(function)
-
-    return decorate
-
+from freerock.models.compiled import compiled
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
@@ -147,7 +135,7 @@ R_H = np.array(
 )
 
 
-@_compiled()
+@compiled()
 def _sincos(x):
     """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
     if abs(x) < 0.6:
@@ -166,7 +154,7 @@ def _sincos(x):
     return math.sin(x), math.cos(x)
 
 
-@_compiled()
+@compiled()
 def _ground(coefficients, segment, tau, g):
     """Horizontal acceleration and effective gravity at tau since the start of a segment of ground motion.
 
@@ -184,7 +172,7 @@ def _ground(coefficients, segment, tau, g):
     return x, g + z
 
 
-@_compiled()
+@compiled()
 def _ground_rate(coefficients, segment, tau):
     """Time derivative of `_ground`."""
     if segment < 0 or segment >= coefficients.shape[0]:
@@ -199,7 +187,7 @@ def _ground_rate(coefficients, segment, tau):
     return x, z
 
 
-@_compiled()
+@compiled()
 def _second_root(z, v, s, spin, law):
     """Root of the second factor of f: of k z + c ż, or of k + λ ż."""
     k, c, lam = law[0], law[1], law[2]
@@ -208,7 +196,7 @@ def _second_root(z, v, s, spin, law):
     return -(k * z + c * v) / (k * s + c * spin)
 
 
-@_compiled()
+@compiled()
 def _ends(regime, z, v, s, spin, law):
     """Ends of the contact interval by the formula of a regime; NaN where it cannot be continued."""
     b = law[3]
@@ -227,7 +215,7 @@ def _ends(regime, z, v, s, spin, law):
     return math.nan, math.nan
 
 
-@_compiled()
+@compiled()
 def _partial_force(regime, z, v, s, spin, law):
     """Force and moment / cosθ per unit mass, of any contact interval."""
     k, c, lam = law[0], law[1], law[2]
@@ -243,7 +231,7 @@ def _partial_force(regime, z, v, s, spin, law):
     return force, moment
 
 
-@_compiled(forceinline=True)
+@compiled(forceinline=True)
 def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -294,7 +282,7 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     return a_0 - a_v * v - w * (a_w + a_ww * w), t_0 + t_v * v + w * (t_w + t_ww * w)
 
 
-@_compiled()
+@compiled()
 def _jacobian(regime, y, x_ground, gravity, law):
     """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
@@ -367,7 +355,7 @@ def _jacobian(regime, y, x_ground, gravity, law):
     )
 
 
-@_compiled()
+@compiled()
 def _event(i, regime, y, law):
     """Event functions; the signs of the first five make up the regime of contact.
 
@@ -390,7 +378,7 @@ def _event(i, regime, y, law):
     return k * (z + u * s) + c * (v + u * spin)
 
 
-@_compiled()
+@compiled()
 def _event_rate(i, regime, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
@@ -399,13 +387,13 @@ def _event_rate(i, regime, y, law):
     return y[1] - swing if i == 1 else y[1] + swing
 
 
-@_compiled()
+@compiled()
 def _watched(i, bits):
     """The distance between two roots counts only while both lie inside the base."""
     return i != 4 or ((bits ^ (bits >> 1)) & 5) == 5
 
 
-@_compiled()
+@compiled()
 def _signs(tensionless, y, law):
     """Signs of the event functions of contact as bits."""
     bits = 0
@@ -415,7 +403,7 @@ def _signs(tensionless, y, law):
     return bits
 
 
-@_compiled()
+@compiled()
 def _regime(bits, tensionless):
     """Regime of contact from the signs of the event functions."""
     right, left = bits & 1, bits & 2
@@ -440,7 +428,7 @@ def _regime(bits, tensionless):
     return 3 * lower + upper
 
 
-@_compiled(forceinline=True)
+@compiled(forceinline=True)
 def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense):
     """One step of the 5(4) pair.
 
@@ -507,7 +495,7 @@ def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
     return (z7, v7, t7, w7), (a7, b7), h * h * (ez * ez + ev * ev + et * et + ew * ew), stiffness
 
 
-@_compiled()
+@compiled()
 def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
     """One step of Rodas5P; arguments and results as in `_step_explicit`."""
     z, v, t, w = y
@@ -571,7 +559,7 @@ def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
     return (z1, v1, t1, w1), f1, ez * ez + ev * ev + et * et + ew * ew, stiffness
 
 
-@_compiled()
+@compiled()
 def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
     """One step of the method in use."""
     if stiff:
@@ -579,7 +567,7 @@ def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dens
     return _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense)
 
 
-@_compiled()
+@compiled()
 def _dense(dense, i, h, y0, y1, rate0, rate1, last):
     """Coefficients of component i: y0 + x (Δ + (1 - x) (d2 + x (d3 + (1 - x) d4)))."""
     change = y1 - y0
@@ -591,19 +579,19 @@ def _dense(dense, i, h, y0, y1, rate0, rate1, last):
     dense[i, 4] = h * last
 
 
-@_compiled()
+@compiled()
 def _at(dense, i, x):
     """Dense output of component i at the fraction x of the step."""
     r = 1 - x
     return dense[i, 0] + x * (dense[i, 1] + r * (dense[i, 2] + x * (dense[i, 3] + r * dense[i, 4])))
 
 
-@_compiled()
+@compiled()
 def _state_at(dense, x):
     return _at(dense, 0, x), _at(dense, 1, x), _at(dense, 2, x), _at(dense, 3, x)
 
 
-@_compiled()
+@compiled()
 def _crossing(i, regime, positive, dense, right, law):
     """First fraction x <= right of the step at which event function i leaves its sign, or 0."""
     sign = 1.0 if positive else -1.0
@@ -637,7 +625,7 @@ def _crossing(i, regime, positive, dense, right, law):
     return right
 
 
-@_compiled()
+@compiled()
 def _excursion(i, regime, positive, dense, law):
     """Fraction of the step at which event function i has left the sign it has at both ends, or 0."""
     if 2 <= i < 5:
@@ -654,7 +642,7 @@ def _excursion(i, regime, positive, dense, law):
     return 0.0
 
 
-@_compiled()
+@compiled()
 def _first_event(regime, bits, tensionless, dense, law):
     """Fraction of the step at which its first event happens, and which; (2, -1) without one."""
     first, which = 2.0, -1
@@ -673,7 +661,7 @@ def _first_event(regime, bits, tensionless, dense, law):
     return first, which
 
 
-@_compiled()
+@compiled()
 def _may_cross(bits, y, swing, v_before, swing_before, b):
     """Whether a corner's depth has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
@@ -686,7 +674,7 @@ def _may_cross(bits, y, swing, v_before, swing_before, b):
     )
 
 
-@_compiled()
+@compiled()
 def _lift(coefficients, segment, tau, duration, law):
     """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
     slope = law[3] / law[4]
@@ -708,7 +696,7 @@ def _lift(coefficients, segment, tau, duration, law):
     return duration
 
 
-@_compiled()
+@compiled()
 def _sign_change(dense, sign):
     """Fraction of the step at which θ leaves its sign."""
     left, right = 0.0, 1.0
@@ -721,7 +709,7 @@ def _sign_change(dense, sign):
     return right
 
 
-@_compiled()
+@compiled()
 def _sample(dense, t, step, end, time, n, out, rates, record):
     """Fill the samples from the n-th up to `end` from the dense output; the number of the next one."""
     scale = 1 / step
@@ -734,7 +722,7 @@ def _sample(dense, t, step, end, time, n, out, rates, record):
     return n
 
 
-@_compiled()
+@compiled()
 def _fill(n, theta, z, rate, out, rates, record):
     """Fill all samples from the n-th with one state."""
     for i in range(n, out.size):
@@ -743,7 +731,7 @@ def _fill(n, theta, z, rate, out, rates, record):
             rates[i, 0], rates[i, 1], rates[i, 2] = z, rate, rate
 
 
-@_compiled()
+@compiled()
 def _longer(array):
     """Copy with room for as many entries again."""
     longer = np.empty(2 * array.size)
@@ -752,7 +740,7 @@ def _longer(array):
     return longer
 
 
-@_compiled()
+@compiled()
 def _is_quiet(coefficients, segment):
     """Whether the ground does not move in a segment."""
     if segment >= 0:
@@ -762,7 +750,7 @@ def _is_quiet(coefficients, segment):
     return True
 
 
-@_compiled()
+@compiled()
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates, record
 ):

@@ -80,11 +80,12 @@ def simulate(
     Parameters
     ----------
     model : str
-        "housner", "winkler" or "hunt_crossley".
+        "housner", "winkler", "hunt_crossley" or "general".
     block : Block
         The block.
     parameters : mapping
-        {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²] or {"k": ..., "lambda": ...} [N/m², N·s/m³].
+        {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²], {"k": ..., "lambda": ...} [N/m², N·s/m³], or all
+        of "k", "c" and "lambda".
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
     theta0, theta_rate0 : float
@@ -144,8 +145,11 @@ def simulate_theta(
     debonding: str = "geometric",
     rtol: float = 1e-8,
     max_steps: int = MAX_STEPS,
+    theta_rate: np.ndarray | None = None,
 ) -> tuple:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
+
+    `theta_rate`, shape (n_time,), receives θ̇ [rad/s] if given.
 
     Returns
     -------
@@ -156,13 +160,18 @@ def simulate_theta(
     """
     if model == "housner":
         lobes = housner_lobes(block, parameters["r"], theta0, 0.0, time[-1], max_steps)
-        theta, _ = housner_motion(lobes, time, theta0, 0.0, rates=False)
+        theta, rate = housner_motion(lobes, time, theta0, 0.0, rates=theta_rate is not None)
+        if theta_rate is not None:
+            theta_rate[:] = rate
         return theta, _housner_outcome(lobes, time)
     theta = np.empty(time.size)
+    rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
     state = (static_depth(block, parameters["k"], theta0), 0.0, theta0, 0.0)
     outcome, *_ = _integrate(
-        model, block, parameters, state, time, None, debonding, rtol, max_steps, theta, NO_RATES
+        model, block, parameters, state, time, None, debonding, rtol, max_steps, theta, rates
     )
+    if theta_rate is not None:
+        theta_rate[:] = rates[:, 2]
     return theta, OUTCOMES[outcome]
 
 
@@ -328,6 +337,9 @@ def _check(model, parameters, time, state, debonding, rtol):
             )
     if debonding not in DEBONDING:
         raise FreerockError("debonding", f"unknown rule {debonding!r}", f"use {' or '.join(DEBONDING)}")
+    if debonding == "tensionless" and model == "general" and parameters["c"] > 0 and parameters["lambda"] > 0:
+        what = "the tensionless rule is not worked out for both dampings at once"
+        raise FreerockError("debonding", what, "use geometric")
     if not rtol > 0:
         raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
     if not np.all(np.isfinite(state)):

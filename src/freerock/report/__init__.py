@@ -14,7 +14,7 @@ from freerock.models.housner import housner_lobes
 from freerock.tables import MODEL_LABELS, SIMULATED_NOTE, fits_of, fixed, quantity
 
 SETTINGS = ["test", "run", "model", "success", "message", "rtol", "integrator_error"]
-SETTINGS += ["residual_over_sigma", "coloured"]
+SETTINGS += ["averaged", "residual_over_sigma", "coloured", "white"]
 COMPARISON = ["test", "r_fitted", "r_fitted_stderr", "r_first", "r_median", "r_low", "r_high"]
 COMPARISON += ["first_impact_s", "rigid_s"]
 
@@ -28,6 +28,7 @@ def write_report(
     runs,
     parameters,
     epsilon,
+    choice,
     restitution,
     fits,
     blocks,
@@ -48,7 +49,7 @@ def write_report(
         Of the campaign.
     origin : str
         "simulated" or "measured".
-    runs, parameters, epsilon, restitution : pandas.DataFrame
+    runs, parameters, epsilon, choice, restitution : pandas.DataFrame
         The tidy tables of the campaign (`freerock.tables`).
     fits : iterable of xarray.DataTree
         Fit datasets, for the numerical settings.
@@ -83,6 +84,7 @@ def write_report(
         runs=rows,
         reasons=[row for row in rows if row["reasons"]],
         tables=tables,
+        choice=_choice_text(choice, labels),
         figures=[_image(caption, file) for caption, file in figures],
         pages=[_pages(test, file, rows) for test, file in pages.items()],
         comparison=_comparison_text(compared),
@@ -153,8 +155,8 @@ def fit_settings(fits) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        One row per fit: test, run, model, message, success and the diagnostics kept with it (rtol,
-        integrator_error as a share of σ_θ, residual_over_sigma, coloured).
+        One row per fit: test, run, model, message, success and the diagnostics kept with it (those of
+        `freerock.identify.Fit`).
     """
     rows = [
         {**fit.attrs, "test": tree.attrs["test"], "run": run, "model": model, "success": bool(fit["success"])}
@@ -200,6 +202,20 @@ def _run_rows(runs, epsilon, labels, pages) -> list:
             }
         )
     return rows
+
+
+def _choice_text(choice, labels) -> pd.DataFrame:
+    rows = list(choice.itertuples())
+    return pd.DataFrame(
+        {
+            "Record": [row.test for row in rows],
+            "Run": ["all" if row.run == "pooled" else str(row.run) for row in rows],
+            "Block": [labels.get(row.block, row.block) for row in rows],
+            "Foundation": [labels.get(row.foundation, row.foundation) for row in rows],
+            "Model": [MODEL_LABELS.get(row.model, "–") for row in rows],
+            "Reason": [row.reason for row in rows],
+        }
+    )
 
 
 def _anchor(test, run) -> str:
@@ -292,9 +308,12 @@ def _settings_text(settings) -> pd.DataFrame:
             "Run": [str(row.run) for row in rows],
             "Model": [MODEL_LABELS[row.model] for row in rows],
             "Tolerance": ["closed form" if row.model == "housner" else f"{row.rtol:g}" for row in rows],
-            "Integrator error / % of σ": [quantity(100 * row.integrator_error, digits=2) for row in rows],
+            "Integrator's shift / % of s.e.": [quantity(100 * row.integrator_error, digits=2) for row in rows],
+            "Samples averaged": [f"{row.averaged:.0f}" for row in rows],
             "Residual / σ": [quantity(row.residual_over_sigma) for row in rows],
-            "Residual is": ["coloured" if row.coloured else "white" for row in rows],
+            "Residual is": [
+                "coloured" if row.coloured else "white" if row.white else "not quite white" for row in rows
+            ],
             "Outcome": [row.message for row in rows],
         }
     )

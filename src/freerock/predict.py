@@ -1,0 +1,188 @@
+"""Does a law identified on some runs hold for others? Predictions, and whether blocks share a foundation."""
+
+import math
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from freerock.compare import epsilon_theta
+from freerock.models import MODELS
+from freerock.models.simulate import simulate_theta
+from freerock.tables import IDENTITY, fits_of
+
+PREDICTIONS = [*IDENTITY, "model", "basis", "n_runs", "epsilon_theta"]
+FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs"]
+FOUNDATIONS += ["between_blocks_percent", "between_runs_percent"]
+FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "shared"]
+SIGNIFICANT = 0.01
+
+
+def _estimates(fits, debonding) -> list:
+    """Successful fits of single runs."""
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            if run == "pooled" or not fit["success"].item():
+                continue
+            names = list(fit["parameter"].values.astype(str))
+            value = dict(zip(names, fit["value"].values, strict=True))
+            n = len(MODELS[model])
+            rows.append(
+                {
+                    **{key: str(tree.attrs[key]) for key in IDENTITY if key != "run"},
+                    "run": run,
+                    "model": model,
+                    "parameters": {name: value[name] for name in MODELS[model]},
+                    "covariance": fit["covariance"].values[:n, :n],
+                    "theta0": value.get("theta0", fit["theta_model"].values[0]),
+                    "t0": value.get("t0", 0.0),
+                    "time": tree[f"run_{run}"]["time"].values,
+                    "theta": tree[f"run_{run}"]["theta"].values,
+                    "debonding": debonding,
+                }
+            )
+    return rows
+
+
+def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
+    """How well the parameters of other runs predict a run.
+
+    The prediction takes the run's own angle and instant of release, and the geometric means of the others'
+    parameters.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The campaign's blocks by name.
+    debonding : str
+        "geometric" or "tensionless".
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `PREDICTIONS`: basis is "other runs" (of the same record) or the name of another block on the
+        same foundation, n_runs their number, epsilon_theta a fraction.
+    """
+    rows, estimates = [], _estimates(fits, debonding)
+    for own in estimates:
+        alike = [e for e in estimates if (e["model"], e["foundation"]) == (own["model"], own["foundation"])]
+        bases = {"other runs": [e for e in alike if e["test"] == own["test"] and e["run"] != own["run"]]}
+        for other in alike:
+            if other["block"] != own["block"]:
+                bases.setdefault(other["block"], []).append(other)
+        for basis, others in bases.items():
+            if not others:
+                continue
+            parameters = {
+                name: math.exp(np.mean([math.log(e["parameters"][name]) for e in others]))
+                for name in MODELS[own["model"]]
+            }
+            theta, _ = simulate_theta(
+                own["model"],
+                blocks[own["block"]],
+                parameters,
+                own["time"] - own["t0"],
+                theta0=own["theta0"],
+                debonding=own["debonding"],
+            )
+            theta = np.where(np.isnan(theta), math.copysign(math.pi / 2, own["theta0"]), theta)
+            rows.append(
+                {
+                    **{key: own[key] for key in (*IDENTITY, "model")},
+                    "basis": basis,
+                    "n_runs": len(others),
+                    "epsilon_theta": epsilon_theta(own["time"], theta, own["theta"]),
+                }
+            )
+    return pd.DataFrame(rows, columns=PREDICTIONS)
+
+
+def shared_foundation(fits) -> pd.DataFrame:
+    """Do the blocks on one foundation have the same k and damping?
+
+    Two answers. The likelihood ratio of one set of parameters per block against one for all, in the
+    quadratic approximation of the likelihood around each run's estimate: it takes the standard errors
+    at their word. The F ratio of the scatter between the blocks' means to that between the runs of a block:
+    it allows for what differs from one release to the next. Parameters are compared as logarithms.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets of a campaign.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `FOUNDATIONS`, one row per foundation with two blocks or more, model and parameter; the
+        likelihood ratio is that of all parameters of the model together. shared tells whether the F test
+        leaves it standing (p ≥ 0.01).
+    """
+    frame = pd.DataFrame(_estimates(fits, ""))
+    rows = []
+    if frame.empty:
+        return pd.DataFrame(rows, columns=FOUNDATIONS)
+    frame = frame[frame["model"] != "housner"]  # its r belongs to the block
+    for (campaign, foundation, model), group in frame.groupby(
+        ["campaign", "foundation", "model"], sort=False
+    ):
+        logs = {
+            block: np.log([list(p.values()) for p in own["parameters"]])
+            for block, own in group.groupby("block", sort=False)
+        }
+        if len(logs) < 2:
+            continue
+        ratio, ratio_p = _likelihood_ratio(group)
+        n_runs, n_blocks = len(group), len(logs)
+        within = sum(((v - v.mean(axis=0)) ** 2).sum(axis=0) for v in logs.values())
+        every = np.concatenate(list(logs.values()))
+        between = sum(len(v) * (v.mean(axis=0) - every.mean(axis=0)) ** 2 for v in logs.values())
+        for i, name in enumerate(MODELS[model]):
+            f_ratio = f_p = scatter = math.nan
+            if n_runs > n_blocks:
+                scatter = math.sqrt(within[i] / (n_runs - n_blocks))
+                f_ratio = between[i] / (n_blocks - 1) / scatter**2
+                f_p = float(stats.f.sf(f_ratio, n_blocks - 1, n_runs - n_blocks))
+            means = [v.mean(axis=0)[i] for v in logs.values()]
+            rows.append(
+                {
+                    "campaign": campaign,
+                    "foundation": foundation,
+                    "model": model,
+                    "parameter": name,
+                    "n_blocks": n_blocks,
+                    "n_runs": n_runs,
+                    "between_blocks_percent": 100 * np.std(means, ddof=1),
+                    "between_runs_percent": 100 * scatter,
+                    "likelihood_ratio": ratio,
+                    "likelihood_ratio_p": ratio_p,
+                    "f_ratio": f_ratio,
+                    "f_p": f_p,
+                    "shared": bool(f_p >= SIGNIFICANT)
+                    if math.isfinite(f_p)
+                    else bool(ratio_p >= SIGNIFICANT),
+                }
+            )
+    return pd.DataFrame(rows, columns=FOUNDATIONS)
+
+
+def _likelihood_ratio(group) -> tuple:
+    """-2 ln of the ratio of one mean for all blocks to one per block, and its p-value."""
+
+    def misfit(rows):
+        logs = np.log([list(p.values()) for p in rows["parameters"]])
+        weights = np.array(
+            [
+                np.linalg.inv(covariance / np.outer(value, value))
+                for covariance, value in zip(rows["covariance"], np.exp(logs), strict=True)
+            ]
+        )
+        mean = np.linalg.solve(weights.sum(axis=0), np.einsum("nij,nj->i", weights, logs))
+        return float(np.einsum("ni,nij,nj->", logs - mean, weights, logs - mean)), len(mean)
+
+    every, n_parameters = misfit(group)
+    blocks = [misfit(own)[0] for _, own in group.groupby("block", sort=False)]
+    ratio = every - sum(blocks)
+    return ratio, float(stats.chi2.sf(ratio, n_parameters * (len(blocks) - 1)))

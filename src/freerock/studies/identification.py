@@ -1,0 +1,121 @@
+"""Monte-Carlo studies of the identification: does it find the minimum, and are its intervals honest?
+
+Every case is drawn from its own seed, so that a study's numbers do not depend on the number of processes.
+"""
+
+import math
+import time as clock
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import pandas as pd
+from scipy.signal import lfilter
+
+from freerock.identify import Motion, fit_record, fit_run
+from freerock.models import MODELS
+from freerock.models.block import Block
+from freerock.models.simulate import simulate
+from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+
+SEED = 2017
+RATE_HZ = 2000.0
+HOLD_S = 1.0
+T0_STDERR_S = 2e-4
+LONGEST_S = 8.0
+REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One virtual run: block, law, release and noise.
+
+    Parameters
+    ----------
+    model : str
+        The true law.
+    block : Block
+    parameters : mapping of str to float
+        SI units.
+    theta0 : float
+        Angle of release [rad].
+    sigma_theta : float
+        Standard deviation of the white noise of θ [rad].
+    noise : str
+        "white"; "coloured", half of its variance correlated over 5 ms; "hum and drift", white with mains
+        hum of 0.5 σ and a drift of 0.5 σ correlated over 2 s.
+    """
+
+    model: str
+    block: Block
+    parameters: Mapping[str, float]
+    theta0: float
+    sigma_theta: float
+    noise: str = "white"
+
+
+def noise(truth: Truth, n: int, generator) -> np.ndarray:
+    """Noise of θ at RATE_HZ, shape (n,) [rad]."""
+
+    def correlated(time_s):
+        a = math.exp(-1 / (RATE_HZ * time_s))
+        drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
+        return lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0]
+
+    white = generator.standard_normal(n)
+    if truth.noise == "coloured":
+        white = math.sqrt(0.5) * (white + correlated(5e-3))
+    elif truth.noise == "hum and drift":
+        phase = generator.uniform(0, 2 * math.pi)
+        hum = math.sin(phase) if n == 1 else np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
+        white = white + 0.5 * math.sqrt(2) * hum + 0.5 * correlated(2.0)
+    return truth.sigma_theta * white
+
+
+def virtual_motion(truth: Truth, generator, time_s=None, theta=None) -> Motion | None:
+    """A measured run: θ(t) with noise, and what the hold before it tells; None where the block overturns.
+
+    Parameters
+    ----------
+    truth : Truth
+    generator : numpy.random.Generator
+    time_s, theta : ndarray, shape (n_time,), optional
+        The true motion [s, rad] where another than the law's is wanted.
+    """
+    if theta is None:
+        time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
+        response = simulate(
+            truth.model, truth.block, truth.parameters, time_s, theta0=truth.theta0, rtol=1e-10
+        )
+        if response.outcome == "overturned":
+            return None
+        theta = response.theta
+    hold = int(HOLD_S * RATE_HZ)
+    error = noise(truth, hold + len(theta), generator)
+    moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
+    n = min(len(theta), moving[-1] + 200)
+    t0 = T0_STDERR_S * generator.standard_normal()
+    return Motion(
+        time_s=time_s[:n] + t0,
+        theta=theta[:n] + error[hold : hold + n],
+        sigma_theta=float(np.std(error[:hold])),
+        theta0=truth.theta0 + float(np.mean(error[:hold])),
+        theta0_stderr=truth.sigma_theta * (1 if truth.noise == "hum and drift" else 3) / math.sqrt(hold),
+        t0_stderr=T0_STDERR_S,
+        start_s=0.0,
+    )
+
+
+def draw_truth(model: str, noises: Sequence[str], generator) -> Truth:
+    """A random law, block and noise, over the whole range the models are made for."""
+    block, theta0, _ = list(CONFIGURATIONS.values())[generator.integers(3)]
+    k = 10 ** generator.uniform(6, 8)
+    parameters = {
+        "housner": {"r": generator.uniform(0.85, 0.995)},
+        "winkler": {"k": k, "c": k * 10 ** generator.uniform(-3, math.log10(2e-2))},
+        "hunt_crossley": {"k": k, "lambda": k * generator.uniform(5, 50)},
+    }[model]
+    sigma = math.radians(10 ** generator.uniform(math.log10(0.005), math.log10(0.05)))
+    return Truth(model, block, parameters, theta0, sigma, noises[generator.integers(len(noises))])
