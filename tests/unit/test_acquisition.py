@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from nptdms import ChannelObject, RootObject, TdmsWriter
 from freerock.acquisition import read_record
 from freerock.errors import FreerockError
 
+EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
 WAVEFORM = {"wf_increment": 5e-4, "wf_start_offset": 0.25, "wf_samples": 1000, "unit_string": "V"}
 VOLTS = np.linspace(1, 2, 1000)
 
@@ -83,7 +85,7 @@ def test_only_numbers_are_read(tmp_path):
     note = np.array(["hand", "off"], dtype=object)
     path = write(tmp_path / "record.tdms", ("g", "laser", VOLTS, WAVEFORM), ("g", "note", note, {}))
     assert list(read_record(path).data_vars) == ["laser"]
-    assert refusal(path, "note") == "channel 'note' holds no real numbers; name a channel that does"
+    assert refusal(path, "note") == "channel 'note' holds no real numbers; name a channel that holds numbers"
 
 
 def test_missing_channel_lists_those_present(record):
@@ -99,7 +101,9 @@ def test_missing_file(tmp_path):
 
 
 def test_unknown_format(tmp_path):
-    assert refusal(tmp_path / "record.wav") == "unknown format '.wav'; use one of .tdms"
+    assert refusal(tmp_path / "record.wav") == (
+        "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, .hdf5, .nc"
+    )
 
 
 def test_empty_file(tmp_path):
@@ -138,7 +142,7 @@ def test_unequal_lengths_and_rates(tmp_path):
     assert refusal(path).startswith("channels of unequal length: laser 1000, second 900; ")
     slow = ("g", "slow", VOLTS, WAVEFORM | {"wf_increment": 0.1})
     path = write(tmp_path / "rates.tdms", ("g", "laser", VOLTS, WAVEFORM), slow)
-    assert refusal(path) == "channels of several sampling rates: laser, slow; name the channel"
+    assert refusal(path) == "channels of several time bases: laser, slow; name the channel"
     assert list(read_record(path, "slow").data_vars) == ["slow"]
 
 
@@ -167,5 +171,57 @@ def test_a_flipped_byte_never_ends_in_a_traceback(tmp_path_factory, place, flip)
 
 
 def test_reader_is_imported_only_when_needed():
-    code = "import sys, freerock.acquisition; sys.exit('nptdms' in sys.modules or 'xarray' in sys.modules)"
+    code = "import sys, freerock.acquisition; sys.exit(not {'nptdms', 'xarray'}.isdisjoint(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_time_channel_beside_the_signal(tmp_path):
+    time = np.arange(1000) * 2.0
+    stamps = ("g", "Time", time, {"unit_string": "ms"})
+    dataset = read_record(write(tmp_path / "a.tdms", stamps, ("g", "laser", VOLTS, {})))
+    assert list(dataset.data_vars) == ["laser"]
+    np.testing.assert_allclose(dataset["time"], time / 1000, atol=1e-12)
+    dates = np.datetime64("2017-05-01T09:30:00", "us") + np.arange(1000) * np.timedelta64(500, "us")
+    dataset = read_record(write(tmp_path / "b.tdms", ("g", "Time", dates, {}), ("g", "laser", VOLTS, {})))
+    np.testing.assert_allclose(dataset["time"], np.arange(1000) / 2000, atol=1e-12)
+    assert refusal(
+        write(tmp_path / "c.tdms", ("g", "Time", time, {"unit_string": "h"}), ("g", "laser", VOLTS, {}))
+    ) == ("the time is in 'h'; give it in s, ms, us or min")
+
+
+def test_unset_start_time(tmp_path):
+    unset = WAVEFORM | {"wf_start_time": np.datetime64("1904-01-01T00:00:00", "us")}
+    assert "start_time" not in read_record(write(tmp_path / "a.tdms", ("g", "laser", VOLTS, unset))).attrs
+
+
+def test_data_acquisition_scaling(tmp_path):
+    """Counts of a converter, scaled by the polynomial that the driver stores."""
+    counts = np.arange(-500, 500, dtype=np.int16)
+    scaling = {
+        "NI_Scaling_Status": "unscaled",
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Polynomial",
+        "NI_Scale[0]_Polynomial_Coefficients_Size": 3,
+        "NI_Scale[0]_Polynomial_Coefficients[0]": 1.0,
+        "NI_Scale[0]_Polynomial_Coefficients[1]": 0.5,
+        "NI_Scale[0]_Polynomial_Coefficients[2]": 0.25,
+        "NI_Scale[0]_Polynomial_Input_Source": 0xFFFFFFFF,
+    }
+    path = write(tmp_path / "record.tdms", ("g", "laser", counts, WAVEFORM | scaling))
+    x = counts.astype(float)
+    np.testing.assert_allclose(read_record(path)["laser"], 1 + 0.5 * x + 0.25 * x**2, rtol=1e-14)
+
+
+@pytest.mark.skipif(not EXAMPLES.is_dir(), reason="the example files are not here")
+def test_every_example_file_is_read_or_refused():
+    outcomes = {}
+    for path in sorted(p for p in EXAMPLES.rglob("*") if p.is_file()):
+        try:
+            outcomes[path.name] = read_record(path)
+        except FreerockError as error:
+            assert str(error).startswith(f"{path}: ") and "\n" not in str(error)
+    assert len(outcomes) >= 13
+    scaled = outcomes["daqmx_polynomial_voltage.tdms"]["PXI1Slot7/ai0"]
+    assert scaled.attrs["units"] == "Volts" and abs(scaled[0] - 3.648018) < 1e-6
+    assert outcomes["short.lvm"]["Response (Trigger)"][0] == 1.204792
+    assert outcomes["long_single_header_multi_ch.lvm"].sizes["time"] == 16384

@@ -1,11 +1,25 @@
 """Record files: one reader per format behind `read_record`."""
 
+import warnings
 from importlib import import_module
 from pathlib import Path
 
 from freerock.errors import FreerockError
 
-READERS = {".tdms": "tdms"}  # suffix: module of this package with a function read(path, channel)
+# Suffix: module of this package with a function read(path, channel) and the name of its format.
+READERS = {
+    ".tdms": "tdms",
+    ".lvm": "lvm",
+    ".mat": "mat",
+    ".csv": "text",
+    ".tsv": "text",
+    ".txt": "text",
+    ".xlsx": "excel",
+    ".xlsm": "excel",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".nc": "hdf5",
+}
 
 
 def read_record(path, channel: str | None = None):
@@ -16,20 +30,23 @@ def read_record(path, channel: str | None = None):
     path : path-like
         The file; its suffix tells the format.
     channel : str, optional
-        Read only this channel, named "channel" or "group/channel"; all channels that are numbers by default.
+        Read only this channel, named "channel" or "group/channel"; by default all channels that are numbers,
+        provided that they share one time base.
 
     Returns
     -------
     xarray.Dataset
         Over dimension time [s], from the file's own start offset (0 when it gives none): one variable per
         channel, with attribute units as the file states it ("" when it doesn't). Attributes: format,
-        sampling_rate_hz and, where known, start_time (ISO 8601, UTC).
+        sampling_rate_hz and, where there is something to tell: start_time (ISO 8601, with Z for UTC where the
+        file states the zone), reading (what was found out about the file: delimiter, decimal comma, column of
+        time), time_base (faults of the time stamps and how they were handled, see `timebase`).
 
     Raises
     ------
     FreerockError
-        A missing, truncated, empty or unreadable file; an unknown format; a missing channel; no
-        sampling rate.
+        A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
+        bases; no sampling rate; time stamps that no even grid fits. Nothing else leaves this function.
     """
     path = Path(path)
     if path.suffix.lower() not in READERS:
@@ -41,4 +58,11 @@ def read_record(path, channel: str | None = None):
     if path.stat().st_size == 0:
         raise FreerockError(path, "the file is empty", "copy it again from the acquisition computer")
     reader = import_module(f"freerock.acquisition.{READERS[path.suffix.lower()]}")
-    return reader.read(path, channel or None)
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            return reader.read(path, channel or None)
+    except FreerockError:
+        raise
+    except Exception as error:  # the libraries raise whatever damaged bytes lead them into
+        what = f"not a readable {reader.FORMAT} file ({type(error).__name__}: {str(error)[:200]})"
+        raise FreerockError(path, what, "copy it again from the acquisition computer") from error

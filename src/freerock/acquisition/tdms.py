@@ -1,12 +1,14 @@
-"""NI TDMS records, through npTDMS: channels with NI's waveform properties (wf_increment and so on)."""
+"""NI TDMS records, through npTDMS: channels with NI's waveform properties, or beside one of time stamps."""
 
 import numpy as np
-import xarray as xr
 from nptdms import TdmsFile
 
+from freerock.acquisition.channels import COPY_AGAIN, Channel, Even, Stamps, check_declared, dataset
+from freerock.acquisition.headings import is_time, seconds_in
 from freerock.errors import FreerockError
 
-COPY_AGAIN = "copy it again from the acquisition computer"
+FORMAT = "TDMS"
+UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
 
 
 def read(path, channel=None):
@@ -16,97 +18,86 @@ def read(path, channel=None):
     wf_samples, or when channels of one group and one sampling rate differ in length. (wf_samples may be
     smaller than the channel is long: streaming acquisition writes the length of its first chunk.)
     """
-    try:
-        with TdmsFile.open(path) as file:
-            return _dataset(path, file, channel)
-    except FreerockError:
-        raise
-    except Exception as error:  # npTDMS raises whatever the damaged bytes lead it into
-        what = f"not a readable TDMS file ({type(error).__name__}: {error})"
-        raise FreerockError(path, what, COPY_AGAIN) from error
+    with open(path, "rb") as stream, TdmsFile.open(stream) as file:
+        if file.file_status.incomplete_final_segment:
+            raise FreerockError(path, "the file is truncated: its last segment is incomplete", COPY_AGAIN)
+        groups = {group.name: group.channels() for group in file.groups()}
+        found = {(group, c.name): c for group, members in groups.items() for c in members}
+        channels = [
+            Channel(c.name, _unit(c), (group, c.name), clock, group)
+            for group, members in groups.items()
+            for c, clock in _clocks(path, members)
+        ]
+        rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
 
+        def read_columns(columns):
+            return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
 
-def _dataset(path, file, channel):
-    if file.file_status.incomplete_final_segment:
-        raise FreerockError(path, "the file is truncated: its last segment is incomplete", COPY_AGAIN)
-    everything = [c for group in file.groups() for c in group.channels()]
-    if not everything:
-        raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
-    names = _names(everything)
-    wanted = _wanted(path, names, channel)
-    for name, c in wanted.items():
-        _refuse_short(path, name, c)
-
-    steps = {name: _step(path, name, c) for name, c in wanted.items()}
-    lengths = {name: len(c) for name, c in wanted.items()}
-    step, length = next(iter(steps.values())), next(iter(lengths.values()))
-    if len(set(steps.values())) > 1:
-        raise FreerockError(
-            path, f"channels of several sampling rates: {', '.join(wanted)}", "name the channel"
+        return dataset(
+            path, channels, channel, read_columns, {"format": FORMAT} | _start_time(found.values())
         )
-    if len(set(lengths.values())) > 1:
-        told = ", ".join(f"{name} {n}" for name, n in lengths.items())
-        raise FreerockError(path, f"channels of unequal length: {told}", COPY_AGAIN)
-
-    first = next(iter(wanted.values())).properties
-    start = float(first.get("wf_start_offset", 0.0))
-    attrs = {"format": "TDMS", "sampling_rate_hz": 1 / step}
-    if "wf_start_time" in first:
-        attrs["start_time"] = f"{np.datetime_as_string(first['wf_start_time'], 'ms')}Z"
-    return xr.Dataset(
-        {
-            name: ("time", np.asarray(c[:], float), {"units": str(c.properties.get("unit_string", ""))})
-            for name, c in wanted.items()
-        },
-        coords={"time": ("time", start + step * np.arange(length), {"units": "s"})},
-        attrs=attrs,
-    )
 
 
-def _names(channels):
-    """Channels by name; by group/name where two groups share a name."""
-    short = [c.name for c in channels]
-    return {c.name if short.count(c.name) == 1 else f"{c.group_name}/{c.name}": c for c in channels}
+def _unit(channel):
+    return str(channel.properties.get("unit_string", ""))
 
 
-def _wanted(path, names, channel):
-    """The channel asked for, else all that hold numbers; those must hold samples."""
-    present = ", ".join(names)
-    if channel is None:
-        wanted = {name: c for name, c in names.items() if _is_number(c)}
-        if not wanted:
-            raise FreerockError(path, f"no channel holds a number (channels: {present})", COPY_AGAIN)
-        return wanted
-    full = {f"{c.group_name}/{c.name}": name for name, c in names.items()}
-    name = channel if channel in names else full.get(channel)
-    if name is None:
-        remedy = "correct the channel column of the campaign's CSV"
-        raise FreerockError(path, f"no channel {channel!r}; its channels are {present}", remedy)
-    if len(names[name]) and not _is_number(names[name]):
-        raise FreerockError(path, f"channel {name!r} holds no real numbers", "name a channel that does")
-    return {name: names[name]}
+def _clocks(path, members):
+    """Each channel of a group with its clock, or with why it can't be read; time stamps only when alone."""
+    stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
+    for c in members:
+        if c is stamps and len(members) > 1:
+            continue
+        step = c.properties.get("wf_increment")
+        if not len(c):
+            yield c, "is empty"
+        elif not _is_number(c):
+            yield c, "holds no real numbers"
+        elif step is None and stamps not in (None, c):
+            unit = 1.0 if _is_date(stamps) else seconds_in(path, _unit(stamps))
+            yield c, Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
+        else:
+            yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)))
 
 
 def _is_number(channel):
     return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind in "iuf"
 
 
-def _refuse_short(path, name, channel):
-    if len(channel) == 0:
-        raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
+def _is_date(channel):
+    return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind == "M"
+
+
+def _values(path, channel, step):
+    """All samples as doubles, chunk by chunk; dates as seconds since the first."""
     told = channel.properties.get("wf_samples", 0)
     if len(channel) < told:
-        what = f"the file is truncated: channel {name!r} holds {len(channel)} of {told} samples"
+        what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {told} samples"
         raise FreerockError(path, what, COPY_AGAIN)
-
-
-def _step(path, name, channel):
-    """Sampling interval [s]."""
-    step = channel.properties.get("wf_increment")
     if not (isinstance(step, int | float) and np.isfinite(step) and step > 0):
         raise FreerockError(
             path,
-            f"channel {name!r} gives no sampling rate (wf_increment is {'absent' if step is None else step})",
+            f"channel {channel.name!r} gives no sampling rate "
+            f"(wf_increment is {'absent' if step is None else step})",
             "log it as a waveform, or set its property wf_increment to the sampling interval in seconds",
         )
-    return float(step)
+    check_declared(path, 8 * len(channel), path.stat().st_size)
+    values = np.empty(len(channel))
+    done, origin = 0, None
+    for chunk in channel.data_chunks():
+        part = chunk[:]
+        if part.dtype.kind == "M":
+            origin = part[0] if origin is None and part.size else origin
+            part = (part - origin) / np.timedelta64(1, "s")
+        values[done : done + len(part)] = part
+        done += len(part)
+    if done < len(values):
+        what = f"the file is truncated: channel {channel.name!r} holds {done} of {len(values)} samples"
+        raise FreerockError(path, what, COPY_AGAIN)
+    return values
+
+
+def _start_time(channels):
+    starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
+    known = [start for start in starts if start > UNSET]
+    return {"start_time": f"{np.datetime_as_string(known[0], 'ms')}Z"} if known else {}

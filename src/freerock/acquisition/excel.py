@@ -1,0 +1,108 @@
+"""Excel workbooks, through openpyxl: sheets of columns of numbers, or of pairs (time, signal)."""
+
+from array import array
+from dataclasses import replace
+from itertools import chain, islice
+from math import nan
+from zipfile import ZipFile
+
+import numpy as np
+from openpyxl import load_workbook
+from openpyxl.utils import get_column_letter
+
+from freerock.acquisition.channels import COPY_AGAIN, check_declared, dataset
+from freerock.acquisition.headings import columns, headed, rises
+from freerock.errors import FreerockError
+
+FORMAT = "Excel"
+MAX_ROWS = 1 << 20  # of a sheet
+HEAD = 100  # rows in which the table begins
+ROWS_ALIKE = 3
+DENSER_THAN_SHEETS = 10  # the XML of sheets shrinks at most a tenth as much as deflate can shrink
+
+
+def read(path, channel=None):
+    """Read an Excel workbook; arguments, result and errors as of `freerock.acquisition.read_record`.
+
+    Tables are found below their rows of headings, on every sheet; the values of formulas are those that Excel
+    saved. A column of time belongs to the columns at its right. A channel is named "channel" or
+    "sheet/channel"; columns may end in empty cells.
+    """
+    with ZipFile(path) as archive:
+        size = sum(part.file_size for part in archive.infolist())
+    check_declared(path, DENSER_THAN_SHEETS * size, path.stat().st_size)
+    book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
+    tables, channels, notes, faults = {}, [], [], []
+    try:
+        for sheet in book.worksheets:
+            headings, tables[sheet.title] = _table(path, sheet)
+            if not tables[sheet.title]:
+                continue
+            try:
+                found, told = _channels(path, sheet.title, headings, tables[sheet.title])
+            except FreerockError as error:
+                faults.append(error)
+                continue
+            channels += found
+            notes += [f"sheet {sheet.title!r}: {note}" for note in told]
+    finally:
+        book.close()
+    if not channels:
+        remedy = "export columns of numbers under headings, the time in seconds among them"
+        raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
+
+    def read_columns(wanted):
+        return {(sheet, i): np.array(tables[sheet][i]) for sheet, i in wanted}
+
+    return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
+
+
+def _channels(path, title, headings, numbers):
+    """Channels of a sheet; their columns are named (sheet, column)."""
+    headings = headed(headings, max(numbers) + 1)
+    found, notes = columns(
+        f"{path}: sheet {title!r}", headings, numbers, rises(next(iter(numbers.values()))), None
+    )
+    return [
+        replace(
+            c, group=title, column=(title, c.column), clock=replace(c.clock, column=(title, c.clock.column))
+        )
+        for c in found
+    ], notes
+
+
+def _table(path, sheet):
+    """Rows of headings of a sheet, and its columns of numbers; none where it holds no table."""
+    sheet.reset_dimensions()
+    rows = sheet.iter_rows(values_only=True)
+    head = list(islice(rows, HEAD))
+    kinds = [[_kind(cell) for cell in row] for row in head]
+    begin = next((n for n in range(len(head)) if _is_table(kinds[n : n + ROWS_ALIKE])), len(head))
+    numeric = {i for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind == "n"}
+    numbers = {i: array("d") for i in sorted(numeric)}
+    for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
+        if n > MAX_ROWS:
+            raise FreerockError(path, f"sheet {sheet.title!r} has more than {MAX_ROWS} rows", COPY_AGAIN)
+        for i, values in numbers.items():
+            cell = row[i] if i < len(row) else None
+            if _kind(cell) == "t":
+                where = f"{path}: sheet {sheet.title!r}"
+                what = f"cell {get_column_letter(i + 1)}{n} holds {str(cell)[:40]!r}, not a number"
+                raise FreerockError(where, what, "correct the cell, or move what is below the table")
+            values.append(nan if cell is None or cell == "" else cell)
+    return [["" if cell is None else cell for cell in row] for row in head[:begin]], numbers
+
+
+def _kind(cell):
+    """n for a number, t for anything else, nothing for an empty cell."""
+    if cell is None or cell == "":
+        return ""
+    return "n" if isinstance(cell, int | float) and not isinstance(cell, bool) else "t"
+
+
+def _is_table(rows):
+    """Whether rows begin a table: numbers first, and the same columns of numbers in all."""
+    filled = [kind for kind in rows[0] if kind]
+    return filled[:2] == ["n", "n"] and all(
+        not a or not b or a == b for row in rows for a, b in zip(rows[0], row, strict=False)
+    )

@@ -1,0 +1,248 @@
+"""Names, units, time and sampling rate as people write them in headings."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from freerock.acquisition.channels import Channel, Even, Stamps
+from freerock.errors import FreerockError
+
+SECONDS = {
+    **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
+    **dict.fromkeys(["ms", "msec", "millisecond", "milliseconds"], 1e-3),
+    **dict.fromkeys(["us", "µs", "μs", "microsecond", "microseconds"], 1e-6),
+    **dict.fromkeys(["min", "minute", "minutes"], 60.0),
+}
+UNITS = {
+    *(unit for unit in SECONDS if unit),
+    *[
+        "v",
+        "mv",
+        "volt",
+        "volts",
+        "a",
+        "ma",
+        "amp",
+        "amps",
+        "m",
+        "mm",
+        "cm",
+        "um",
+        "µm",
+        "rad",
+        "mrad",
+        "deg",
+    ],
+    *[
+        "°",
+        "degrees",
+        "radians",
+        "hz",
+        "khz",
+        "n",
+        "kn",
+        "g",
+        "m/s",
+        "m/s2",
+        "m/s^2",
+        "m/s²",
+        "rad/s",
+        "-",
+        "1",
+    ],
+}
+TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
+RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
+STEPS = {
+    "dt",
+    "ts",
+    "deltat",
+    "deltax",
+    "samplinginterval",
+    "sampleinterval",
+    "samplingperiod",
+    "wfincrement",
+}
+
+
+def split_unit(text: str) -> tuple[str, str]:
+    """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "t/ms" or "laser"."""
+    text = text.strip().strip('"').strip()
+    bracketed = re.fullmatch(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]", text)
+    if bracketed:
+        return bracketed[1].strip(), bracketed[2].strip()
+    name, mark, unit = re.fullmatch(r"(?:(.*?)([_/]|\s+in\s+))?([^_/\s]*)|.*", text).groups()
+    if mark and name and unit.casefold() in UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
+        return name.strip(), unit
+    return text, ""
+
+
+def is_time(text: str) -> bool:
+    """Whether a heading names a column of time."""
+    return _plain(split_unit(text)[0]) in TIMES
+
+
+def seconds_in(where, unit: str) -> float:
+    """A unit of time [s]; also of the form "seconds since 2017-05-01".
+
+    Raises
+    ------
+    FreerockError
+        No unit of time that is known.
+    """
+    plain = unit.casefold().split(" since ")[0].strip()
+    if plain not in SECONDS:
+        raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
+    return SECONDS[plain]
+
+
+def stated_rate(values: Mapping[str, object]) -> Even | None:
+    """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt."""
+    for heading, value in values.items():
+        name, unit = split_unit(heading)
+        name = _plain(name)
+        if isinstance(value, str):
+            number = re.match(r"\s*([-+\d.eE]+)\s*([a-zA-Zµμ]*)", value.replace(",", "."))
+            value, unit = (_float(number[1]), number[2] or unit) if number else (None, unit)
+        if value is None or not np.isfinite(value) or not value > 0:
+            continue
+        if name in RATES or name.removesuffix("hz") in RATES:
+            return Even(1 / (value * (1000.0 if unit.casefold() == "khz" else 1.0)))
+        if name in STEPS:
+            return Even(value * SECONDS.get(unit.casefold(), 1.0))
+    return None
+
+
+def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
+    """Name and unit of each column under one or several rows of headings.
+
+    A row of units gives units. A label over several columns (a merged cell) counts for each of them; what all
+    columns share is left out of the names.
+    """
+    names = [[] for _ in range(width)]
+    units = [""] * width
+    for row in rows:
+        cells = [str(cell).strip() for cell in row[:width]] + [""] * (width - len(row))
+        filled = [cell for cell in cells if cell]
+        if filled and all(_is_unit(cell) for cell in filled):
+            units = [_bare(cell) or unit for cell, unit in zip(cells, units, strict=True)]
+            continue
+        if cells[0] and "" in cells[:-1]:
+            cells = _spread(cells)
+        for i, cell in enumerate(cells):
+            name, unit = split_unit(cell)
+            names[i].append(name)
+            units[i] = unit or units[i]
+    return list(zip(_joined(names), units, strict=True))
+
+
+def columns(path, headings: Sequence[tuple[str, str]], numeric: Iterable[int], first_rises: bool, rate):
+    """Channels of a table, and what had to be found out.
+
+    Parameters
+    ----------
+    headings : sequence of (str, str)
+        Name and unit of each column, as `headed` gives them.
+    numeric : iterable of int
+        The columns that hold numbers.
+    first_rises : bool
+        Whether the first numeric column rises steadily, as time does.
+    rate : Even or None
+        The sampling interval that the file states.
+
+    Returns
+    -------
+    (list of Channel, list of str)
+        Each channel belongs to the column of time next to its left, else to the first one.
+
+    Raises
+    ------
+    FreerockError
+        Neither a column of time nor a sampling rate; nothing but time.
+    """
+    numeric, notes = list(numeric), []
+    times = [i for i in numeric if is_time(headings[i][0])]
+    if not times and rate is None and first_rises and len(numeric) > 1:
+        times = numeric[:1]
+        notes.append(f"column {times[0] + 1} rises steadily and is taken for time")
+    if not times and rate is None:
+        remedy = "head the column of time with time [s], or state the sampling rate"
+        raise FreerockError(path, "no column of time and no sampling rate", remedy)
+    if times and not headings[times[0]][1]:
+        notes.append("time has no unit and is taken for seconds")
+    channels, clock = [], None
+    for i in numeric:
+        name, unit = headings[i]
+        if i in times:
+            clock = Stamps(name or f"column {i + 1}", i, seconds_in(path, unit))
+        else:
+            channels.append((name or f"column {i + 1}", unit, i, clock))
+    if not channels:
+        raise FreerockError(path, "no channel beside the time", "export at least one channel")
+    first = next((c[3] for c in channels if c[3]), clock) or rate
+    names = _distinct([c[0] for c in channels])
+    return [
+        Channel(name, unit, i, clock or first)
+        for name, (_, unit, i, clock) in zip(names, channels, strict=True)
+    ], notes
+
+
+def rises(values) -> bool:
+    """Whether numbers rise as steadily as time does."""
+    values = np.asarray(values, float)
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(steps.size > 1 and steps.min() >= 0 and 0 < steps.max() <= 1.5 * np.median(steps))
+
+
+def _plain(name):
+    return re.sub(r"[\s_.:-]+", "", name).casefold()
+
+
+def _float(text):
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _bare(cell):
+    return cell.strip("[]() ")
+
+
+def _is_unit(cell):
+    return _bare(cell).casefold() in UNITS or bool(re.fullmatch(r"\[.*\]|\(.*\)", cell))
+
+
+def _spread(cells):
+    last, spread = "", []
+    for cell in cells:
+        last = cell or last
+        spread.append(last)
+    return spread
+
+
+def _joined(names):
+    """Names from the parts of each column, less the parts that all columns but those of time share."""
+    data = [parts for parts in names if not (parts and is_time(parts[-1]))] or names
+    depth = len(data[0])
+    kept = [level for level in range(depth) if len({parts[level] for parts in data}) > 1]
+    short = [" ".join(parts[level] for level in kept if parts[level]) for parts in data]
+    if len(data) == 1 or "" in short or len(set(short)) < len(short):
+        kept = range(max(0, depth - 1), depth) if len(data) == 1 else range(depth)
+    return [
+        parts[-1]
+        if parts and is_time(parts[-1])
+        else " ".join(dict.fromkeys(parts[level] for level in kept if parts[level]))
+        for parts in names
+    ]
+
+
+def _distinct(names):
+    """Names with (2), (3) … after repeated ones."""
+    seen: dict[str, int] = {}
+    distinct = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        distinct.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return distinct

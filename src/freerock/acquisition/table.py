@@ -1,0 +1,125 @@
+"""Rows of numbers in a text file, parsed by pandas.
+
+A row with too many cells, or a cell that is no number, is an error; an empty cell is a missing sample.
+"""
+
+import codecs
+import csv
+import re
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from freerock.acquisition.channels import COPY_AGAIN
+from freerock.errors import FreerockError
+
+HEAD = 1 << 16  # characters in which encoding and layout are found
+DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
+DECIMALS = {".": "point", ",": "comma"}
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a table is written: `first` is the number of lines before it."""
+
+    delimiter: str
+    decimal: str
+    first: int
+    width: int
+    numeric: tuple[int, ...]
+
+
+def told(layout: Layout, encoding: str) -> str:
+    """What was found out about a table, in words."""
+    delimiter = DELIMITERS.get(layout.delimiter, repr(layout.delimiter))
+    return f"columns between {delimiter}, decimal {DECIMALS[layout.decimal]}, {encoding}"
+
+
+def encoding_of(path) -> str:
+    """Encoding by the byte order mark, else UTF-8 where the head of the file is, else Windows-1252."""
+    with open(path, "rb") as file:
+        head = file.read(HEAD)
+    for mark, name in [
+        (codecs.BOM_UTF8, "utf-8-sig"),
+        (codecs.BOM_UTF16_LE, "utf-16"),
+        (codecs.BOM_UTF16_BE, "utf-16"),
+    ]:
+        if head.startswith(mark):
+            return name
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Cells of a line, less their blanks and quotation marks."""
+    if delimiter == " ":
+        return line.split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
+
+
+def numbers(path, encoding: str, layout: Layout, rows: int | None = None) -> dict[int, np.ndarray]:
+    """The columns of numbers of a table, of all its rows or some.
+
+    Raises
+    ------
+    FreerockError
+        A cell that is no number, a row with too many cells, a last line that is cut off.
+    """
+    with open(path, encoding=encoding, errors="replace") as file:
+        for _ in range(layout.first):
+            file.readline()
+        try:
+            table = pd.read_csv(
+                file,
+                sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
+                decimal=layout.decimal,
+                names=range(layout.width),
+                index_col=False,
+                dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
+                nrows=rows,
+                skipinitialspace=True,
+            )
+        except (ValueError, pd.errors.ParserError) as error:
+            raise _fault(path, encoding, layout) or error from None
+    last = table.iloc[-1, list(layout.numeric)]
+    if rows is None and last.isna().any() and not _ends_a_line(path):
+        raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
+    return {i: table[i].to_numpy() for i in layout.numeric}
+
+
+def kind_of(cell, decimal):
+    """n for a number, t for other text, nothing for an empty cell."""
+    if not cell:
+        return ""
+    right = decimal == "." or "." not in cell
+    return "n" if right and NUMBER.fullmatch(cell.replace(decimal, ".")) else "t"
+
+
+def _fault(path, encoding, layout):
+    """The first line that breaks the table, as an error."""
+    with open(path, encoding=encoding, errors="replace") as file:
+        for n, line in enumerate(file, start=1):
+            if n <= layout.first or not line.strip():
+                continue
+            cells = cells_of(line, layout.delimiter)
+            for i in layout.numeric:
+                if i < len(cells) and kind_of(cells[i], layout.decimal) == "t":
+                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a number"
+                    return FreerockError(path, what, "correct the line, or export the file again")
+            if len(cells) > layout.width:
+                what = f"line {n} has {len(cells)} cells instead of {layout.width}"
+                return FreerockError(path, what, "correct the line, or export the file again")
+    return None
+
+
+def _ends_a_line(path):
+    with open(path, "rb") as file:
+        file.seek(-2, 2)
+        return b"\n" in (end := file.read()) or end.endswith(b"\r")

@@ -1,0 +1,133 @@
+"""Tables of numbers in text: CSV, TSV and the like, their delimiter and decimal mark found out."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from freerock.acquisition import lvm
+from freerock.acquisition.channels import dataset
+from freerock.acquisition.headings import columns, headed, rises, stated_rate
+from freerock.acquisition.table import (
+    DECIMALS,
+    DELIMITERS,
+    HEAD,
+    Layout,
+    cells_of,
+    encoding_of,
+    kind_of,
+    numbers,
+    told,
+)
+from freerock.errors import FreerockError
+
+FORMAT = "text"
+ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
+
+
+def read(path, channel=None):
+    """Read a table of numbers in text; arguments, result and errors as of `freerock.acquisition.read_record`.
+
+    A column of time is recognised by its heading, or because it is the first one and rises steadily; else the
+    lines above the table must state the sampling rate ("sampling rate: 2000 Hz", "dt = 0.0005"). Of several
+    columns of time, each belongs to the columns at its right.
+    """
+    encoding = encoding_of(path)
+    with open(path, encoding=encoding, errors="replace") as file:
+        lines = file.read(HEAD).split("\n")
+        complete = not file.read(1)
+    if lines[0].startswith(lvm.MAGIC):
+        return lvm.read(path, channel)
+    if not complete and len(lines) > 1:
+        lines.pop()
+    layout = _layout(path, lines)
+    headings = _headings(lines, layout)
+    sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
+    first = [_number(row[layout.numeric[0]], layout.decimal) for row in sample if len(row) == layout.width]
+    rate = stated_rate(_stated(lines[: layout.first]))
+    channels, notes = columns(path, headings, layout.numeric, rises(first), rate)
+
+    def read_columns(wanted):
+        table = numbers(path, encoding, layout)
+        return {i: table[i] for i in wanted}
+
+    notes.insert(0, told(layout, encoding))
+    return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
+
+
+def _layout(path, lines):
+    found = [
+        layout
+        for delimiter in DELIMITERS
+        for decimal in DECIMALS
+        if delimiter != decimal and (layout := _table(lines, delimiter, decimal))
+    ]
+    if not found:
+        remedy = "export rows of numbers between tabs, semicolons or commas"
+        raise FreerockError(path, "no table of numbers in its first lines", remedy)
+    wide = [layout for layout in found if layout.width > 1]
+    layout = min(wide or found, key=lambda layout: (layout.width - len(layout.numeric), layout.first))
+    if layout.delimiter == "," and layout.width % 2 == 0:
+        _refuse_ambiguous(path, lines, layout)
+    return layout
+
+
+def _refuse_ambiguous(path, lines, layout):
+    """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
+    row = next(line for line in lines[layout.first :] if line.strip())
+    whole = all(re.fullmatch(r"[-+]?\d*", cell) for cell in cells_of(row, ","))
+    above = lines[layout.first - 1] if layout.first else ""
+    headings = len(cells_of(above, ",")) if above.strip() else 0
+    if whole and headings in (0, layout.width // 2):
+        what = f"line {layout.first + 1} may hold {layout.width} columns, or decimal commas"
+        raise FreerockError(path, what, "export with tabs or semicolons between the columns")
+
+
+def _table(lines, delimiter, decimal):
+    """Layout of the first rows of numbers alike, if there are any."""
+    rows = [(n, cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
+    kinds = [[kind_of(cell, decimal) for cell in cells] for _, cells in rows]
+    for n, (line, cells) in enumerate(rows):
+        here = kinds[n : n + ROWS_ALIKE]
+        if not all(_alike(here[0], kind) for kind in here):
+            continue
+        body = [kind for kind in kinds[n:] if len(kind) == len(cells)]
+        columns_of = list(zip(*body, strict=True))
+        numeric = tuple(i for i, column in enumerate(columns_of) if "n" in column and "t" not in here[0][i])
+        return Layout(delimiter, decimal, line, len(cells), numeric)
+    return None
+
+
+def _alike(first, other):
+    """Whether two rows can be of one table of numbers: texts only beyond the first column."""
+    return (
+        first[0] != "t"
+        and "n" in first
+        and len(first) == len(other)
+        and all(not a or not b or a == b for a, b in zip(first, other, strict=True))
+    )
+
+
+def _number(cell, decimal):
+    return float(cell.replace(decimal, ".")) if kind_of(cell, decimal) == "n" else np.nan
+
+
+def _headings(lines, layout):
+    """Names and units of the columns."""
+    first = layout.first
+    rows = []
+    while first and lines[first - 1].strip() and (layout.width > 1 or not rows):
+        line = lines[first - 1].lstrip("#%/ ")
+        cells = cells_of(line, layout.delimiter)
+        numbers_in = any(kind_of(cell, layout.decimal) == "n" for cell in cells)
+        if len(cells) != layout.width or numbers_in or stated_rate(_stated([line])):
+            break
+        rows.insert(0, cells)
+        first -= 1
+    return headed(rows, layout.width)
+
+
+def _stated(lines: Iterable[str]) -> dict[str, str]:
+    """Values by name from lines such as "Sampling rate: 2000 Hz"."""
+    stated = (re.split(r"[:=;\t,]", line.lstrip("#%/ "), maxsplit=1) for line in lines)
+    return {pair[0].strip(): pair[1].strip() for pair in stated if len(pair) == 2}

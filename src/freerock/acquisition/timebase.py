@@ -1,0 +1,251 @@
+"""Time stamps of a record: a uniform grid for them, or why there is none; its rate against the mains.
+
+A grid is right when the samples were taken evenly and only their stamps are coarse, jittery or missing.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from freerock.errors import FreerockError
+
+MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp from the grid
+GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
+ROUNDED_SHARE = 0.01  # rarer than that, an odd interval is a fault and not rounding
+ROUNDED_STAMPS = 10  # different stamps that show rounding at least
+NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth telling
+MAINS_SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
+MAINS_FALSE_ALARM = 1e-6
+
+SPLIT = "split it into one file per recording"
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Uniform grid of a column of stamps.
+
+    Parameters
+    ----------
+    start_s, step_s : float
+        First instant and sampling interval [s].
+    size : int
+        Number of instants.
+    place : ndarray of int, shape (n_stamps,), or None
+        Instant that each stamp belongs to; None when the n-th stamp is the n-th instant.
+    faults : tuple of str
+        What was found and how it was handled.
+    """
+
+    start_s: float
+    step_s: float
+    size: int
+    place: np.ndarray | None = None
+    faults: tuple[str, ...] = ()
+
+
+def regular_grid(where, time_s) -> Grid:
+    """Uniform grid of the time stamps of a record.
+
+    Stamps rounded to few digits, or within MILD_JITTER of a sampling interval of the grid, are taken for
+    evenly taken samples. Missing stamps leave instants empty. A stretch after a gap is moved by less than
+    half a sampling interval, on to the grid.
+
+    Parameters
+    ----------
+    where : str
+        File or column named in errors.
+    time_s : array, shape (n,)
+        Stamps [s].
+
+    Raises
+    ------
+    FreerockError
+        Fewer than two stamps, missing or infinite ones, time that runs backwards or stands still, jitter that
+        is not mild, a rate that drifts, gaps longer than the recording.
+    """
+    time = np.asarray(time_s, float)
+    if time.size < 2:
+        raise FreerockError(where, f"{time.size} time stamps give no sampling rate", "record more samples")
+    bad = np.flatnonzero(~np.isfinite(time))
+    if bad.size:
+        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
+        raise FreerockError(where, what, "export the time column again")
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    if back.size:
+        n = back[0]
+        what = f"time runs backwards {_times(back.size)}, first from {time[n]:.6g} to {time[n + 1]:.6g} s"
+        raise FreerockError(where, f"{what} after sample {n}", SPLIT)
+    if time[-1] == time[0]:
+        raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
+    return _rounded(time, steps) or _pieces(where, time, steps)
+
+
+def on_grid(where, grid: Grid, values) -> np.ndarray:
+    """Samples at the instants of the grid, NaN where none was taken.
+
+    Raises
+    ------
+    FreerockError
+        Two samples with one stamp that differ.
+    """
+    values = np.asarray(values, float)
+    if grid.place is None:
+        return values
+    repeated = np.flatnonzero(np.diff(grid.place) == 0)
+    same = (values[repeated] == values[repeated + 1]) | np.isnan(values[repeated + 1])
+    if not same.all():
+        n = repeated[~same][0]
+        what = (
+            f"samples {n} and {n + 1} have one time stamp and differ ({values[n]:.6g}, {values[n + 1]:.6g})"
+        )
+        raise FreerockError(where, what, "export the time column with more digits")
+    placed = np.full(grid.size, np.nan)
+    placed[grid.place[::-1]] = values[::-1]  # the first of two stays
+    return placed
+
+
+def mains_ratio(time_s, signal, mains_hz: float) -> tuple[float, float] | None:
+    """Frequency of the mains hum in a signal over the nominal one: the declared sampling rate over the true.
+
+    The hum is the highest line of the periodogram (Hann window) within MAINS_SEARCH of the nominal frequency.
+    It counts as seen when noise of the level around it would be as high with a probability below
+    MAINS_FALSE_ALARM. The maximum of the windowed periodogram, with weights w over centred times t, has the
+    variance 2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the amplitude A in white noise of variance
+    σ² (for even weights the Cramér–Rao bound).
+
+    Parameters
+    ----------
+    time_s : array, shape (n,)
+        Evenly spaced instants [s].
+    signal : array, shape (n,)
+        Any unit; NaN where missing. A phase at rest shows the hum best.
+    mains_hz : float
+        Nominal frequency [Hz].
+
+    Returns
+    -------
+    (float, float) or None
+        Ratio and its standard error; None when no hum is visible. The mains themselves stay within about
+        0.4 % of the nominal frequency.
+    """
+    time, signal = np.asarray(time_s, float), np.asarray(signal, float)
+    seen = np.isfinite(signal)
+    if seen.sum() < 16:
+        return None
+    window = np.hanning(time.size)
+    signal = np.interp(time, time[seen], signal[seen])  # across gaps, lest their edges hide the hum
+    weighted = window * (signal - (window @ signal) / window.sum())
+    window = np.where(seen, window, 0.0)
+    step = (time[-1] - time[0]) / (time.size - 1)
+    frequency = np.fft.rfftfreq(time.size, step)
+    power = np.abs(np.fft.rfft(weighted)) ** 2
+    band = np.flatnonzero(np.abs(frequency - mains_hz) < MAINS_SEARCH * mains_hz)
+    if band.size < 16 or frequency[-1] < (1 + MAINS_SEARCH) * mains_hz:
+        return None
+    noise = np.median(power[band]) / math.log(2)
+    peak = band[np.argmax(power[band])]
+    if not power[peak] > noise * math.log(band.size / MAINS_FALSE_ALARM):
+        return None
+
+    centred = time - (window @ time) / window.sum()
+    near = _demodulated(weighted, centred, frequency[peak])
+    offset = _maximum(*near, 1 / (time[-1] - time[0]))
+    amplitude = 2 * math.sqrt(_power(*near, offset)) / window.sum()
+    variance = noise / (window @ window)
+    spread = 2 * variance * ((window * centred) @ (window * centred))
+    stderr = math.sqrt(spread) / (amplitude * (window @ centred**2)) / (2 * math.pi)
+    return float((frequency[peak] + offset) / mains_hz), float(stderr / mains_hz)
+
+
+def _times(n):
+    return "once" if n == 1 else f"{n} times"
+
+
+def _rounded(time, steps):
+    """Grid of stamps that were rounded to few digits, else None."""
+    digit = steps[steps > 0].min()
+    counts = np.rint(steps / digit)
+    low = counts.min()
+    odd = np.count_nonzero(counts != low) / counts.size
+    if np.count_nonzero(steps) < ROUNDED_STAMPS:
+        return None
+    if counts.max() != low + 1 or not ROUNDED_SHARE <= odd <= 1 - ROUNDED_SHARE:
+        return None
+    if np.abs(steps - counts * digit).max() > 1e-3 * digit:
+        return None
+    number = np.arange(time.size)
+    step, start = np.polyfit(number, time, 1)
+    if np.abs(time - start - step * number).max() > digit:
+        return None
+    told = f"time stamps rounded to {digit:.3g} s; evenly spaced by {step:.6g} s on average"
+    return Grid(float(start), float(step), time.size, faults=(told,))
+
+
+def _pieces(where, time, steps):
+    """Grid of stamps in stretches between gaps, with one sampling interval for all."""
+    typical = np.median(steps[steps > 0])
+    piece = np.concatenate([[0], np.cumsum(steps > GAP * typical)])
+    number = np.concatenate([[0], np.cumsum(steps > 0)]).astype(float)
+    samples = np.bincount(piece)
+    mean_time, mean_number = (np.bincount(piece, x) / samples for x in (time, number))
+    centred = number - mean_number[piece]
+    step = (centred @ (time - mean_time[piece])) / (centred @ centred) if centred.any() else typical
+    start = mean_time - step * mean_number
+    deviation = np.abs(time - start[piece] - step * number).max() / step
+    if not deviation <= MILD_JITTER:
+        what = (
+            f"the time stamps leave an even grid of {step:.6g} s by up to {deviation:.2g} sampling intervals"
+        )
+        raise FreerockError(where, what, "export with the logger's own clock, or resample it evenly")
+
+    shift = np.rint((start - start[0]) / step)
+    place = (number + shift[piece]).astype(np.int64)
+    size = int(place[-1]) + 1
+    taken = int(number[-1]) + 1
+    if size > 2 * taken:
+        what = f"{size - taken} of {size} samples are missing in {_gaps(samples.size - 1)}"
+        raise FreerockError(where, what, SPLIT)
+
+    faults = []
+    if deviation > NAMEABLE:
+        faults.append(f"time stamps jitter by up to {100 * deviation:.2g} % of the sampling interval")
+    if time.size > taken:
+        faults.append(f"{time.size - taken} repeated samples dropped")
+    if size > taken:
+        longest = np.argmax(np.diff(place))
+        faults.append(
+            f"{size - taken} samples missing in {_gaps(samples.size - 1)}, "
+            f"the longest of {place[longest + 1] - place[longest] - 1} after {time[longest]:.6g} s"
+        )
+    whole = size == time.size and taken == size
+    first = time[0] if deviation <= NAMEABLE else start[0]
+    return Grid(float(first), float(step), size, None if whole else place, tuple(faults))
+
+
+def _gaps(n):
+    return "1 gap" if n == 1 else f"{n} gaps"
+
+
+def _demodulated(weighted, time, frequency_hz, blocks=4096):
+    """Signal shifted down by a frequency and summed in blocks, with the blocks' mean times."""
+    edges = np.unique(np.linspace(0, time.size, blocks + 1).astype(int))[:-1]
+    shifted = np.add.reduceat(weighted * np.exp(-2j * np.pi * frequency_hz * time), edges)
+    return np.add.reduceat(time, edges) / np.diff(np.append(edges, time.size)), shifted
+
+
+def _power(time, shifted, offset_hz):
+    return abs(shifted @ np.exp(-2j * np.pi * offset_hz * time)) ** 2
+
+
+def _maximum(time, shifted, bin_hz):
+    """Offset of the highest power [Hz], within one bin of 0, by ternary search."""
+    low, high = -bin_hz, bin_hz
+    while high - low > 1e-7 * bin_hz:
+        third = (high - low) / 3
+        if _power(time, shifted, low + third) < _power(time, shifted, high - third):
+            low += third
+        else:
+            high -= third
+    return (low + high) / 2

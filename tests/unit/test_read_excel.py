@@ -1,0 +1,154 @@
+import zipfile
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from freerock.acquisition import read_record
+from freerock.errors import FreerockError
+
+TIME = np.arange(80) / 100
+SPECIMENS = [f"{letter}{number}" for letter in "ABC" for number in (1, 2, 3)]
+
+
+def theta(n):
+    return np.cos((5 + n) * TIME)
+
+
+@pytest.fixture
+def pairs(tmp_path):
+    """A sheet of remarks and one of nine pairs (time, θ) of unequal length under three rows of headings."""
+    book = Workbook()
+    book.active.title = "read me"
+    book.active.append(["Free-rocking tests of wooden blocks"])
+    sheet = book.create_sheet("free rocking")
+    sheet.append([cell for name in SPECIMENS for cell in (name, None)])
+    sheet.append(["time", "θ"] * 9)
+    sheet.append(["[s]", "[rad]"] * 9)
+    for i, t in enumerate(TIME):
+        row = []
+        for n in range(9):
+            row += [(n + 1) * t, theta(n)[i]] if i < 80 - 5 * n else [None, None]
+        sheet.append(row)
+    path = tmp_path / "blocks.xlsx"
+    book.save(path)
+    return path
+
+
+def save(path, *rows, title="tests"):
+    book = Workbook()
+    book.active.title = title
+    for row in rows:
+        book.active.append(row)
+    book.save(path)
+    return path
+
+
+def refusal(path, channel=None):
+    with pytest.raises(FreerockError) as error:
+        read_record(path, channel)
+    message = str(error.value)
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+def test_each_pair_has_its_own_time(pairs):
+    for n, name in enumerate(SPECIMENS):
+        dataset = read_record(pairs, name)
+        np.testing.assert_allclose(dataset[name], theta(n)[: 80 - 5 * n], atol=1e-15)
+        np.testing.assert_allclose(dataset["time"], (n + 1) * TIME[: 80 - 5 * n], atol=1e-12)
+        assert dataset[name].attrs["units"] == "rad"
+        assert dataset.attrs == {"format": "Excel", "sampling_rate_hz": pytest.approx(100 / (n + 1))}
+
+
+def test_pairs_without_a_choice_are_listed(pairs):
+    assert refusal(pairs) == (
+        "channels of several time bases: A1, A2, A3, B1, B2, B3, C1, C2, C3; name the channel"
+    )
+    assert refusal(pairs, "D1").startswith("no channel 'D1'; its channels are A1, A2, ")
+
+
+def test_channel_of_a_sheet(tmp_path):
+    book = Workbook()
+    for title, sign in [("left", 1), ("right", -1)]:
+        sheet = book.create_sheet(title)
+        sheet.append(["Time (ms)", "Laser (V)"])
+        for t, v in zip(TIME, theta(0), strict=True):
+            sheet.append([1000 * t, sign * v])
+    book.save(tmp_path / "a.xlsx")
+    dataset = read_record(tmp_path / "a.xlsx", "right/Laser")
+    np.testing.assert_allclose(dataset["right/Laser"], -theta(0), atol=1e-15)
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
+    assert refusal(tmp_path / "a.xlsx", "Laser").startswith(
+        "no channel 'Laser'; its channels are left/Laser, right/Laser; "
+    )
+
+
+def test_what_is_taken_for_granted_is_told(tmp_path):
+    dataset = read_record(save(tmp_path / "a.xlsx", *zip(TIME, theta(0), strict=True)))
+    assert dataset.attrs["reading"] == (
+        "sheet 'tests': column 1 rises steadily and is taken for time; "
+        "sheet 'tests': time has no unit and is taken for seconds"
+    )
+
+
+def test_empty_cells_are_missing_samples(tmp_path):
+    rows = [[t, v] for t, v in zip(TIME, theta(0), strict=True)]
+    rows[7][1] = None
+    dataset = read_record(save(tmp_path / "a.xlsx", ["time [s]", "theta [rad]"], *rows))
+    assert np.flatnonzero(np.isnan(dataset["theta"])).tolist() == [7]
+
+
+def test_a_cell_that_is_no_number(tmp_path):
+    rows = [[t, v] for t, v in zip(TIME, theta(0), strict=True)]
+    rows[7][1] = "#REF!"
+    path = save(tmp_path / "a.xlsx", ["time [s]", "theta [rad]"], *rows)
+    assert refusal(path) == (
+        "sheet 'tests': cell B9 holds '#REF!', not a number; "
+        "correct the cell, or move what is below the table"
+    )
+
+
+def test_no_time(tmp_path):
+    path = save(tmp_path / "a.xlsx", ["a", "b"], *zip(theta(1), theta(2), strict=True))
+    assert refusal(path) == (
+        "sheet 'tests': no column of time and no sampling rate; "
+        "head the column of time with time [s], or state the sampling rate"
+    )
+
+
+def test_no_table(tmp_path):
+    assert refusal(save(tmp_path / "a.xlsx", ["dear diary"], ["it is", 3, "o'clock"])) == (
+        "no sheet holds a table of numbers; "
+        "export columns of numbers under headings, the time in seconds among them"
+    )
+
+
+def test_an_archive_that_swells(tmp_path):
+    path = save(tmp_path / "a.xlsx", ["time [s]", "theta [rad]"], *zip(TIME, theta(0), strict=True))
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/sharedStrings.xml", b" " * 50_000_000)
+    assert refusal(path).startswith("the file declares 5e+08 bytes of data, more than its ")
+
+
+def test_rows_without_end(tmp_path):
+    path = save(tmp_path / "a.xlsx", ["time [s]", "theta [rad]"], *zip(TIME, theta(0), strict=True))
+    with zipfile.ZipFile(path) as archive:
+        parts = {name: archive.read(name) for name in archive.namelist()}
+    sheet = "xl/worksheets/sheet1.xml"
+    parts[sheet] = parts[sheet].replace(b'<row r="40"', b'<row r="4000000000"')
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, part in parts.items():
+            archive.writestr(name, part)
+    assert refusal(path) == (
+        "sheet 'tests' has more than 1048576 rows; copy it again from the acquisition computer"
+    )
+
+
+def test_not_a_workbook(tmp_path):
+    path = tmp_path / "a.xlsx"
+    path.write_text("time;volts\n0;1\n")
+    assert refusal(path) == (
+        "not a readable Excel file (BadZipFile: File is not a zip file); "
+        "copy it again from the acquisition computer"
+    )

@@ -1,0 +1,162 @@
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import netcdf_file
+
+from freerock.acquisition import read_record
+from freerock.datasets import write_record
+from freerock.errors import FreerockError
+
+TIME = np.arange(60) / 500
+VOLTS = 5 + np.sin(20 * TIME)
+
+
+def refusal(path, channel=None):
+    with pytest.raises(FreerockError) as error:
+        read_record(path, channel)
+    message = str(error.value)
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+def hdf5(path, arrays, **attrs):
+    with h5py.File(path, "w") as file:
+        for name, values in arrays.items():
+            file.create_dataset(name, data=values)
+        for name, value in attrs.items():
+            owner, _, key = name.partition("__")
+            file[owner if key else "/"].attrs[key or name] = value
+    return path
+
+
+def test_time_in_the_group_or_above(tmp_path):
+    arrays = {"time": TIME, "daq/laser": VOLTS, "slow/t": 2 * TIME, "slow/wire": -VOLTS}
+    path = hdf5(tmp_path / "a.h5", arrays, daq__x=1, time__units="ms")
+    assert refusal(path) == "channels of several time bases: laser, wire; name the channel"
+    dataset = read_record(path, "daq/laser")
+    np.testing.assert_array_equal(dataset["laser"], VOLTS)
+    np.testing.assert_allclose(dataset["time"], TIME / 1000, atol=1e-12)
+    assert read_record(path, "wire").attrs == {"format": "HDF5", "sampling_rate_hz": pytest.approx(250)}
+
+
+@pytest.mark.parametrize(
+    "attrs", [{"laser__sampling_rate": 500.0}, {"fs": 500}, {"dt": 0.002}, {"laser__sample_rate": "0.5 kHz"}]
+)
+def test_sampling_rate_by_attribute(tmp_path, attrs):
+    path = hdf5(tmp_path / "a.h5", {"laser": VOLTS}, laser__units="V", **attrs)
+    dataset = read_record(path)
+    assert dataset.attrs["sampling_rate_hz"] == pytest.approx(500)
+    assert dataset["laser"].attrs["units"] == "V"
+
+
+def test_sampling_rate_by_a_single_number(tmp_path):
+    dataset = read_record(hdf5(tmp_path / "a.h5", {"daq/laser": VOLTS, "daq/fs": 500.0}))
+    assert dataset.attrs["sampling_rate_hz"] == pytest.approx(500)
+
+
+def test_packed_values(tmp_path):
+    packed = np.arange(60, dtype=np.int16)
+    packed[3] = -999
+    attrs = {"laser__scale_factor": 0.5, "laser__add_offset": 1.0, "laser___FillValue": np.int16(-999)}
+    dataset = read_record(hdf5(tmp_path / "a.h5", {"time": TIME, "laser": packed}, **attrs))
+    np.testing.assert_array_equal(dataset["laser"], np.where(packed == -999, np.nan, 1 + 0.5 * packed))
+
+
+def test_classic_netcdf(tmp_path):
+    path = tmp_path / "a.nc"
+    with netcdf_file(path, "w") as file:
+        file.createDimension("time", None)
+        for name, values, units in [("time", TIME, "seconds since 2017-05-02"), ("theta", VOLTS, "rad")]:
+            variable = file.createVariable(name, "f8", ("time",))
+            variable[:] = values
+            variable.units = units
+    dataset = read_record(path)
+    np.testing.assert_array_equal(dataset["theta"], VOLTS)
+    assert dataset.attrs == {
+        "format": "netCDF classic",
+        "sampling_rate_hz": pytest.approx(500),
+        "start_time": "2017-05-02",
+    }
+
+
+def test_netcdf4(tmp_path):
+    path = tmp_path / "a.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        file.createDimension("time", 60)
+        for name, values, units in [("time", TIME, "s"), ("laser", VOLTS, "V")]:
+            variable = file.createVariable(name, "f8", ("time",), zlib=True)
+            variable[:] = values
+            variable.units = units
+    dataset = read_record(path)
+    np.testing.assert_array_equal(dataset["laser"], VOLTS)
+    assert dataset["laser"].attrs["units"] == "V"
+
+
+def test_the_projects_own_records(tmp_path):
+    record = xr.Dataset(
+        {
+            "theta": ("time", VOLTS),
+            "sigma_theta": ("time", np.full(60, 1e-4)),
+            "flags": ("time", np.zeros(60, np.uint8)),
+            "voltage": ("time", VOLTS),
+        },
+        {"time": TIME},
+    )
+    attrs = {"campaign": "c", "test": "t", "origin": "simulated", "start_time": "2017-05-02T09:00:00.000Z"}
+    path = tmp_path / "t.nc"
+    write_record(path, record, [], [], attrs)
+    dataset = read_record(path, "theta")
+    np.testing.assert_array_equal(dataset["theta"], VOLTS)
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
+    assert dataset["theta"].attrs["units"] == "rad"
+    assert dataset.attrs["start_time"] == "2017-05-02T09:00:00.000Z"
+
+
+def test_nothing_outside_the_file_is_read(tmp_path):
+    other = hdf5(tmp_path / "other.h5", {"secret": VOLTS})
+    path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS})
+    raw = tmp_path / "raw.bin"
+    raw.write_bytes(VOLTS.tobytes())
+    with h5py.File(path, "a") as file:
+        file["link"] = h5py.ExternalLink(other, "secret")
+        layout = h5py.VirtualLayout((60,), float)
+        layout[:] = h5py.VirtualSource(other, "secret", (60,))
+        file.create_virtual_dataset("virtual", layout)
+        file.create_dataset("external", (60,), float, external=[(raw, 0, 480)])
+    assert list(read_record(path).data_vars) == ["laser"]
+
+
+def test_more_data_than_the_file_can_hold(tmp_path):
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file.create_dataset("laser", shape=(10**10,), dtype="u1", chunks=(1000,))
+    assert refusal(path).startswith("the file declares 8e+10 bytes of data, more than its ")
+
+
+def test_no_time_and_no_rate(tmp_path):
+    assert refusal(hdf5(tmp_path / "a.h5", {"laser": VOLTS, "wire": VOLTS})) == (
+        "no vector of time and no sampling rate (vectors: laser, wire); "
+        "add a vector time, or an attribute sampling_rate in Hz"
+    )
+
+
+def test_a_vector_of_another_length(tmp_path):
+    path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS, "peaks": VOLTS[:7]})
+    assert list(read_record(path).data_vars) == ["laser"]
+    assert refusal(path, "peaks") == (
+        "channel 'peaks' has 7 samples, its time 60; name a channel that holds numbers"
+    )
+
+
+def test_no_vector(tmp_path):
+    assert refusal(hdf5(tmp_path / "a.h5", {"image": np.zeros((3, 4))})) == (
+        "the file holds no vector of numbers; copy it again from the acquisition computer"
+    )
+
+
+def test_truncated(tmp_path):
+    path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS})
+    path.write_bytes(path.read_bytes()[:-200])
+    assert refusal(path).startswith("not a readable HDF5 file (OSError: Unable to synchronously open file")

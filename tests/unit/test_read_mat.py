@@ -1,0 +1,124 @@
+import h5py
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from freerock.acquisition import read_record
+from freerock.errors import FreerockError
+
+TIME = np.arange(60) / 500
+VOLTS = 5 + np.sin(20 * TIME)
+
+
+def save(path, variables, version):
+    if version == "7.3":
+        with h5py.File(path, "w", userblock_size=512) as file:
+            for name, value in variables.items():
+                array = np.atleast_2d(value)
+                file.create_dataset(name, data=array if np.ndim(value) == 1 else array.T)
+            file.create_dataset("#refs#/a", data=TIME)
+    else:
+        savemat(path, variables, format="4" if version == "4" else "5", do_compression=version == "7")
+    return path
+
+
+def refusal(path, channel=None):
+    with pytest.raises(FreerockError) as error:
+        read_record(path, channel)
+    message = str(error.value)
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("version", ["4", "5", "7", "7.3"])
+def test_versions(tmp_path, version):
+    variables = {"t": TIME, "laser": VOLTS, "both": np.column_stack([VOLTS, -VOLTS])}
+    dataset = read_record(save(tmp_path / "a.mat", variables, version))
+    assert list(dataset.data_vars) == ["laser", "both(:,1)", "both(:,2)"]
+    np.testing.assert_array_equal(dataset["laser"], VOLTS)
+    np.testing.assert_array_equal(dataset["both(:,2)"], -VOLTS)
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
+    assert dataset.attrs == {
+        "format": "MAT v7.3" if version == "7.3" else "MAT",
+        "sampling_rate_hz": pytest.approx(500),
+        "reading": "time has no unit and is taken for seconds",
+    }
+
+
+@pytest.mark.parametrize("version", ["4", "7", "7.3"])
+@pytest.mark.parametrize("rate", [{"fs": 500.0}, {"dt": 0.002}, {"sampling_rate_hz": 500.0}])
+def test_stated_sampling_rate(tmp_path, version, rate):
+    dataset = read_record(save(tmp_path / "a.mat", {"laser": VOLTS} | rate, version))
+    assert dataset.attrs["sampling_rate_hz"] == pytest.approx(500)
+    assert dataset["time"][0] == 0
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_a_matrix_with_time_in_its_first_column(tmp_path, version):
+    dataset = read_record(save(tmp_path / "a.mat", {"data": np.column_stack([TIME, VOLTS])}, version))
+    np.testing.assert_array_equal(dataset["data(:,2)"], VOLTS)
+    assert dataset.attrs["reading"] == "data(:,1) rises steadily and is taken for time, in seconds"
+
+
+def test_unit_of_time(tmp_path):
+    dataset = read_record(save(tmp_path / "a.mat", {"time_ms": 1000 * TIME, "laser": VOLTS}, "5"))
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
+    assert "reading" not in dataset.attrs
+
+
+def test_only_plain_arrays_are_looked_at(tmp_path):
+    variables = {
+        "t": TIME,
+        "laser": VOLTS,
+        "note": "by hand",
+        "cell": np.array([1, "a", VOLTS], object),
+        "setup": {"gain": 2.0},
+    }
+    dataset = read_record(save(tmp_path / "a.mat", variables, "5"))
+    assert list(dataset.data_vars) == ["laser"]
+
+
+def test_complex_numbers_are_refused(tmp_path):
+    path = save(tmp_path / "a.mat", {"t": TIME, "laser": VOLTS, "spectrum": 1j * VOLTS}, "5")
+    assert refusal(path) == "variable 'spectrum' holds no real numbers; name the channel"
+    assert list(read_record(path, "laser").data_vars) == ["laser"]
+
+
+def test_no_time_and_no_rate(tmp_path):
+    for version in ("5", "7.3"):
+        path = save(tmp_path / "a.mat", {"laser": VOLTS, "mass": 12.0}, version)
+        assert refusal(path) == (
+            "no vector of time and no sampling rate (variables: laser, mass); "
+            "save the time as t, or the sampling rate in Hz as fs"
+        )
+
+
+def test_no_signal(tmp_path):
+    assert refusal(save(tmp_path / "a.mat", {"t": TIME, "s": {"laser": VOLTS}}, "5")) == (
+        "no numeric vector that could be a signal; save(…) the time and the signals as numeric vectors"
+    )
+
+
+def test_signal_and_time_of_unequal_length(tmp_path):
+    assert refusal(save(tmp_path / "a.mat", {"t": TIME[:-1], "laser": VOLTS}, "5")) == (
+        "60 samples but 59 time stamps in 't'; copy it again from the acquisition computer"
+    )
+
+
+def test_more_data_than_the_file_can_hold(tmp_path):
+    """A v4 header that announces 10^9 rows, and an HDF5 dataset of as many that were never written."""
+    path = save(tmp_path / "a.mat", {"fs": 500.0, "laser": VOLTS[:, None]}, "4")
+    content = path.read_bytes()
+    at = content.index(b"laser\0") - 16
+    path.write_bytes(content[:at] + np.int32(10**9).tobytes() + content[at + 4 :])
+    assert refusal(path).startswith("the file declares 8e+09 bytes of data, more than its ")
+    path = tmp_path / "b.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file.create_dataset("laser", shape=(1, 10**9), dtype=float, chunks=(1, 1000))
+    assert refusal(path).startswith("the file declares 8e+09 bytes of data, more than its ")
+
+
+def test_not_a_mat_file(tmp_path):
+    path = tmp_path / "a.mat"
+    path.write_text("time;volts\n0;1\n" * 100)
+    assert refusal(path).startswith("not a readable MAT file (")

@@ -1,0 +1,180 @@
+import numpy as np
+import pytest
+
+from freerock.acquisition import read_record
+from freerock.errors import FreerockError
+
+TIME = np.arange(50) / 1000
+VOLTS = np.round(5 + np.sin(90 * TIME), 6)
+
+
+def table(path, *head, delimiter=";", comma=False, encoding="utf-8", columns=(TIME, VOLTS), end="\n"):
+    rows = [delimiter.join(f"{x:.6f}" for x in row) for row in zip(*columns, strict=True)]
+    if comma:
+        rows = [row.replace(".", ",") for row in rows]
+    path.write_bytes((end.join([*head, *rows]) + end).encode(encoding))
+    return path
+
+
+def refusal(path, channel=None):
+    with pytest.raises(FreerockError) as error:
+        read_record(path, channel)
+    message = str(error.value)
+    assert message.startswith(f"{path}: ") and "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "comma", "told"),
+    [
+        ("\t", False, "columns between tabs, decimal point, utf-8"),
+        ("\t", True, "columns between tabs, decimal comma, utf-8"),
+        (";", False, "columns between semicolons, decimal point, utf-8"),
+        (";", True, "columns between semicolons, decimal comma, utf-8"),
+        (",", False, "columns between commas, decimal point, utf-8"),
+        (", ", False, "columns between commas, decimal point, utf-8"),
+        ("  ", False, "columns between spaces, decimal point, utf-8"),
+        (" ", True, "columns between spaces, decimal comma, utf-8"),
+    ],
+)
+def test_delimiter_and_decimal_mark(tmp_path, delimiter, comma, told):
+    head = delimiter.join(["time[s]", "laser[V]"])
+    dataset = read_record(table(tmp_path / "a.csv", head, delimiter=delimiter, comma=comma))
+    assert dataset.attrs == {"format": "text", "sampling_rate_hz": pytest.approx(1000), "reading": told}
+    np.testing.assert_array_equal(dataset["laser"], VOLTS)
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
+    assert dataset["laser"].attrs["units"] == "V"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_encodings_and_line_ends(tmp_path, encoding, end):
+    path = table(tmp_path / "a.txt", "Zeit (s);Weg (µm)", comma=True, encoding=encoding, end=end)
+    dataset = read_record(path, "Weg")
+    np.testing.assert_array_equal(dataset["Weg"], VOLTS)
+    assert dataset["Weg"].attrs["units"] == "µm"
+    assert dataset.attrs["reading"] == f"columns between semicolons, decimal comma, {encoding}"
+
+
+def test_headings_of_several_rows_and_a_column_of_remarks(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"{t:.6f};{v:.6f};{'release' if t == 0.02 else ''}" for t, v in zip(TIME, VOLTS, strict=True)]
+    path.write_text("\n".join(["Operator: N. N.", "", "Time;Laser;Remark", "ms;V;", *rows]))
+    dataset = read_record(path)
+    assert list(dataset.data_vars) == ["Laser"] and dataset["Laser"].attrs["units"] == "V"
+    np.testing.assert_allclose(dataset["time"], TIME / 1000, atol=1e-15)
+
+
+def test_quoted_headings(tmp_path):
+    dataset = read_record(table(tmp_path / "a.csv", '"Time, s","Laser, left (V)"', '"s","V"', delimiter=","))
+    assert list(dataset.data_vars) == ["Laser, left"]
+
+
+@pytest.mark.parametrize(
+    "line", ["# fs: 200", "% Sampling rate [kHz] = 0.2", "dt;0,005 s", "Sample rate\t200 Hz"]
+)
+def test_stated_sampling_rate(tmp_path, line):
+    path = table(tmp_path / "a.txt", line, "volts [V];second [V]", columns=(VOLTS, VOLTS[::-1]))
+    dataset = read_record(path, "second")
+    assert dataset.attrs["sampling_rate_hz"] == pytest.approx(200)
+    assert dataset["time"][-1] == pytest.approx(49 / 200)
+
+
+def test_what_is_taken_for_granted_is_told(tmp_path):
+    dataset = read_record(table(tmp_path / "a.txt"))
+    assert dataset.attrs["reading"] == (
+        "columns between semicolons, decimal point, utf-8; column 1 rises steadily and is taken for time; "
+        "time has no unit and is taken for seconds"
+    )
+    assert list(dataset.data_vars) == ["column 2"]
+
+
+def test_pairs_of_columns(tmp_path):
+    head = ("A;;B;", "t [s];theta [rad];t [s];theta [rad]")
+    path = table(tmp_path / "a.csv", *head, columns=(TIME, VOLTS, 2 * TIME, -VOLTS))
+    assert refusal(path) == "channels of several time bases: A, B; name the channel"
+    dataset = read_record(path, "B")
+    np.testing.assert_array_equal(dataset["B"], -VOLTS)
+    assert dataset.attrs["sampling_rate_hz"] == pytest.approx(500)
+    same = table(tmp_path / "b.csv", *head, columns=(TIME, VOLTS, TIME, -VOLTS))
+    assert list(read_record(same).data_vars) == ["A", "B"]
+
+
+def test_empty_cells_are_missing_samples_and_gaps_are_told(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    lines = path.read_text().splitlines()
+    lines[11] = lines[11].split(";")[0] + ";"
+    del lines[31:34]
+    path.write_text("\n".join(lines) + "\n")
+    dataset = read_record(path)
+    assert np.flatnonzero(np.isnan(dataset["laser"])).tolist() == [10, 30, 31, 32]
+    assert dataset.attrs["time_base"] == "3 samples missing in 1 gap, the longest of 3 after 0.029 s"
+
+
+def test_faults_of_the_time_column_name_it(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]", columns=(np.sin(400 * TIME), VOLTS))
+    assert refusal(path).startswith("'time': time runs backwards ")
+
+
+def test_a_cell_that_is_no_number(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    path.write_text(path.read_text().replace(f"{VOLTS[20]:.6f}", "5.1 V", 1))
+    assert refusal(path) == (
+        "line 22, column 2: '5.1 V' is not a number; correct the line, or export the file again"
+    )
+
+
+def test_a_row_with_too_many_cells(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    path.write_text(path.read_text().replace(f"{VOLTS[20]:.6f}", "5;1", 1))
+    assert refusal(path) == "line 22 has 3 cells instead of 2; correct the line, or export the file again"
+
+
+def test_a_last_line_that_is_cut_off(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    path.write_text(path.read_text()[:-9])
+    assert refusal(path) == (
+        "the file is truncated: its last line is incomplete; copy it again from the acquisition computer"
+    )
+
+
+@pytest.mark.parametrize("head", [[], ["time,volts"]])
+def test_decimal_commas_between_commas(tmp_path, head):
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([*head, *(f"0,{i:03d},5,{i:03d}" for i in range(20))]) + "\n")
+    assert refusal(path) == (
+        f"line {len(head) + 1} may hold 4 columns, or decimal commas; "
+        "export with tabs or semicolons between the columns"
+    )
+
+
+def test_no_time_and_no_rate(tmp_path):
+    path = table(tmp_path / "a.csv", "a;b", columns=(VOLTS, np.cos(500 * TIME)))
+    assert refusal(path) == (
+        "no column of time and no sampling rate; "
+        "head the column of time with time [s], or state the sampling rate"
+    )
+
+
+def test_nothing_but_time(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];time [ms]")
+    assert refusal(path) == "no channel beside the time; export at least one channel"
+
+
+def test_no_table(tmp_path):
+    path = tmp_path / "a.txt"
+    for content in ["dear diary\nit is 3 o'clock\n", "\n", "\0\0\0"]:
+        path.write_text(content)
+        assert refusal(path) == (
+            "no table of numbers in its first lines; "
+            "export rows of numbers between tabs, semicolons or commas"
+        )
+
+
+def test_unknown_channel_and_unit_of_time(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];laser [V]")
+    assert refusal(path, "lazer") == (
+        "no channel 'lazer'; its channels are laser; correct the channel column of the campaign's CSV"
+    )
+    path = table(tmp_path / "b.csv", "time [h];laser [V]")
+    assert refusal(path) == "the time is in 'h'; give it in s, ms, us or min"

@@ -1,0 +1,159 @@
+import numpy as np
+import pytest
+
+from freerock.acquisition.timebase import mains_ratio, on_grid, regular_grid
+from freerock.errors import FreerockError
+
+RATE = 2000
+TIME = np.arange(4000) / RATE
+
+
+def refusal(time, values=None):
+    with pytest.raises(FreerockError) as error:
+        grid = regular_grid("file", time)
+        on_grid("file", grid, values)
+    return str(error.value).removeprefix("file: ")
+
+
+def test_even_stamps():
+    grid = regular_grid("file", 0.25 + TIME)
+    assert (grid.start_s, grid.size, grid.place, grid.faults) == (0.25, 4000, None, ())
+    assert grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
+    values = np.arange(4000.0)
+    assert on_grid("file", grid, values) is values
+
+
+def test_stamps_far_from_zero():
+    grid = regular_grid("file", 1.5e9 + TIME)
+    assert grid.size == 4000 and grid.step_s == pytest.approx(1 / RATE, rel=1e-6)
+
+
+def test_mild_jitter_gives_an_even_grid():
+    random = np.random.default_rng(1)
+    grid = regular_grid("file", TIME + random.uniform(-0.2, 0.2, TIME.size) / RATE)
+    assert grid.size == 4000 and grid.place is None
+    assert grid.step_s == pytest.approx(1 / RATE, rel=1e-5)
+    assert grid.start_s == pytest.approx(0, abs=0.02 / RATE)
+    assert grid.faults == ("time stamps jitter by up to 20 % of the sampling interval",)
+
+
+def test_strong_jitter_is_refused():
+    random = np.random.default_rng(1)
+    told = refusal(np.sort(TIME + random.uniform(-0.6, 0.6, TIME.size) / RATE))
+    assert told.startswith("the time stamps leave an even grid of 0.0004")
+    assert told.endswith("sampling intervals; export with the logger's own clock, or resample it evenly")
+
+
+def test_a_drifting_rate_is_refused():
+    assert "the time stamps leave an even grid" in refusal(TIME + 0.001 * TIME**2)
+
+
+@pytest.mark.parametrize("rate", [1024, 1200, 2048, 5000, 700])
+def test_stamps_rounded_to_milliseconds(rate):
+    time = np.arange(5000) / rate
+    grid = regular_grid("file", np.round(time, 3))
+    assert grid.size == 5000 and grid.place is None
+    assert grid.step_s == pytest.approx(1 / rate, rel=1e-4)
+    (told,) = grid.faults
+    assert told.startswith("time stamps rounded to 0.001 s; evenly spaced by ")
+
+
+def test_gaps_become_missing_samples():
+    kept = np.ones(4000, bool)
+    kept[1000:1010] = kept[2500] = False
+    grid = regular_grid("file", TIME[kept])
+    assert grid.size == 4000 and grid.step_s == pytest.approx(1 / RATE, rel=1e-12)
+    assert grid.faults == ("11 samples missing in 2 gaps, the longest of 10 after 0.4995 s",)
+    values = on_grid("file", grid, np.flatnonzero(kept))
+    np.testing.assert_array_equal(values, np.where(kept, np.arange(4000.0), np.nan))
+
+
+def test_a_gap_that_is_no_whole_number_of_samples():
+    time = np.concatenate([TIME, 2.5 + 0.3 / RATE + TIME])
+    grid = regular_grid("file", time)
+    assert grid.size == 9000
+    assert grid.faults == ("1000 samples missing in 1 gap, the longest of 1000 after 1.9995 s",)
+    assert grid.place[4000] == 5000
+
+
+def test_gaps_longer_than_the_recording_are_refused():
+    assert refusal(np.concatenate([TIME, 100 + TIME])) == (
+        "196000 of 204000 samples are missing in 1 gap; split it into one file per recording"
+    )
+
+
+def test_random_losses_are_found_where_they_are():
+    kept = np.random.default_rng(2).random(4000) > 0.03
+    kept[[0, -1]] = True
+    grid = regular_grid("file", TIME[kept])
+    np.testing.assert_array_equal(grid.place, np.flatnonzero(kept))
+
+
+def test_repeated_samples_are_dropped():
+    twice = np.sort(np.concatenate([TIME, TIME[[5, 77]]]))
+    grid = regular_grid("file", twice)
+    assert grid.size == 4000 and grid.faults == ("2 repeated samples dropped",)
+    np.testing.assert_array_equal(on_grid("file", grid, np.sin(twice)), np.sin(TIME))
+
+
+def test_one_stamp_for_different_samples_is_refused():
+    values = np.arange(4000.0)
+    time = TIME.copy()
+    time[78:] -= 1 / RATE
+    assert refusal(time, values) == (
+        "samples 77 and 78 have one time stamp and differ (77, 78); export the time column with more digits"
+    )
+
+
+def test_time_that_runs_backwards_is_refused():
+    assert refusal(np.concatenate([TIME, TIME])) == (
+        "time runs backwards once, first from 1.9995 to 0 s after sample 3999; "
+        "split it into one file per recording"
+    )
+    swapped = TIME.copy()
+    swapped[[10, 11, 20, 21]] = swapped[[11, 10, 21, 20]]
+    assert refusal(swapped).startswith("time runs backwards 2 times, first from 0.0055 to 0.005 s")
+
+
+@pytest.mark.parametrize(
+    ("time", "told"),
+    [
+        ([0.1], "1 time stamps give no sampling rate; record more samples"),
+        ([1, 1, 1], "all time stamps are 1 s; export the time column again"),
+        (
+            [0, np.nan, 2],
+            "1 time stamps are missing or infinite, the first at sample 1; export the time column again",
+        ),
+        (
+            [0, 1, np.inf],
+            "1 time stamps are missing or infinite, the first at sample 2; export the time column again",
+        ),
+    ],
+)
+def test_stamps_without_a_grid(time, told):
+    assert refusal(time) == told
+
+
+def test_mains_ratio():
+    """z-scores over 300 records of hum in noise, with samples missing."""
+    random, scores = np.random.default_rng(3), []
+    for _ in range(300):
+        ratio = random.uniform(0.9, 1.1)
+        hum = 0.02 * np.cos(2 * np.pi * 50 * ratio * TIME + random.uniform(0, 2 * np.pi))
+        signal = 3 - TIME + hum + 0.02 * random.standard_normal(TIME.size)
+        signal[500:600] = np.nan
+        seen, stderr = mains_ratio(TIME, signal, 50)
+        assert stderr < 1e-3
+        scores.append((seen - ratio) / stderr)
+    assert abs(np.mean(scores)) < 0.2
+    assert 0.87 < np.std(scores) < 1.13
+
+
+def test_no_hum_no_ratio():
+    random = np.random.default_rng(4)
+    for _ in range(100):
+        rocking = 2 * np.abs((3 * TIME) % 2 - 1) * np.exp(-TIME)
+        assert mains_ratio(TIME, rocking + 0.01 * random.standard_normal(TIME.size), 50) is None
+    assert mains_ratio(TIME, np.full(TIME.size, np.nan), 50) is None
+    assert mains_ratio(TIME, np.full(TIME.size, 2.5), 50) is None
+    assert mains_ratio(np.arange(200) / 100, np.sin(np.arange(200.0)), 50) is None
