@@ -93,12 +93,12 @@ def is_noise(found) -> bool:
 
 
 def wants_general(evidence) -> bool:
-    """Whether the better of Winkler's and Hunt and Crossley's laws lacks the damping of the other.
+    """Whether the general law is worth a fit: a foundation was identified, and more than noise is left.
 
     `evidence` is that of `choose_model`.
     """
-    pairs = [evidence[m] for m in ("winkler", "hunt_crossley") if m in evidence and evidence[m]["success"]]
-    return bool(pairs) and min(pairs, key=lambda found: found["bic"]).get("added_damping", 0.0) >= TRACE
+    usable = {model: found for model, found in evidence.items() if found["success"]}
+    return bool(usable.keys() & {"winkler", "hunt_crossley"}) and not any(map(is_noise, usable.values()))
 
 
 def is_white(residual, level: float = 1.63) -> bool:

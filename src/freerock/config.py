@@ -298,7 +298,7 @@ class FitsSection(Section):
         tuple(MODELS),
         min_length=1,
         description="the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only "
-        "where the better of the two before it lacks the other's)",
+        "where the others leave more than noise)",
     )
     free: FreeSection = Field(FreeSection(), description="what else is freed, model by model")
     paper_mode: bool = Field(

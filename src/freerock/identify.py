@@ -104,8 +104,9 @@ class Fit:
         evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
         (samples averaged into one); residual_over_sigma; coloured (1 where neighbouring residuals
         correlate and the standard errors are widened for it); white (1 where the residual passes for
-        white noise); added_damping (of Winkler and Hunt-Crossley: how many standard errors the damping
-        of the other law would be above zero).
+        white noise); widened (largest factor by which a standard error was raised, of a run whose first
+        half disagrees with the whole); added_damping (of Winkler and Hunt-Crossley: how many standard
+        errors the damping of the other law would be above zero).
     """
 
     model: str
@@ -602,14 +603,25 @@ def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
     return result
 
 
-def _holdout(problem: _Problem, x, m: int) -> float:
-    """ε_θ of the second half of a run under the parameters fitted to the first half."""
+def _first_half(problem: _Problem, x, m: int) -> tuple:
+    """Parameters fitted to the first half of a run, and ε_θ of its second half under them."""
     motion = problem.motions[0]
     half = motion.time_s[-1] / 2
     x = _least_squares(problem, x, problem.samples(half, m=m)).x
     later = motion.time_s > half
     theta, _ = problem.motion(x, 0, motion.time_s)
-    return epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
+    return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
+
+
+def _widened(covariance_x, apart) -> tuple:
+    """Covariance in which what the first half of a run says of a parameter is no surprise, and the factor.
+
+    Under a law that is not the whole truth, parts of a run disagree by more than the correlation of the
+    residual tells. Where they do so by more than three standard errors, the difference is the standard error.
+    """
+    stderr = np.sqrt(np.diag(covariance_x))
+    factor = np.where(np.abs(apart) > 3 * stderr, np.abs(apart) / stderr, 1.0)
+    return covariance_x * np.outer(factor, factor), float(np.nanmax(factor, initial=1.0))
 
 
 def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
@@ -680,6 +692,11 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
     free = ~_at_bound(problem, x)
     covariance_x = np.full((len(x), len(x)), np.nan)
     covariance_x[np.ix_(free, free)], coloured = covariance(residual, jacobian[:, free], samples.lengths)
+    white, holdout, widened = is_white(residual), float("nan"), 1.0
+    if len(problem.motions) == 1:
+        x_half, holdout = _first_half(problem, x, result.m)
+        if not white:
+            covariance_x, widened = _widened(covariance_x, x_half - x)
 
     value, gradient = problem.physical(x), problem.gradient(x)
     covariance_si = gradient @ np.nan_to_num(covariance_x) @ gradient.T
@@ -710,7 +727,8 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
         "averaged": float(result.m),
         "residual_over_sigma": float(np.sqrt(residual @ residual / n) / sigma) if sigma else float("nan"),
         "coloured": float(coloured),
-        "white": float(is_white(residual)),
+        "white": float(white),
+        "widened": widened,
     }
     if not failure and problem.model in ("winkler", "hunt_crossley") and problem.debonding == "geometric":
         diagnostics["added_damping"] = _added_damping(problem, x, samples, residual, jacobian[:, free])
@@ -738,7 +756,7 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
         residual=theta_model - theta,
         epsilon_theta=epsilon,
         final_time_s=float(max(m.time_s[-1] for m in motions)),
-        epsilon_holdout=_holdout(problem, x, result.m) if len(motions) == 1 else float("nan"),
+        epsilon_holdout=holdout,
         aic=float(likelihood + 2 * len(x)),
         bic=float(likelihood + np.log(n) * len(x)),
         n_parameters=len(x),

@@ -159,7 +159,7 @@ YAML_MISTAKES = {
         ("title", "fits: {models: housner}\ntitle"),
         "lab.yaml:1: fits.models: 'housner' is not a list; "
         "give the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only where "
-        "the better of the two before it lacks the other's)",
+        "the others leave more than noise)",
     ),
     "published for an unknown block": (
         ("title", "published: {doi: 10.1000/x, values: {tal: {marble: {housner: {r: 0.9}}}}}\ntitle"),
