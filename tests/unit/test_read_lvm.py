@@ -139,7 +139,9 @@ def test_segments_that_overlap(tmp_path):
 def test_more_rows_than_a_header_tells(tmp_path):
     dataset = read_record(write(tmp_path / "a.lvm", segment("No", samples=20)))
     assert dataset.sizes["time"] == 40
-    assert dataset.attrs["reading"].endswith("40 rows under a header of 20 samples taken for one recording")
+    assert dataset.attrs["reading"].endswith(
+        "40 rows under a header of 20 samples are taken for one recording"
+    )
 
 
 def test_empty_channel(tmp_path):

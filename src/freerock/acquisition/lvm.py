@@ -10,7 +10,7 @@ from itertools import chain, pairwise
 import numpy as np
 
 from freerock.acquisition.channels import COPY_AGAIN, Channel, Even, Stamps, dataset
-from freerock.acquisition.table import NUMBER, Layout, encoding_of, numbers, told
+from freerock.acquisition.table import NUMBER, Layout, encoding_of, tables, told
 from freerock.errors import FreerockError
 
 FORMAT = "LVM"
@@ -26,7 +26,7 @@ class Segment:
     names: Sequence[str]
     fields: dict[str, list[str]]
     layout: Layout
-    rows: int
+    n_rows: int
 
     def cell(self, key: str, column: int) -> str:
         cells = self.fields.get(key, [])
@@ -62,15 +62,14 @@ def read(path, channel=None):
     ]
 
     def read_columns(columns):
-        tables = [numbers(path, encoding, s.layout, s.rows) for s in segments[:-1]]
-        tables.append(numbers(path, encoding, segments[-1].layout))
+        parts = list(tables(path, encoding, (s.layout for s in segments)))
         arrays = {}
         for column in columns:
             if isinstance(column, tuple):
-                arrays[column] = _joined_time(path, segments, tables, column[1])
+                arrays[column] = _joined_time(path, segments, parts, column[1])
             else:
-                _refuse_short(path, segments, tables, column)
-                arrays[column] = np.concatenate([table[column] for table in tables])
+                _refuse_short(path, segments, parts, column)
+                arrays[column] = np.concatenate([part[column] for part in parts])
         return arrays
 
     notes = [told(first.layout, encoding), *_more_rows(channels, segments)]
@@ -113,10 +112,10 @@ def _segment(path, lines, fields, delimiter, where):
     """The rows under a segment's header, up to an empty line."""
     at, names = next(lines, (0, ""))
     names = _cells(names, delimiter)
-    head = []
-    rows = 0
+    head, rows, more = [], 0, False
     for _, line in lines:
-        if not line.strip():
+        more = not line.strip()
+        if more:
             break
         rows += 1
         if rows <= LOOK:
@@ -128,7 +127,7 @@ def _segment(path, lines, fields, delimiter, where):
     filled = {i for row in head for i, cell in enumerate(row) if cell}
     numeric = tuple(i for i, name in enumerate(names) if i in filled and name not in ("Comment", ""))
     comma = delimiter != "," and any("," in row[i] for row in head for i in numeric if i < len(row))
-    layout = Layout(delimiter, "," if comma else ".", at + 1, width, numeric)
+    layout = Layout(delimiter, "," if comma else ".", at + 1, width, numeric, rows if more else None)
     return Segment(tuple(names), fields, layout, rows)
 
 
@@ -154,8 +153,8 @@ def _clock(path, segments, column):
     return Even(step, start if np.isfinite(start) else 0.0)
 
 
-def _refuse_short(path, segments, tables, column):
-    for n, (segment, table) in enumerate(zip(segments, tables, strict=True), start=1):
+def _refuse_short(path, segments, parts, column):
+    for n, (segment, table) in enumerate(zip(segments, parts, strict=True), start=1):
         samples = segment.value("Samples", column)
         if len(table[column]) < samples:
             name, rows = segment.names[column], len(table[column])
@@ -166,9 +165,10 @@ def _refuse_short(path, segments, tables, column):
 def _more_rows(channels, segments):
     """Tell that rows of several writings under one header, without X, are taken to follow each other."""
     for c in channels:
-        if isinstance(c.clock, Even) and segments[0].rows > segments[0].value("Samples", c.column):
-            samples = segments[0].cell("Samples", c.column)
-            return [f"{segments[0].rows} rows under a header of {samples} samples taken for one recording"]
+        samples = segments[0].value("Samples", c.column)
+        if isinstance(c.clock, Even) and segments[0].n_rows > samples:
+            rows = segments[0].n_rows
+            return [f"{rows} rows under a header of {samples:.0f} samples are taken for one recording"]
     return []
 
 

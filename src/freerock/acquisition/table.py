@@ -5,8 +5,11 @@ A row with too many cells, or a cell that is no number, is an error; an empty ce
 
 import codecs
 import csv
+import io
 import re
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 import pandas as pd
@@ -16,19 +19,21 @@ from freerock.errors import FreerockError
 
 HEAD = 1 << 16  # characters in which encoding and layout are found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
+LINES_AT_ONCE = 4096
 DECIMALS = {".": "point", ",": "comma"}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a table is written: `first` is the number of lines before it."""
+    """How a table is written: lines before it are `first`, its own `rows`, None for all to the end."""
 
     delimiter: str
     decimal: str
     first: int
     width: int
     numeric: tuple[int, ...]
+    rows: int | None = None
 
 
 def told(layout: Layout, encoding: str) -> str:
@@ -64,8 +69,8 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
 
 
-def numbers(path, encoding: str, layout: Layout, rows: int | None = None) -> dict[int, np.ndarray]:
-    """The columns of numbers of a table, of all its rows or some.
+def tables(path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, np.ndarray]]:
+    """Yield the columns of numbers of each table of a file, in one pass.
 
     Raises
     ------
@@ -73,23 +78,39 @@ def numbers(path, encoding: str, layout: Layout, rows: int | None = None) -> dic
         A cell that is no number, a row with too many cells, a last line that is cut off.
     """
     with open(path, encoding=encoding, errors="replace") as file:
-        for _ in range(layout.first):
-            file.readline()
-        try:
-            table = pd.read_csv(
-                file,
-                sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
-                decimal=layout.decimal,
-                names=range(layout.width),
-                index_col=False,
-                dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
-                nrows=rows,
-                skipinitialspace=True,
-            )
-        except (ValueError, pd.errors.ParserError) as error:
-            raise _fault(path, encoding, layout) or error from None
+        at = 0
+        for layout in layouts:
+            for _ in islice(file, layout.first - at):
+                pass
+            yield _numbers(path, encoding, layout, _Lines(islice(file, layout.rows)))
+            at = layout.first + (layout.rows or 0)
+
+
+class _Lines(io.TextIOBase):
+    """Lines as the file that pandas wants."""
+
+    def __init__(self, lines):
+        self.lines = lines
+
+    def read(self, size=-1):
+        return "".join(islice(self.lines, LINES_AT_ONCE))
+
+
+def _numbers(path, encoding, layout, lines):
+    try:
+        table = pd.read_csv(
+            lines,
+            sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
+            decimal=layout.decimal,
+            names=range(layout.width),
+            index_col=False,
+            dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
+            skipinitialspace=True,
+        )
+    except (ValueError, pd.errors.ParserError) as error:
+        raise _fault(path, encoding, layout) or error from None
     last = table.iloc[-1, list(layout.numeric)]
-    if rows is None and last.isna().any() and not _ends_a_line(path):
+    if layout.rows is None and last.isna().any() and not _ends_a_line(path):
         raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
     return {i: table[i].to_numpy() for i in layout.numeric}
 
@@ -105,9 +126,8 @@ def kind_of(cell, decimal):
 def _fault(path, encoding, layout):
     """The first line that breaks the table, as an error."""
     with open(path, encoding=encoding, errors="replace") as file:
-        for n, line in enumerate(file, start=1):
-            if n <= layout.first or not line.strip():
-                continue
+        end = layout.rows and layout.first + layout.rows
+        for n, line in enumerate(islice(file, layout.first, end), start=layout.first + 1):
             cells = cells_of(line, layout.delimiter)
             for i in layout.numeric:
                 if i < len(cells) and kind_of(cells[i], layout.decimal) == "t":

@@ -16,7 +16,7 @@ from freerock.acquisition.table import (
     cells_of,
     encoding_of,
     kind_of,
-    numbers,
+    tables,
     told,
 )
 from freerock.errors import FreerockError
@@ -48,7 +48,7 @@ def read(path, channel=None):
     channels, notes = columns(path, headings, layout.numeric, rises(first), rate)
 
     def read_columns(wanted):
-        table = numbers(path, encoding, layout)
+        (table,) = tables(path, encoding, [layout])
         return {i: table[i] for i in wanted}
 
     notes.insert(0, told(layout, encoding))
