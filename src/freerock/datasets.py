@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.laser import FLAGS
+from freerock.faults import FLAGS
 from freerock.manifest import sha256
 
 if TYPE_CHECKING:
@@ -65,6 +65,15 @@ VARIABLES = {
     "sigma_theta": ("rad", "quality", "standard deviation of the noise of theta"),
     "flags": ("", "quality", "validity of the laser sample"),
     "voltage": ("V", "measured", "output voltage of the laser"),
+    "current": ("mA", "measured", "output current of the laser"),
+    "displacement": ("m", "measured", "displacement as recorded"),
+    "rotation": ("rad", "measured", "rotation as recorded"),
+    "translation": ("m", "measured", "translation of the block along the beams, away from the sensors"),
+    "fault": ("", "quality", "what is wrong with the signal"),
+    "fault_start": ("s", "quality", "start of the fault"),
+    "fault_end": ("s", "quality", "end of the fault"),
+    "fault_note": ("", "quality", "what was found"),
+    "fault_angle": ("rad", "quality", "effect of the fault on theta"),
     "hold_start": ("s", "measured", "start of the held phase before the release"),
     "release": ("s", "measured", "instant of release"),
     "start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
@@ -116,7 +125,7 @@ EXTRA = {
     **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high"], IN_UNIT),
 }
 BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "unit")}
-SINGLE_PRECISION = {"sigma_theta", "voltage"}
+SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 
 @contextmanager
@@ -152,7 +161,8 @@ def write_record(
     path : path
         File to write.
     record : Dataset
-        theta [rad], sigma_theta [rad], flags and voltage [V] over time [s], as `laser.rotation` gives them.
+        theta [rad], sigma_theta [rad], flags and what was recorded over time [s], with the faults, as
+        `rotation.rotation` gives them.
     runs : sequence of Run
     impacts : sequence of Impacts
         One per run.
@@ -169,8 +179,9 @@ def write_record(
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
     root = xr.Dataset(
-        {str(name): ("time", variable.values) for name, variable in record.data_vars.items()},
-        {"time": ("time", record["time"].values, _clock(start_time))},
+        {str(name): (variable.dims, variable.values) for name, variable in record.data_vars.items()},
+        {"time": ("time", record["time"].values, _clock(start_time))}
+        | {name: record[name].variable for name in record.coords if name != "time"},
         _root("record", "volts to rotation, runs and impacts", attrs)
         | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
     )
@@ -407,7 +418,7 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
 
 def _describe(name: str, present: Container, simulated: bool) -> dict:
     """CF and ACDD attributes of a variable among those present beside it."""
-    unit, content, long_name = VARIABLES[name.removesuffix("_stderr")]
+    unit, content, long_name = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
     if name.endswith("_stderr"):
         content, long_name = "quality", f"standard error of the {long_name}"
     elif content == "measured" and simulated:

@@ -108,15 +108,19 @@ def find_impacts(
     theta0: float | None = None,
     theta0_stderr: float = 0.0,
     min_amplitude_sigmas: float = 10.0,
+    min_uplift_ratio: float = 2.0,
     min_samples: int = 12,
 ) -> Impacts:
     """Find the impacts of one run, measured or computed.
 
-    The list ends at the first peak that is too low: less than `min_amplitude_sigmas` times σ_θ, or than the
-    amplitude under which the base stays in full contact. The latter comes from the half period T of the tail,
-    which then does not depend on amplitude: (2/3) b³ k - m g h = I₀ (π/T)² gives k, hence the static sink
-    m g/(2 b k) and asin(sink/b) (linearised no-uplift equations (1)-(2) of Spanos et al. 2017,
-    doi:10.1016/j.proeng.2017.09.024).
+    The list ends at the first peak that is too low: less than `min_amplitude_sigmas` times σ_θ, or than
+    `min_uplift_ratio` times the amplitude under which the base stays in full contact. On a Winkler bed a
+    block turned by θ touches along sqrt(θ_uplift/θ) of its base: at twice the uplift amplitude still along
+    71 %. Lower swings dissipate all the time rather than in impacts, and r is no property of an impact
+    (`doubt_about`). The uplift amplitude comes from the half
+    period T of the tail, which then does not depend on amplitude: (2/3) b³ k - m g h = I₀ (π/T)² gives k,
+    hence the static sink m g/(2 b k) and asin(sink/b) (linearised no-uplift equations (1)-(2) of Spanos et
+    al. 2017, doi:10.1016/j.proeng.2017.09.024).
 
     Parameters
     ----------
@@ -132,6 +136,8 @@ def find_impacts(
         Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     min_amplitude_sigmas : float
         Peaks lower than this many σ_θ end the list.
+    min_uplift_ratio : float
+        Peaks lower than this many times the uplift amplitude end the list.
     min_samples : int
         Lobes with fewer samples end the list.
 
@@ -157,7 +163,7 @@ def find_impacts(
             break  # the record ends before the lobe does
         inside = slice(first, last + 1)
         after = _fit_peak(t[inside], np.abs(theta[inside]), noise[inside], noise_known, block)
-        lowest = max(min_amplitude_sigmas * noise[inside].mean(), uplift)
+        lowest = max(min_amplitude_sigmas * noise[inside].mean(), min_uplift_ratio * uplift)
         if not lowest <= after.height < block.theta_cr:
             break
         sign, around = np.sign(theta[first]), slice(start, last + 1)
@@ -172,6 +178,16 @@ def find_impacts(
         columns.append((*instant, *peaks, *r, *rates))
         before = after
     return Impacts(*np.array(columns).reshape(-1, 10).T, theta_uplift=uplift)
+
+
+def doubt_about(impacts: Impacts, *, min_uplift_ratio: float = 2.0) -> str:
+    """Why a run has no restitution to speak of, "" if it has: no swing leaves full contact clearly."""
+    if impacts.time_s.size or not impacts.theta_uplift:
+        return ""
+    return (
+        f"per-impact r is not meaningful here: no swing exceeds {min_uplift_ratio:g} times the "
+        f"{math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
+    )
 
 
 def _lobes(theta, threshold, min_samples):

@@ -6,12 +6,13 @@ of a motion from rest that matches the data after the finger has left, so it doe
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from freerock.errors import FreerockError
+from freerock.faults import FLAGS, VERDICTS, Fault
 from freerock.models.block import Block
 from freerock.phases import stationary_phases
 
@@ -19,8 +20,10 @@ FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the bloc
 UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 SMOOTH_S = 0.005  # averaging time in which the last of the motion is told from noise
 OUT_OF_NOISE = 5.0  # standard deviations
-VERDICTS = ("ok", "warn", "fail")
+RANKS = ("ok", "warn", "fail")
 SURE = 4.0  # standard errors
+SWING = 10.0  # standard deviations a swing rises above zero
+SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
 
 
@@ -78,6 +81,7 @@ def find_runs(
     flags,
     block: Block | None = None,
     zero_stderr: float = 0.0,
+    faults: Sequence[Fault] = (),
     *,
     overrides: Sequence[tuple[int, float, float, str]] = (),
     exclusions: Sequence[tuple[int, str]] = (),
@@ -89,6 +93,7 @@ def find_runs(
     max_push_fraction: float = 0.02,
     max_hold_drift_deg: float = 0.05,
     max_rest_shift_deg: float = 0.05,
+    max_growth_fraction: float = 0.05,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -106,6 +111,8 @@ def find_runs(
         Judges whether θ0 is below θ_cr.
     zero_stderr : float
         Standard error of the zero of θ [rad].
+    faults : sequence of Fault
+        What is wrong with the signal, and when: counts against the runs that it meets.
     overrides : sequence of (run, release_s, end_s, reason)
         Release and end of a run, set by hand.
     exclusions : sequence of (run, reason)
@@ -128,6 +135,9 @@ def find_runs(
         Warning when the held angle moves by more than this over `held_s` [degree].
     max_rest_shift_deg : float
         Warning when the rest positions before and after differ by more than this [degree].
+    max_growth_fraction : float
+        A swing higher than the one before by a larger share, or one that lasts clearly longer, is not free:
+        the block was touched, a fail.
 
     Returns
     -------
@@ -144,7 +154,7 @@ def find_runs(
     phases = stationary_phases(t, theta, window_s=window_s)
     holds = _holds(phases, stationary_phases(t, theta, window_s=window_s, floor_fraction=UNSTEADY))
     if not holds:
-        raise _no_release(phases, block)
+        raise _no_release(phases, block, flags, faults)
     _refuse_unknown("override", [number for number, *_ in overrides], len(holds))
     _refuse_unknown("exclude", [number for number, _ in exclusions], len(holds))
     by_hand = {number: (release, end, reason) for number, release, end, reason in overrides}
@@ -197,18 +207,27 @@ def find_runs(
         flagged = float(np.mean(np.isnan(watch))) if watch.size else 1.0
         if flagged > 0:
             verdict = "fail" if flagged > max_flagged_fraction else "warn"
-            doubts.append((verdict, f"{flagged:.2%} of its samples are invalid"))
+            names = _names(np.asarray(flags)[slice(*np.searchsorted(t, (watched, end)))])
+            doubts.append((verdict, f"{flagged:.2%} of its samples are invalid{names}"))
+        touched = _touched(t, theta, (start, end), theta0, sigma_run, max_growth_fraction)
+        if touched:
+            doubts.append(("fail", touched))
         if math.degrees(wander) > max_hold_drift_deg:
             doubts.append(("warn", f"the held angle wanders by {math.degrees(wander):.3f}°"))
         if rest is None:
             doubts.append(("warn", "the record ends before the block is at rest"))
         elif rest.kind != "rest":
-            doubts.append(("fail", f"it stops at {math.degrees(rest.level):.2f}° instead of at rest"))
+            over = block is not None and abs(rest.level) >= block.theta_cr
+            what = "it overturns and lies" if over else "it stops"
+            doubts.append(("fail", f"{what} at {math.degrees(rest.level):.2f}° instead of at rest"))
         else:
             before = [p.level for p in phases if p.kind == "rest" and p.end_s <= hold.start_s]
             shift = math.degrees(rest.level - before[-1]) if before else 0.0
             if abs(shift) > max_rest_shift_deg:
                 doubts.append(("warn", f"the rest position has moved by {shift:+.3f}°"))
+        for fault in faults:
+            if fault.start_s < end and fault.end_s > hold.start_s:
+                doubts += _charge(fault, max_rest_shift_deg)
         if number in left_out:
             doubts.append(("ok", f"excluded: {left_out[number]}"))
         runs.append(
@@ -223,13 +242,21 @@ def find_runs(
                 theta0_stderr=math.hypot(theta0_stderr, zero_stderr),
                 sigma_theta=sigma_run,
                 n_impacts=n_impacts,
-                verdict=max((verdict for verdict, _ in doubts), key=VERDICTS.index, default="ok"),
+                verdict=max((verdict for verdict, _ in doubts), key=RANKS.index, default="ok"),
                 reasons=tuple(reason for _, reason in doubts),
                 excluded=number in left_out,
                 overridden=number in by_hand,
             )
         )
     return runs
+
+
+def with_warning(run: Run, reason: str) -> Run:
+    """The run with one more reason to be careful, or as it is if that is empty."""
+    if not reason:
+        return run
+    verdict = max(run.verdict, "warn", key=RANKS.index)
+    return replace(run, verdict=verdict, reasons=(*run.reasons, reason))
 
 
 def _holds(steady, loose):
@@ -242,7 +269,48 @@ def _holds(steady, loose):
     return sorted(holds, key=lambda hold: hold.start_s)
 
 
-def _no_release(phases, block):
+def _names(flags):
+    """The flags of some samples, in brackets."""
+    names = [name.replace("_", " ") for name, mask in FLAGS.items() if (flags & mask).any()]
+    return f" ({', '.join(names)})" if names else ""
+
+
+def _charge(fault, max_rest_shift_deg):
+    """What a fault says against a run that it meets."""
+    angle = math.degrees(fault.angle)
+    if fault.name in VERDICTS:
+        yield VERDICTS[fault.name], f"{fault.name.replace('_', ' ')}: {fault.note}"
+    elif fault.name == "rest_shift" and abs(angle) > max_rest_shift_deg:
+        yield "warn", f"the rest position has moved by {angle:+.3f}°: the block may have slid or twisted"
+    elif fault.name == "drift" and abs(angle) > max_rest_shift_deg:
+        yield "warn", f"the zero drifts by {angle:+.3f}°"
+
+
+def _touched(t, theta, span, theta0, sigma, max_growth_fraction):
+    """Why a motion is not free, "" if nothing says so: swings of a free block get lower and shorter."""
+    first, last = np.searchsorted(t, span)
+    index = first + np.flatnonzero(np.abs(theta[first:last]) > SWING * sigma)
+    if index.size == 0:
+        return ""
+    begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
+    starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
+    passages = (t[ends[:-1]] + t[starts[1:]]) / 2
+    height, longest = abs(theta0), (math.inf, math.inf)  # a moved zero makes one side's swings longer
+    for number, (i, j) in enumerate(zip(starts[1:-1], ends[1:-1], strict=True), 1):
+        top = float(np.nanmax(np.abs(theta[i : j + 1])))
+        time = float(passages[number] - passages[number - 1])
+        told = ""
+        if top > (1 + max_growth_fraction) * height + 2 * SWING * sigma:
+            told = f"is {top / height - 1:.0%} higher"
+        elif top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
+            told = f"lasts {time / max(longest) - 1:.0%} longer"
+        if told:
+            return f"swing {number} {told} than before: the block was touched"
+        height, longest = top, (longest[1], time)
+    return ""
+
+
+def _no_release(phases, block, flags, faults):
     """The error of a record without a release, with what can be told of it."""
     remedy = "check that the channel, the sign and the laser are those of this record"
     if not phases:
@@ -256,6 +324,12 @@ def _no_release(phases, block):
                 f"{math.degrees(block.theta_cr):.2f}°, it overturns"
             )
             remedy = "check the block's height and width and the laser's position"
+    share = float(np.mean(np.asarray(flags) != 0))
+    lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")
+    if lost:
+        what += f", the target is lost {lost}"
+    elif share > 0.02 and "overturns" not in what:
+        what += f", {share:.0%} of the samples are invalid{_names(np.asarray(flags))}"
     return FreerockError("record", what, remedy)
 
 

@@ -7,7 +7,7 @@ doi:10.1016/j.proeng.2017.09.024), and their truth. Nothing in them was measured
 
 A record goes: rest; then for every release a tilt by hand (the hand in the beam now and then), a hold by a
 finger, the finger's fading support, free rocking to rest, a pause. The law of motion restrains the base
-centre, as the models do; for the laser the block turns by the same θ about its corner (see `freerock.laser`).
+centre, as the models do; for the laser the block turns by the same θ about its corner (see `freerock.beam`).
 """
 
 import json
@@ -19,8 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
+from freerock.beam import displacement_from_rotation
 from freerock.errors import FreerockError
-from freerock.laser import Laser, displacement_from_rotation
+from freerock.laser import Laser
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import accelerations, contact_force, static_depth
 from freerock.models.simulate import simulate
@@ -38,6 +39,10 @@ THETA_DECIMALS = (
     6  # motion is integrated to 1e-12 and kept to 1 µrad: no byte hangs on a processor's last digit
 )
 REST_RAD = 2e-5  # the operator's eye: below this the block has come to rest
+VOLTS = (  # what the truth tells of a laser: all its outputs are volts
+    *("beam", "position_m", "range_m", "face", "sign", "release_side", "volts_at_start", "volts_at_end"),
+    *("valid_low_v", "valid_high_v", "error_level_v", "error_tolerance_v"),
+)
 START = "2017-05-02T09:00:00"
 
 
@@ -151,7 +156,7 @@ def simulate_record(
     time_s = np.arange(theta.size) / rate_hz
 
     generator = np.random.RandomState(seed)  # its streams, unlike a Generator's, never change with NumPy
-    volts = zero_v + displacement_from_rotation(theta, block, laser) / laser.metres_per_volt
+    volts = zero_v + displacement_from_rotation(theta, block, laser) / laser.metres_per()
     volts[~((volts >= laser.valid_low_v) & (volts <= laser.valid_high_v))] = laser.error_level_v
     for start, end in (blocked for run in runs for blocked in run["blocked_s"]):
         volts[(time_s >= start) & (time_s < end)] = laser.error_level_v
@@ -169,8 +174,8 @@ def simulate_record(
         "model": model,
         "debonding": options["debonding"],
         "kinematics": "base centre restrained in the law; for the laser the block turns by θ about a corner",
-        "block": asdict(block),
-        "laser": asdict(laser),
+        "block": {key: value for key, value in asdict(block).items() if value is not None},
+        "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
         "noise": asdict(noise),
         "zero_v": zero_v,
         "seed": seed,

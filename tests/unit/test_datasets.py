@@ -260,7 +260,7 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert file["time"].units == "seconds since 2017-05-02T09:00:00.000Z"
         assert "_FillValue" not in file["time"].ncattrs()
         assert file["theta"].ancillary_variables == "sigma_theta flags"
-        assert file["flags"].flag_meanings == "error_level out_of_range saturated target_lost"
+        assert file["flags"].flag_meanings == "error_level out_of_range saturated target_lost dropout spike"
         assert file["flags"].flag_masks.dtype == file["flags"].dtype == np.uint8
         assert file["theta"].filters()["complevel"] == 4
         assert file["run_2"].excluded == 1

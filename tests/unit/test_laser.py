@@ -6,18 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from freerock.beam import displacement_from_rotation, rotation_from_displacement, sensitivity
 from freerock.errors import FreerockError
-from freerock.laser import (
-    FLAGS,
-    Laser,
-    displacement_from_rotation,
-    distance_from_volts,
-    flag_volts,
-    rotation,
-    rotation_from_displacement,
-    sensitivity,
-)
+from freerock.faults import FLAGS
+from freerock.laser import Laser, distance_from_output
 from freerock.models.block import Block
+from freerock.rotation import rotation
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)
@@ -133,8 +127,8 @@ def test_beam_under_the_raised_edge_is_lost():
 
 def test_sensor_manual_example():
     sensor = Laser("horizontal", 0.2, 0.010)
-    assert distance_from_volts(4.6, sensor) == pytest.approx(0.0046)
-    assert distance_from_volts(4.6, sensor) - 0.010 / 2 == pytest.approx(-0.0004)
+    assert distance_from_output(4.6, sensor)[0] == pytest.approx(0.0046)
+    assert distance_from_output(4.6, sensor)[0] - 0.010 / 2 == pytest.approx(-0.0004)
 
 
 @pytest.mark.parametrize(
@@ -152,23 +146,6 @@ def test_impossible_laser(change, message):
     assert str(error.value).startswith(message)
 
 
-def test_flags():
-    generator = np.random.default_rng(1)
-    volts = 5 + 0.002 * generator.standard_normal(1000)
-    volts[100:110] = 10.2 + np.linspace(-0.009, 0.009, 10)
-    volts[200], volts[201], volts[202] = 10.12, -0.2, np.nan
-    volts[300:306] = 9.0
-    flags = flag_volts(volts, LASER)
-    assert set(np.flatnonzero(flags == FLAGS["error_level"])) == set(range(100, 110))
-    assert set(np.flatnonzero(flags == FLAGS["out_of_range"])) == {200, 201, 202}
-    assert set(np.flatnonzero(flags == FLAGS["saturated"])) == set(range(300, 306))
-
-
-def test_coarse_converter_is_not_saturated():
-    volts = np.round(5 + 0.01 * np.sin(np.arange(2000) / 20), 2)
-    assert not flag_volts(volts, LASER).any()
-
-
 def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLOCK, release_deg=8.0):
     """Rest, tilt by hand, hold, a decaying swing about zero, rest: time, θ and volts."""
     time = np.arange(0, 20, 1 / RATE)
@@ -179,7 +156,7 @@ def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLO
         math.radians(release_deg) * np.exp(-1.2 * np.maximum(t, 0)) * np.cos(2 * np.pi * (1.1 + 0.4 * t) * t)
     )
     theta = np.where(t > 0, swing, theta)
-    volts = 5.1 + displacement_from_rotation(theta, block, laser) / laser.metres_per_volt
+    volts = 5.1 + displacement_from_rotation(theta, block, laser) / laser.metres_per()
     volts = volts + drift * time / 20 + hum * np.sin(2 * np.pi * 50.013 * time + 0.4)
     return time, theta, volts + noise * generator.standard_normal(time.size)
 

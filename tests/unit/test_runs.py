@@ -279,7 +279,8 @@ def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, 
 @pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
 def test_virtual_campaign(test):
     from freerock.acquisition import read_record
-    from freerock.laser import Laser, rotation
+    from freerock.laser import Laser
+    from freerock.rotation import rotation
 
     truth = json.loads((RAW / "truth.json").read_text(encoding="utf-8"))[test]
     volts = read_record(RAW / f"{test}.tdms")

@@ -7,10 +7,13 @@ import pytest
 from nptdms import TdmsFile
 
 from freerock.acquisition import read_record
-from freerock.laser import FLAGS, Laser, rotation, rotation_from_displacement
+from freerock.beam import rotation_from_displacement
+from freerock.faults import FLAGS
+from freerock.laser import Laser
 from freerock.manifest import check_manifest
 from freerock.models.block import Block
 from freerock.phases import stationary_phases
+from freerock.rotation import rotation
 from freerock.twin import (
     CONFIGURATIONS,
     FOUNDATIONS,
@@ -118,9 +121,9 @@ def test_releases_scatter_as_told(truth):
 
 def test_volts_invert_to_the_motion():
     record = one()
-    displacement = (record.volts - 5.0) * LASER.metres_per_volt
+    displacement = (record.volts - 5.0) * LASER.metres_per()
     theta = rotation_from_displacement(displacement, BLOCK, LASER)
-    one_count = record.volts_per_count * LASER.metres_per_volt / 0.19
+    one_count = record.volts_per_count * LASER.metres_per() / 0.19
     assert np.abs(theta - record.theta).max() <= one_count
 
 

@@ -7,12 +7,13 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
-from freerock import twin
+from freerock import twin, twin_faults
 from freerock.datasets import open_record
 from freerock.manifest import sha256
 
 COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"
+DECLARE = "declare it as units of the laser: V, mV, mA, A, m, mm, um, rad, mrad, deg"
 BAD = {
     "missing": "no such file; put it there, or correct the file column of the campaign's CSV",
     "empty": f"the file is empty; {COPY}",
@@ -20,8 +21,10 @@ BAD = {
     "channel": "no channel 'laser_2'; its channels are laser; correct the channel column of the "
     "campaign's CSV",
     "several": "has the channels laser, laser_2; name one in the channel column of the campaign's CSV",
-    "millivolts": "channel 'laser' is in 'mV'; name the channel that holds the laser's volts, or set its "
-    "unit to V",
+    "no_unit": f"lasers: units: the channel states no unit; {DECLARE}",
+    "kilograms": f"lasers: units: the channel's unit 'kg' is not known; {DECLARE}",
+    "ac_coupled": "laser signal: the channel is AC-coupled: a held angle decays (cut-off 0.1 Hz); set the "
+    "channel to DC coupling and record again",
     "nan": f"laser signal: no sample is a number; {CHECK}",
     "constant": f"laser signal: constant at 4.6 V; {CHECK}",
     "no_rate": "channel 'laser' gives no sampling rate (wf_increment is absent); log it as a waveform, or "
@@ -59,7 +62,10 @@ def write_bad_records(raw):
     (raw / "truncated.tdms").write_bytes(whole[: len(whole) // 2])
     (raw / "empty.tdms").write_bytes(b"")
     write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
-    write_volts(raw / "millivolts.tdms", WAVEFORM | {"unit_string": "mV"}, laser=good.volts)
+    write_volts(raw / "no_unit.tdms", WAVEFORM | {"unit_string": ""}, laser=good.volts)
+    write_volts(raw / "kilograms.tdms", WAVEFORM | {"unit_string": "kg"}, laser=good.volts)
+    coupled = twin_faults.ac_coupled(0.1)(good.time_s, good.volts, None)
+    write_volts(raw / "ac_coupled.tdms", WAVEFORM, laser=coupled)
     write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
     write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
     write_volts(raw / "no_rate.tdms", {}, laser=good.volts)

@@ -43,6 +43,13 @@ def record(wildcards):
     return campaign(wildcards).record(wildcards.test)
 
 
+def raw_files(wildcards):
+    """The file of a record and the calibration tables of its lasers."""
+    sections = [campaign(wildcards).lasers[name] for name in record(wildcards).lasers]
+    tables = [f"{campaign(wildcards).raw}/{each.calibration}" for each in sections if each.calibration]
+    return [campaign(wildcards).file(wildcards.test), *tables]
+
+
 def checksum(wildcards):
     """What the campaign's manifest lists for a record file: renewed there, the record is processed again."""
     return CHECKSUMS[wildcards.campaign].get(record(wildcards).file, "")

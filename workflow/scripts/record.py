@@ -1,40 +1,52 @@
-"""Volts of one record to θ(t), runs and impacts."""
+"""A record to θ(t), runs and impacts."""
 
 from pathlib import Path
 
 from freerock.acquisition import read_record
 from freerock.datasets import provenance, write_failure, write_record
 from freerock.errors import FreerockError
-from freerock.impacts import find_impacts
-from freerock.laser import Laser, rotation
+from freerock.faults import listed_faults
+from freerock.impacts import doubt_about, find_impacts
+from freerock.laser import Laser
 from freerock.manifest import check_manifest
 from freerock.models.block import Block
-from freerock.runs import find_runs
+from freerock.quantity import read_calibration
+from freerock.rotation import rotation
+from freerock.runs import find_runs, with_warning
 from freerock.workflow import log_to
-
-VOLTS = ("", "v", "volt", "volts")  # as the file states it, or not
 
 log = log_to(snakemake.log[0])
 params = snakemake.params
 path = Path(params.raw, params.file)
-block, laser = Block(**params.block), Laser(**params.laser)
+block = Block(**params.block)
+
+
+def sensor(section):
+    table = section["calibration"] and read_calibration(Path(params.raw, section["calibration"]))
+    return Laser(**section | {"calibration": table})
+
+
+def channel(name):
+    """A channel by its name, "" for the only one; and its time."""
+    read = read_record(path, name or None)
+    if len(read.data_vars) > 1:
+        several = f"has the channels {', '.join(read.data_vars)}"
+        raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
+    (signal,) = read.data_vars.values()
+    return read["time"].values, signal.values, signal.attrs["units"]
 
 
 def process():
     check_manifest(params.raw, [params.file])
-    volts = read_record(path, params.channel or None)
-    if len(volts.data_vars) > 1:
-        several = f"has the channels {', '.join(volts.data_vars)}"
-        raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
-    (signal,) = volts.data_vars.values()
-    if signal.attrs["units"].casefold() not in VOLTS:
-        what = f"channel {signal.name!r} is in {signal.attrs['units']!r}"
-        raise FreerockError(path, what, "name the channel that holds the laser's volts, or set its unit to V")
-    record = rotation(volts["time"].values, signal.values, laser, block, **params.rotation)
+    lasers = [sensor(section) for section in params.lasers]
+    times, signals, units = zip(*map(channel, params.channels), strict=True)
+    if len({time.size for time in times}) > 1:
+        raise FreerockError(path, "the two channels differ in length", "name two of one group")
+    record = rotation(times[0], signals, lasers, block, units, **params.rotation)
     time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    known = block, record.attrs["zero_stderr_rad"], listed_faults(record)
     by_hand = {"overrides": params.overrides, "exclusions": params.exclusions}
-    zero_stderr = record.attrs["zero_stderr_rad"]
-    runs = find_runs(time, theta, sigma, flags, block, zero_stderr, **by_hand, **params.runs)
+    runs = find_runs(time, theta, sigma, flags, *known, **by_hand, **params.runs)
     impacts = []
     for run in runs:
         during = (time >= run.release_s) & (time <= run.end_s)
@@ -42,7 +54,9 @@ def process():
         impacts.append(
             find_impacts(time[during], theta[during], sigma[during], block, **held, **params.impacts)
         )
-    return record, runs, impacts
+    ratio = params.impacts["min_uplift_ratio"]
+    doubts = [doubt_about(found, min_uplift_ratio=ratio) for found in impacts]
+    return record, list(map(with_warning, runs, doubts)), impacts
 
 
 output = snakemake.output.record
@@ -55,6 +69,8 @@ try:
     else:
         record, runs, impacts = process()
         write_record(output, record, runs, impacts, attributes)
+        for fault in listed_faults(record):
+            log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
         for run in runs:
             log.info(
                 "run %d, released at %.3f s: %s",

@@ -6,8 +6,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from freerock.faults import listed_faults
 from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
 from freerock.models import MODELS
+from freerock.quantity import BASE
 from freerock.tables import quantity, runs_of
 
 PAGE_DPI = 110
@@ -53,20 +55,34 @@ def _series(run, series, time_s, value, unit):
     return pd.DataFrame({"run": run, "series": series, "time_s": time_s, "value": value, "unit": unit})
 
 
+def _recorded(record):
+    """Name and unit of each channel as recorded: volts, mostly."""
+    return {
+        f"{quantity}{suffix}": unit
+        for quantity, unit in BASE.items()
+        for suffix in ("", "_2")
+        if f"{quantity}{suffix}" in record.data_vars
+    }
+
+
 def _record_series(record):
-    time, volts, flags = (record[name].values for name in ("time", "voltage", "flags"))
+    time, flags = record["time"].values, record["flags"].values
+    channels = _recorded(record)
     theta = np.degrees(record["theta"].values)
-    drawn, angles = extremes(volts), extremes(theta)
+    angles = extremes(theta)
     masks = np.atleast_1d(record["flags"].attrs["flag_masks"])
     meanings = record["flags"].attrs["flag_meanings"].split()
-    parts = [
-        _series(pd.NA, "voltage", time[drawn], volts[drawn], "V"),
-        _series(pd.NA, "theta", time[angles], theta[angles], "degree"),
-    ]
+    parts = [_series(pd.NA, "theta", time[angles], theta[angles], "degree")]
+    for name, unit in channels.items():
+        values = record[name].values
+        drawn = extremes(values)
+        parts.append(_series(pd.NA, name, time[drawn], values[drawn], unit))
+    first, unit = next(iter(channels.items()))
+    values = record[first].values
     for mask, meaning in zip(masks, meanings, strict=True):
         flagged = np.flatnonzero(flags & mask)
         flagged = flagged[thin(len(flagged), 300)]
-        parts.append(_series(pd.NA, meaning, time[flagged], volts[flagged], "V"))
+        parts.append(_series(pd.NA, meaning, time[flagged], values[flagged], unit))
     return pd.concat(parts)
 
 
@@ -93,7 +109,7 @@ def _page(record, title, number, run, whole, own):
     sigma_deg = np.degrees(run["sigma_theta"].item())
     width, height = 7.0, 8.4
     figure = Figure(figsize=(width, height), dpi=PAGE_DPI, layout="none")
-    band = _header(figure, f"{title}, run {number}", run.attrs, _facts(run, sigma_deg))
+    band = _header(figure, f"{title}, run {number}", run.attrs, _facts(run, sigma_deg), _faults(record))
     volts, angle, motion, residual = figure.subplots(
         4,
         height_ratios=[1, 1, 1.5, 1.2],
@@ -107,9 +123,11 @@ def _page(record, title, number, run, whole, own):
     )
     release, end = run["release"].item(), run["end"].item()
 
+    channels = _recorded(record)
+    colours = dict(zip(channels, ("black", "0.55"), strict=False))
     for series, part in whole.groupby("series", sort=False):
-        if series == "voltage":
-            volts.plot(part["time_s"], part["value"], color="black", linewidth=0.6)
+        if series in channels:
+            volts.plot(part["time_s"], part["value"], color=colours[series], linewidth=0.6)
         elif series == "theta":
             angle.plot(part["time_s"], part["value"], color="black", linewidth=0.6)
         elif len(part):
@@ -125,7 +143,8 @@ def _page(record, title, number, run, whole, own):
         ax.axvspan(release, end, color="#0a5bd3", alpha=0.12, linewidth=0)
         ax.set_xlim(record["time"].values[[0, -1]])
         ax.set_xlabel("time of the record / s")
-    volts.set_ylabel("laser / V")
+    quantity, unit = next(iter(channels.items()))
+    volts.set_ylabel(f"laser / {unit}" if quantity != "rotation" else "sensor / rad")
     angle.set_ylabel("θ / °")
     for instant, text, align in ((release, "release ", "right"), (end, " rest", "left")):
         angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
@@ -169,10 +188,25 @@ def _facts(run, sigma_deg):
     return "    ".join(facts)
 
 
-def _header(figure, title, attrs, facts=""):
-    """Title, verdict, facts and reasons at the top of a page; returns the height they take [inch]."""
+def _faults(record):
+    """What is wrong with the signal of the record, each fault with the first time it occurs."""
+    told = {}
+    for fault in listed_faults(record):
+        told.setdefault(fault.name, []).append(fault)
+    texts = []
+    for name, each in told.items():
+        first = each[0]
+        more = f", {len(each) - 1} more" if len(each) > 1 else ""
+        when = f"{first.start_s:.2f} to {first.end_s:.2f} s"
+        texts.append(f"{name.replace('_', ' ')} {when} ({first.note}){more}")
+    return "signal: " + "; ".join(texts) if texts else ""
+
+
+def _header(figure, title, attrs, facts="", faults=""):
+    """Title, verdict, facts, faults and reasons at the top of a page; returns their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
-    reasons = textwrap.wrap(attrs["reasons"], 115)
+    lines = [(line, "0.3") for line in textwrap.wrap(faults, 115)]
+    lines += [(line, VERDICT_COLOURS[attrs["verdict"]]) for line in textwrap.wrap(attrs["reasons"], 115)]
     colour, height = VERDICT_COLOURS[attrs["verdict"]], figure.get_figheight()
 
     def write(x, inches, text, **style):
@@ -181,9 +215,9 @@ def _header(figure, title, attrs, facts=""):
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)
     write(0.01, 0.28, facts)
-    for i, line in enumerate(reasons):
-        write(0.01, 0.44 + 0.14 * i, line, color=colour)
-    return 0.44 + 0.14 * len(reasons)
+    for i, (line, shade) in enumerate(lines):
+        write(0.01, 0.44 + 0.14 * i, line, color=shade)
+    return 0.44 + 0.14 * len(lines)
 
 
 def _failed(record, title):

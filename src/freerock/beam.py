@@ -1,0 +1,139 @@
+"""Where a beam meets the block: displacement of the target from rotation, and back.
+
+Kinematics: the block turns as a rigid body about a base corner, as a real block on a hard base does. (The
+foundation models restrain the base centre instead; the two differ by b(1 - cos θ) horizontally.)
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from freerock.models.block import Block
+
+if TYPE_CHECKING:
+    from freerock.laser import Laser
+
+
+def displacement_from_rotation(theta, block: Block, laser: "Laser"):
+    """Displacement of the target along the beam, positive away from the sensor, of a block that has turned.
+
+    Origin under the base centre at rest, x to the right, y up. A block turned by θ > 0 about its right
+    corner (b, 0) has its left face on x = b - 2b/cos θ + y tan θ and its top on
+    y = 2h/cos θ + (b - x) tan θ; turned by θ < 0 about its left corner it has its left face on
+    x = -b - y tan|θ| and its top on y = 2h/cos θ + (b + x) tan|θ|. The right face mirrors the left one.
+    From there, with T = |θ|, for the left face at height Y and the top at X::
+
+        left face   s = Y tan T - 2b (1/cos T - 1)   (θ > 0)      s = -Y tan T   (θ < 0)
+        top         -s = 2h (1/cos T - 1) + a tan T,   a = b - X  (θ > 0),  a = b + X  (θ < 0)
+
+    The beam is on the left face while 2b sin θ <= Y <= 2b sin θ + 2h cos θ (θ > 0; the lower edge rises)
+    and Y <= 2h cos θ (θ < 0; the upper edge sinks). With |X| < b the vertical beam is on the top while
+    b - X <= 2b cos θ - 2h sin θ (θ > 0; mirrored for θ < 0). With |X| >= b the target is an outrigger level
+    with the top, as long as need be outwards, that begins at the block's edge: there the beam is on it
+    while 2h sin θ <= X - b (X, θ > 0; mirrored for X, θ < 0), and always when the other side goes down.
+
+    Parameters
+    ----------
+    theta : array_like
+        Rotation [rad], positive clockwise.
+    block : Block
+    laser : Laser
+
+    Returns
+    -------
+    ndarray
+        Displacement [m]; NaN where the beam is off the target.
+    """
+    theta = np.asarray(theta, float)
+    turn = -theta if mirrored(laser) else theta
+    t = np.abs(turn)
+    rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
+    if laser.beam == "horizontal":
+        s = laser.position_m * np.tan(turn) - np.where(turn > 0, block.width_m * rise, 0.0)
+    else:
+        s = -(block.height_m * rise + _lever(turn, block, laser) * np.tan(t))
+    return np.where(_on_target(turn, block, laser), s, np.nan)
+
+
+def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", side=None):
+    """Rotation of the block from the displacement of its target, inverting `displacement_from_rotation`.
+
+    With T = tan(|θ|/2) the closed forms are quadratics in T, solved without loss of digits::
+
+        horizontal  T = s / (Y + sqrt(Y² + s² - 4bs))   (s > 0)     T = s / (Y + sqrt(Y² + s²))   (s < 0)
+        top         T = q / (a ± sqrt(a² + q (4h + q))),  q = -s, the sign of the root that of a
+
+    Parameters
+    ----------
+    displacement_m : array_like
+        Displacement [m], positive away from the sensor.
+    block : Block
+    laser : Laser
+    side : array_like, optional
+        +1 or -1: sign of θ of each sample, needed only for a vertical beam with |X| < b, whose reading is the
+        same for both; `laser.release_side` throughout by default.
+
+    Returns
+    -------
+    ndarray
+        Rotation [rad], positive clockwise; NaN where the beam would be off the target, see there.
+    """
+    s = np.asarray(displacement_m, float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if laser.beam == "horizontal":
+            y = laser.position_m
+            turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s**2 - 2 * block.width_m * np.maximum(s, 0.0))))
+        else:
+            side = (
+                _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
+            )
+            a = _lever(side, block, laser)
+            root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
+            turn = 2 * side * np.arctan(-s / (a + root))
+        turn = np.where(_on_target(turn, block, laser), turn, np.nan)
+    return -turn if mirrored(laser) else turn
+
+
+def is_unsigned(block: Block, laser: "Laser") -> bool:
+    """Whether the reading is the same for θ and -θ: a vertical beam between the corners."""
+    return laser.beam == "vertical" and abs(laser.position_m) < block.b
+
+
+def sensitivity(theta, block: Block, laser: "Laser"):
+    """|ds/dθ|: displacement of the target per rotation [m/rad], by differentiating the closed forms."""
+    turn = -np.asarray(theta, float) if mirrored(laser) else np.asarray(theta, float)
+    lift = np.sin(np.abs(turn))
+    if laser.beam == "horizontal":
+        slope = laser.position_m - np.where(turn > 0, block.width_m * lift, 0.0)
+    else:
+        slope = _lever(turn, block, laser) + block.height_m * lift
+    return np.abs(slope) / np.cos(turn) ** 2
+
+
+def mirrored(laser: "Laser") -> bool:
+    """Whether the beam meets the right face, which mirrors the left one."""
+    return laser.beam == "horizontal" and laser.face == "right"
+
+
+def _lever(turn, block, laser):
+    """Horizontal distance a of a vertical beam from the corner turned about, towards the block."""
+    return np.where(turn > 0, block.b - laser.position_m, block.b + laser.position_m)
+
+
+def _side(s, block, laser):
+    """Sign of θ told by a vertical reading: by its own sign on an outrigger, else the release side."""
+    if is_unsigned(block, laser):
+        return np.full(s.shape, 1.0 if laser.release_side == "positive" else -1.0)
+    return np.where(s > 0, 1.0, -1.0) * np.sign(laser.position_m)  # what is lowered turns towards the beam
+
+
+def _on_target(turn, block, laser):
+    t = np.abs(turn)
+    lift = np.sin(t)
+    if laser.beam == "horizontal":
+        foot = np.where(turn > 0, block.width_m * lift, 0.0)
+        return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
+    a = _lever(turn, block, laser)
+    if is_unsigned(block, laser):
+        return a <= block.width_m * np.cos(t) - block.height_m * lift
+    return (a > 0) | (block.height_m * lift <= -a)
