@@ -11,14 +11,13 @@ from freerock import datasets
 from freerock.errors import FreerockError
 from freerock.identify import Fit
 from freerock.impacts import Impacts
-from freerock.models import MODELS, UNITS
+from freerock.models import MODELS, PAPER_MODELS, UNITS
 from freerock.runs import Run
 
 VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
 SIGMA = np.radians(0.01)
 RATE_HZ = 200.0
-FITTED = ("housner", "winkler", "hunt_crossley")
 
 
 def swing(time_s, theta0_deg, frequency_hz=1.2):
@@ -100,8 +99,8 @@ def failed_record():
 def fits(tree, failed=()):
     """Fits of the runs of a record that are not excluded, and of all of them jointly."""
     runs = [run for run in datasets.runs_in(tree) if not run.excluded]
-    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in FITTED} for run in runs}
-    pooled = {model: fit(tree, model, runs, failed) for model in FITTED} if runs else {}
+    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in PAPER_MODELS} for run in runs}
+    pooled = {model: fit(tree, model, runs, failed) for model in PAPER_MODELS} if runs else {}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")

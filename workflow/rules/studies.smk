@@ -1,7 +1,7 @@
 # Studies of the methods: not part of a campaign, run by `snakemake studies`, in seconds by
 # `snakemake studies --config studies=small`.
 
-STUDIES = ["speed_accuracy", "model_choice", "stability", "paper"]
+STUDIES = ["speed_accuracy", "model_choice", "stability", "paper", "success", "coverage", "model_error", "choice"]
 
 
 rule studies:

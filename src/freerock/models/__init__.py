@@ -8,6 +8,8 @@ MODELS = {
     "general": ("k", "c", "lambda"),
 }
 
+PAPER_MODELS = ("housner", "winkler", "hunt_crossley")  # doi:10.1016/j.proeng.2017.09.024
+
 UNITS = {
     "r": "1",
     "k": "N m-2",

@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 
 from freerock.compare import choose_model, wants_general
 from freerock.identify import PER_RUN, Motion, evidence, fit_record, fit_run
-from freerock.models import MODELS
+from freerock.models import MODELS, PAPER_MODELS
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import accelerations, contact_force, static_depth
 from freerock.models.simulate import simulate
@@ -32,7 +32,6 @@ HOLD_S = 1.0
 T0_STDERR_S = 2e-4
 LONGEST_S = 8.0
 REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
-LAWS = ("housner", "winkler", "hunt_crossley")
 SUCCESS_RUNS = {"full": 1000, "small": 4}  # random truths of each law
 COVERAGE_RUNS = {"full": {"white": 400, "hum and drift": 80}, "small": {"white": 3}}  # of each scene and law
 ERROR_RUNS = {"full": 3, "small": 1}  # of each scene and imperfection
@@ -168,13 +167,13 @@ def success(size: str = "full") -> pd.DataFrame:
         it), excess (of the squared residual over that from the truth, in σ²), reached (no excess), reported
         (the program itself says that the fit failed) and fit_s, the time of the fit [s].
     """
-    cases = [(model, i) for model in LAWS for i in range(SUCCESS_RUNS[size])]
+    cases = [(model, i) for model in PAPER_MODELS for i in range(SUCCESS_RUNS[size])]
     return pd.DataFrame(_spread_out(_success, cases))
 
 
 def _success(case) -> list:
     model, i = case
-    truth, motion, overturned = _drawn(model, ("white", "coloured"), (1, LAWS.index(model), i))
+    truth, motion, overturned = _drawn(model, ("white", "coloured"), (1, PAPER_MODELS.index(model), i))
     free = () if model == "housner" else PER_RUN
     begin = clock.perf_counter()
     fit = fit_run(model, truth.block, motion, free=free)
@@ -216,7 +215,7 @@ def coverage(size: str = "full") -> pd.DataFrame:
     """
     cases = [
         (block, foundation, model, noise, i)
-        for model in LAWS
+        for model in PAPER_MODELS
         for block in CONFIGURATIONS
         for foundation in FOUNDATIONS
         for noise, n in COVERAGE_RUNS[size].items()
@@ -233,7 +232,13 @@ def _scene(block: str, foundation: str, model: str, noise: str = "white") -> Tru
 def _coverage(case) -> list:
     block, foundation, model, noise, i = case
     truth = _scene(block, foundation, model, noise)
-    key = (2, list(CONFIGURATIONS).index(block), list(FOUNDATIONS).index(foundation), LAWS.index(model), i)
+    key = (
+        2,
+        list(CONFIGURATIONS).index(block),
+        list(FOUNDATIONS).index(foundation),
+        PAPER_MODELS.index(model),
+        i,
+    )
     motion = virtual_motion(truth, np.random.default_rng([SEED, *key, noise == "white"]))
     if motion is None:
         return []
@@ -397,7 +402,7 @@ def _draw_any(model: str, noises, generator) -> Truth:
 def _choice(case) -> list:
     model, i = case
     truth, motion, _ = _drawn(model, ("white",), (4, list(MODELS).index(model), i), _draw_any)
-    fits = {law: fit_run(law, truth.block, motion) for law in LAWS}
+    fits = {law: fit_run(law, truth.block, motion) for law in PAPER_MODELS}
     found = {law: evidence(fit) for law, fit in fits.items()}
     if wants_general(found):
         found["general"] = evidence(fit_run("general", truth.block, motion))
@@ -408,7 +413,7 @@ def _choice(case) -> list:
     )
     exact = replace(motion, time_s=exact.time, theta=exact.theta, theta0=truth.theta0)
     distance, rival = math.inf, ""
-    for law in LAWS:
+    for law in PAPER_MODELS:
         if law == model or len(MODELS[law]) > len(MODELS[model]) or not fits[law].success:
             continue
         # with noise the squared distance is the excess of the squared residual, but for a few σ²

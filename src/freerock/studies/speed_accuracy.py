@@ -9,7 +9,7 @@ import pandas as pd
 
 from freerock.compare import epsilon_theta
 from freerock.identify import Motion, fit_run
-from freerock.models import MODELS
+from freerock.models import MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate_theta
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, freerock
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
@@ -221,7 +221,7 @@ def model_choice(size: str = "full") -> pd.DataFrame:
         theta = freerock(scene, sampled, 1e-10).theta
         noise = np.random.default_rng(len(rows)).normal(0, sigma, sampled.size)
         motion = Motion(sampled, theta + noise, sigma, scene.theta0, theta0_stderr=sigma)
-        for model in MODELS:
+        for model in PAPER_MODELS:
             fit = fit_run(model, scene.block, motion)
             found = dict(zip(fit.parameters, fit.value, strict=True))
             run = partial(
