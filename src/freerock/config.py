@@ -72,7 +72,7 @@ Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
 Model = Literal["housner", "winkler", "hunt_crossley", "general"]
-Nuisance = Literal["width", "theta0", "t0"]
+Nuisance = Literal["width", "theta0", "t0", "r_per_impact"]
 
 
 class Section(BaseModel):
@@ -285,7 +285,9 @@ class ProcessingSection(Section):
 class FreeSection(Section):
     """What is fitted besides the parameters of each model, within what was measured of it."""
 
-    housner: tuple[Nuisance, ...] = Field((), description="theta0, t0, width or none")
+    housner: tuple[Nuisance, ...] = Field(
+        (), description="theta0, t0, width, r_per_impact (of single runs: needs pooled: false) or none"
+    )
     winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
     hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
     general: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")

@@ -23,7 +23,7 @@ from freerock.models.simulate import simulate_theta
 from freerock.uncertainty import NORMAL_95, covariance
 
 PER_RUN = ("theta0", "t0")
-NUISANCES = ("width", *PER_RUN)
+NUISANCES = ("width", *PER_RUN, "r_per_impact")
 
 # Positive parameters are fitted as logarithms, damping as its ratio to k, the width as its ratio to the
 # nominal one, within `models.limits`. Starting grid: k [N/m²] by damping ratio c/k [s] or λ/k [s/m].
@@ -159,7 +159,8 @@ def fit_run(
         The measured run.
     free : sequence of str
         What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
-        was measured, and "width", the distance of the corners the block rocks about.
+        was measured; "width", the distance of the corners the block rocks about; "r_per_impact" of one run
+        of the Housner model: r, r_2, r_3 and so on.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
@@ -209,7 +210,9 @@ def fit_record(
     unknown = set(free) - set(NUISANCES)
     if unknown:
         raise FreerockError(
-            f"fits.free.{model}", f"unknown nuisance {min(unknown)!r}", f"use {' or '.join(NUISANCES)}"
+            f"fits.free.{model}",
+            f"unknown nuisance {min(unknown)!r}",
+            f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}",
         )
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     if "width" in free and len(set(blocks)) > 1:
@@ -226,6 +229,11 @@ def fit_record(
         raise FreerockError(
             "fit", "fewer valid samples than parameters", "exclude the run or widen it by an override"
         )
+    if "r_per_impact" in free:
+        if model != "housner" or len(motions) > 1:
+            what = "a restitution per impact belongs to one run of the Housner model"
+            raise FreerockError(f"fits.free.{model}", what, "remove r_per_impact or set fits.pooled: false")
+        problem = replace(problem, n_impacts=_impacts(motions[0]))
     problem, result = _minimise(problem, start, integrator_error)
     return _fit(problem, result, profile)
 
@@ -268,17 +276,19 @@ class _Problem:
     free: tuple
     debonding: str
     r_low: float  # a block that stops too soon is out of step for less time: that false minimum is shut out
+    n_impacts: int = 0  # that have a restitution of their own; the last one's is that of all further ones
     rtol: float = COARSE
 
     @property
     def common(self) -> tuple:
         """Parameters that all runs share."""
-        return (*MODELS[self.model], *(name for name in self.free if name not in PER_RUN))
+        return (*MODELS[self.model], *(name for name in self.free if name == "width"))
 
     @property
     def own(self) -> tuple:
         """Parameters of each run."""
-        return tuple(name for name in self.free if name in PER_RUN)
+        further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
+        return (*(name for name in self.free if name in PER_RUN), *further)
 
     @cached_property
     def names(self) -> tuple:
@@ -332,6 +342,9 @@ class _Problem:
         if "width" in parameters:
             block = replace(block, contact_width_m=float(parameters.pop("width")))
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
+        if self.n_impacts > 1:
+            later = [own[f"r_{i}"] for i in range(2, self.n_impacts + 1)]
+            parameters["r"] = np.array([parameters["r"], *later])
         theta0 = own.get("theta0", self.motions[i].theta0)
         rate = np.empty_like(time_s)
         theta, _ = simulate_theta(
@@ -383,15 +396,15 @@ class _Problem:
                 if name == "t0":
                     jacobian[run, column] = -rate[run]
                     continue
-                up = np.array(x, dtype=float)
-                up[column] += STEPS[name]
+                up, step = np.array(x, dtype=float), STEPS["r" if name.startswith("r_") else name]
+                up[column] += step
                 quotient = self.motion(up, i, samples.time_s[run], rtol)[0]
                 if central:
-                    up[column] -= 2 * STEPS[name]
+                    up[column] -= 2 * step
                     quotient -= self.motion(up, i, samples.time_s[run], rtol)[0]
                 else:
                     quotient -= theta[run]
-                jacobian[run, column] = quotient / (2 * STEPS[name] if central else STEPS[name])
+                jacobian[run, column] = quotient / (2 * step if central else step)
         return jacobian
 
     def bounds(self) -> list:
@@ -408,13 +421,19 @@ class _Problem:
                 "t0": max(6 * motion.t0_stderr, 1e-3),
             }
             centre = {"theta0": motion.theta0, "t0": 0.0}
-            bounds += [(centre[name] - half[name], centre[name] + half[name]) for name in self.own]
+            bounds += [
+                (centre[name] - half[name], centre[name] + half[name])
+                if name in PER_RUN
+                else (R_GRID[-1], R_GRID[0])
+                for name in self.own
+            ]
         return bounds
 
     def start(self, model_values) -> np.ndarray:
         begin = {"theta0": lambda m: m.theta0, "t0": lambda m: 0.0}
         shared = [1.0] * (len(self.common) - len(MODELS[self.model]))
-        return np.array([*model_values, *shared, *(begin[n](m) for m in self.motions for n in self.own)])
+        own = [begin.get(n, lambda _: model_values[0])(m) for m in self.motions for n in self.own]
+        return np.array([*model_values, *shared, *own])
 
 
 def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
@@ -427,6 +446,12 @@ def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
         else:
             many = middle - 1
     return R_GRID[few]
+
+
+def _impacts(motion: Motion) -> int:
+    """Changes of sign of θ while the motion stands out of the noise."""
+    signs = np.sign(motion.theta[np.abs(motion.theta) > 10 * motion.sigma_theta])
+    return int(np.count_nonzero(np.diff(signs)))
 
 
 def _moving_s(motion: Motion) -> float:

@@ -122,7 +122,10 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
             {"model": "hausner"},
             "fits.models: unknown model 'hausner'; use one of housner, winkler, hunt_crossley, general",
         ),
-        ({"free": ("theta_0",)}, "fits.free.housner: unknown nuisance 'theta_0'; use width or theta0 or t0"),
+        (
+            {"free": ("theta_0",)},
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, theta0, t0 or r_per_impact",
+        ),
     ],
 )
 def test_wrong_arguments_are_named(change, message):
@@ -131,6 +134,81 @@ def test_wrong_arguments_are_named(change, message):
     with pytest.raises(FreerockError) as error:
         fit_run(arguments["model"], CONFIG2, run, free=arguments["free"])
     assert str(error.value) == message
+
+
+def test_each_impact_of_a_rigid_block_has_its_restitution():
+    from freerock.models.housner import housner_lobes, housner_motion
+
+    truth = np.array([0.90, 0.94, 0.92, 0.95, 0.93])
+    time = np.arange(0, 3, 5e-4)
+    alpha = math.radians(10)
+    theta, _ = housner_motion(housner_lobes(CONFIG2, truth, alpha, until=3.0), time, alpha)
+    noise = np.random.default_rng(1).normal(0, 1e-4, len(time))
+    fit = fit_run("housner", CONFIG2, Motion(time, theta + noise, 1e-4, alpha), free=("r_per_impact",))
+    assert fit.success, fit.message
+    assert fit.parameters[:3] == ("r", "r_2", "r_3")
+    assert fit.value[:5] == pytest.approx(truth, abs=4 * np.max(fit.stderr[:5]))
+    assert np.max(fit.stderr[:5]) < 1e-3
+
+
+def test_a_worn_base_shows_in_the_width():
+    worn = Block(0.28, 0.07, 5.84, contact_width_m=0.063)
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"], block=worn, alpha=math.radians(8))
+    fit = fit_run("hunt_crossley", CONFIG2, run, free=("width", "theta0", "t0"))
+    width = fit.parameters.index("width")
+    assert fit.success, fit.message
+    assert abs(fit.value[width] - 0.063) < 4 * fit.stderr[width] < 4e-4
+    assert fit.units[width] == "m"
+    assert not fit_run("hunt_crossley", CONFIG2, run).diagnostics["white"]
+
+
+def test_profile_intervals_are_those_of_the_covariance_where_the_residual_is_white():
+    run = motion("winkler", TRUTHS["winkler"])
+    plain, profiled = (fit_run("winkler", CONFIG2, run, profile=p) for p in (False, True))
+    for name in ("ci95_low", "ci95_high"):
+        ends, middle = (getattr(fit, name)[:2] for fit in (plain, profiled)), plain.value[:2]
+        assert np.divide(*(end - middle for end in ends)) == pytest.approx(1, abs=0.05)
+    assert profiled.diagnostics["profile"] == 1
+
+
+def test_the_general_law_finds_both_dampings():
+    truth = {"k": 6e6, "c": 1e4, "lambda": 6e7}
+    run = motion("general", truth)
+    fit = fit_run("general", CONFIG2, run)
+    for name, value, stderr in zip(fit.parameters[:3], fit.value, fit.stderr, strict=False):
+        assert abs(value - truth[name]) < 4 * stderr < 0.02 * truth[name], name
+    lacking = fit_run("winkler", CONFIG2, run).diagnostics
+    assert not lacking["white"] or lacking["added_damping"] > 3
+
+
+def test_blocks_on_one_foundation_are_fitted_jointly():
+    truth = TRUTHS["hunt_crossley"]
+    blocks = [CONFIG2, CONFIG3]
+    runs = [
+        motion("hunt_crossley", truth, block=b, alpha=a) for b, a in zip(blocks, (0.17, 0.3), strict=True)
+    ]
+    joint = fit_record("hunt_crossley", blocks, runs)
+    for i, name in enumerate(("k", "lambda")):
+        assert abs(joint.value[i] - truth[name]) < 4 * joint.stderr[i] < 0.01 * truth[name]
+    with pytest.raises(FreerockError) as error:
+        fit_record("hunt_crossley", blocks, runs, free=("width",))
+    assert str(error.value) == "fits.free.hunt_crossley: one width for several blocks; remove width"
+
+
+def test_samples_are_averaged_and_the_tolerance_loosened_as_far_as_the_errors_bear():
+    fit = fit_run("hunt_crossley", CONFIG2, motion("hunt_crossley", TRUTHS["hunt_crossley"]))
+    assert fit.diagnostics["averaged"] >= 8
+    assert fit.diagnostics["rtol"] >= 1e-7
+    exact = fit_run("hunt_crossley", CONFIG2, motion("hunt_crossley", TRUTHS["hunt_crossley"], sigma=1e-8))
+    assert exact.diagnostics["rtol"] <= 1e-8
+    assert exact.value[:2] == pytest.approx(list(TRUTHS["hunt_crossley"].values()), rel=1e-6)
+
+
+def test_an_unknown_width_widens_the_intervals_by_what_the_first_half_says():
+    worn = Block(0.28, 0.07, 5.84, contact_width_m=0.066)
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"], block=worn, alpha=math.radians(8))
+    fit = fit_run("hunt_crossley", CONFIG2, run)
+    assert fit.success and not fit.diagnostics["white"] and fit.diagnostics["widened"] > 1
 
 
 def test_too_few_samples_are_refused():

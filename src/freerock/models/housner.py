@@ -73,7 +73,7 @@ class Lobes:
 
 def housner_lobes(
     block: Block,
-    r: float,
+    r: float | np.ndarray,
     theta0: float,
     theta_rate0: float = 0.0,
     until: float = math.inf,
@@ -85,8 +85,9 @@ def housner_lobes(
     ----------
     block : Block
         The block.
-    r : float
-        Restitution, 0 <= r <= 1: ratio of angular rates after and before an impact.
+    r : float or ndarray, shape (n_impacts,)
+        Restitution, 0 <= r <= 1: ratio of angular rates after and before an impact; or that of each of the
+        first impacts, the last one being that of all further ones.
     theta0, theta_rate0 : float
         Rotation [rad] and angular rate [rad/s] at t = 0.
     until : float
@@ -122,12 +123,14 @@ def housner_lobes(
 
     k2, energies, half = (np.array([x]) for x in (k2_first, energy, first_impact + start))
     impact_time = np.array([first_impact])
-    n_rest = math.inf
+    each = np.atleast_1d(r)
+    kept, r = np.cumprod(np.append(1.0, each[:-1])) ** 2, float(each[-1])  # shares of the energy
+    n_rest, own = math.inf, len(kept) - 1
     if r < 1:
         rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
-        n_rest = 1
-        if r > 0 and energy > rest_energy:
-            n_rest += math.ceil(0.5 * math.log(rest_energy / energy) / math.log(r))
+        n_rest = own + 1
+        if r > 0 and kept[-1] * energy > rest_energy:
+            n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
     outcome = "completed"
     size = 64
     while impact_time[-1] < until and len(k2) < n_rest:
@@ -135,7 +138,7 @@ def housner_lobes(
             outcome = "step_limit"
             break
         n = np.arange(len(k2), min(len(k2) + size, n_rest, max_impacts))
-        new = energy * r ** (2.0 * n)
+        new = energy * kept[np.minimum(n, own)] * r ** (2.0 * np.maximum(n - own, 0))
         if new[0] >= s2:
             outcome = "overturned"
             break
