@@ -1,0 +1,79 @@
+"""Speed of the identification: a fit of freerock, and the same fit over SciPy's LSODA.
+
+    OMP_NUM_THREADS=1 python benchmarks/identification.py
+
+Runs of 8 s at 2 kHz, angle and instant of release free, six scenes. The other fit is the same one, scan, growing
+horizons and lmfit included, with every simulation by LSODA and a right-hand side in Python; it takes minutes.
+"""
+
+import time as clock
+
+import numpy as np
+
+from freerock import identify
+from freerock.identify import Motion, fit_run
+from freerock.models import PAPER_MODELS
+from freerock.studies.identification import RATE_HZ, _scene, virtual_motion
+from freerock.studies.methods import METHODS, Scene
+from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+
+AIMS_S = {"housner": 0.05, "winkler": 0.25, "hunt_crossley": 0.25}
+REPEATS = 5
+
+
+def runs(model):
+    """Truths and their measured runs, lengthened by noise to 8 s."""
+    for block in CONFIGURATIONS:
+        for foundation in FOUNDATIONS:
+            truth = _scene(block, foundation, model)
+            motion = virtual_motion(truth, np.random.default_rng(1))
+            if motion is None:
+                continue
+            time_s = np.arange(int(8 * RATE_HZ)) / RATE_HZ + motion.time_s[0]
+            rest = np.random.default_rng(2).standard_normal(len(time_s) - len(motion.theta))
+            theta = np.append(motion.theta, truth.sigma_theta * rest)
+            yield truth, Motion(**{**vars(motion), "time_s": time_s, "theta": theta})
+
+
+def timed(model, truth, motion):
+    """A fit and its time [s]."""
+    begin = clock.perf_counter()
+    fit = fit_run(model, truth.block, motion)
+    return fit, clock.perf_counter() - begin
+
+
+def lsoda(model, block, parameters, time_s, *, theta0, rtol, theta_rate=None, **_):
+    """As `freerock.models.simulate.simulate_theta`."""
+    grid = np.union1d(0.0, time_s)
+    theta = METHODS["SciPy LSODA, NumPy"](Scene(model, block, parameters, theta0), grid, rtol).theta
+    theta = np.interp(np.maximum(time_s, 0.0), grid, theta)
+    if theta_rate is not None:
+        theta_rate[:] = np.gradient(theta, time_s)
+    return theta, "completed"
+
+
+def main():
+    print(
+        f"{'8 s at 2 kHz, θ₀ and t₀ free':<30} {'aim':>7} {'median':>8} {'range':>15}   the same over LSODA"
+    )
+    for model in PAPER_MODELS:
+        cases = list(runs(model))
+        timed(model, *cases[0])
+        own = [min((timed(model, *case) for _ in range(REPEATS)), key=lambda pair: pair[1]) for case in cases]
+        times = [seconds for _, seconds in own]
+        row = f"{model:<30} {AIMS_S[model]:>5} s {np.median(times):>6.3f} s {min(times):.3f} … {max(times):.3f} s"
+        print(row, end="", flush=True)
+        if model != "housner":
+            kept, identify.simulate_theta = identify.simulate_theta, lsoda
+            fit, seconds = timed(model, *cases[2])
+            identify.simulate_theta = kept
+            apart = abs(fit.value[0] - own[2][0].value[0]) / own[2][0].stderr[0]
+            print(
+                f"   {seconds / times[2]:.0f} × ({seconds:.0f} s, k {apart:.2f} standard errors apart)",
+                end="",
+            )
+        print(flush=True)
+
+
+if __name__ == "__main__":
+    main()
