@@ -7,10 +7,13 @@ import os
 import resource
 import shutil
 import signal
+import struct
 import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
@@ -18,7 +21,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # each thread reserves address space
 
 MEMORY_BYTES = 1 << 30
 SECONDS = 5
-OUTCOMES = {0: "read", 1: "refused"}
+BATCH = 200  # files that a process reads, unless it dies
+OUTCOMES = {0: "read", 1: "refused", 2: "a traceback", 3: "an error of several lines"}
+TOLD = struct.Struct("Bd")  # outcome and time of a file
 
 
 def readers(n: int, kinds: list[str]) -> int:
@@ -28,48 +33,67 @@ def readers(n: int, kinds: list[str]) -> int:
     faults = 0
     for kind in kinds or KINDS:
         with tempfile.TemporaryDirectory() as folder:
-            outcomes, slowest = Counter(), 0.0
-            for i, path in enumerate(damaged_files(kind, Path(folder), n, seed=1)):
-                start = time.monotonic()
-                outcome = _outcome(path)
-                slowest = max(slowest, time.monotonic() - start)
-                outcomes[outcome] += 1
-                if outcome not in OUTCOMES.values():
-                    kept = Path(tempfile.gettempdir(), f"{kind.replace(' ', '_')}_{i}{path.suffix}")
-                    shutil.copy(path, kept)
-                    print(f"  {outcome}: {kept}")
-            read, refused = (outcomes.pop(name, 0) for name in OUTCOMES.values())
+            outcomes, slowest, done = Counter(), 0.0, 0
+            files = damaged_files(kind, Path(folder), n, seed=1)
+            while done < n:
+                for outcome, seconds in _read_batch(files, min(BATCH, n - done)):
+                    path = next(files)
+                    slowest = max(slowest, seconds)
+                    outcomes[outcome] += 1
+                    done += 1
+                    if outcome not in ("read", "refused"):
+                        kept = Path(tempfile.gettempdir(), f"{kind.replace(' ', '_')}_{done}{path.suffix}")
+                        shutil.copy(path, kept)
+                        print(f"  {outcome}: {kept}")
+            read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
             faults += outcomes.total()
             told = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
             print(f"{kind:8s} {told}; the slowest took {slowest:.2f} s", flush=True)
     return faults
 
 
-def _outcome(path: Path) -> str:
-    """Read a file in a process of its own, under limits of memory and time."""
+def _read_batch(files: Iterator[Path], n: int) -> list[tuple[str, float]]:
+    """Outcomes of the next files, read by a process of its own; when it dies, of those up to the deadly one.
+
+    The process goes on with its copy of the iterator, so the caller's stands where it stood.
+    """
+    reading, writing = os.pipe()
     child = os.fork()
     if not child:
-        os._exit(_read(path))
+        _limit()
+        for path in islice(files, n):
+            start = time.monotonic()
+            outcome = _read(path)
+            os.write(writing, TOLD.pack(outcome, time.monotonic() - start))
+        os._exit(0)
+    os.close(writing)
+    with open(reading, "rb") as pipe:
+        told = [(OUTCOMES[outcome], seconds) for outcome, seconds in TOLD.iter_unpack(pipe.read())]
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):
-        return signal.Signals(os.WTERMSIG(status)).name
-    return OUTCOMES.get(os.WEXITSTATUS(status), f"error {os.WEXITSTATUS(status)}")
+        told.append((signal.Signals(os.WTERMSIG(status)).name, 0.0))
+    return told
+
+
+def _limit() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
 def _read(path: Path) -> int:
     from freerock.acquisition import read_record
     from freerock.errors import FreerockError
 
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     signal.alarm(SECONDS)
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     try:
         read_record(path)
     except FreerockError as error:
         return 1 if "\n" not in str(error) else 3
     except BaseException:
         return 2
+    finally:
+        signal.alarm(0)
     return 0
 
 

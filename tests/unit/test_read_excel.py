@@ -1,4 +1,5 @@
 import zipfile
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -152,3 +153,14 @@ def test_not_a_workbook(tmp_path):
         "not a readable Excel file (BadZipFile: File is not a zip file); "
         "copy it again from the acquisition computer"
     )
+
+
+def test_clock_times(tmp_path):
+    start = datetime(2017, 5, 2, 9, 30)
+    rows = [[start + timedelta(seconds=t), v] for t, v in zip(TIME, theta(0), strict=True)]
+    dataset = read_record(save(tmp_path / "a.xlsx", ["when", "theta [rad]"], *rows))
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-6)
+    assert dataset["theta"].attrs["units"] == "rad" and "reading" not in dataset.attrs
+    rows[5][0] = "soon"
+    path = save(tmp_path / "b.xlsx", ["when", "theta [rad]"], *rows)
+    assert refusal(path).startswith("sheet 'tests': cell A7 holds 'soon', not a time; ")

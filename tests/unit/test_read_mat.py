@@ -1,3 +1,5 @@
+import struct
+
 import h5py
 import numpy as np
 import pytest
@@ -39,7 +41,7 @@ def test_versions(tmp_path, version):
     np.testing.assert_array_equal(dataset["both(:,2)"], -VOLTS)
     np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
     assert dataset.attrs == {
-        "format": "MAT v7.3" if version == "7.3" else "MAT",
+        "format": "MAT v5" if version == "7" else f"MAT v{version}",
         "sampling_rate_hz": pytest.approx(500),
         "reading": "time has no unit and is taken for seconds",
     }
@@ -79,9 +81,11 @@ def test_only_plain_arrays_are_looked_at(tmp_path):
 
 
 def test_complex_numbers_are_refused(tmp_path):
-    path = save(tmp_path / "a.mat", {"t": TIME, "laser": VOLTS, "spectrum": 1j * VOLTS}, "5")
+    variables = {"t": TIME, "laser": VOLTS, "spectrum": 1j * VOLTS}
+    path = save(tmp_path / "a.mat", variables, "4")
     assert refusal(path) == "variable 'spectrum' holds no real numbers; name the channel"
     assert list(read_record(path, "laser").data_vars) == ["laser"]
+    assert list(read_record(save(tmp_path / "b.mat", variables, "5")).data_vars) == ["laser"]
 
 
 def test_no_time_and_no_rate(tmp_path):
@@ -116,6 +120,54 @@ def test_more_data_than_the_file_can_hold(tmp_path):
     with h5py.File(path, "w", userblock_size=512) as file:
         file.create_dataset("laser", shape=(1, 10**9), dtype=float, chunks=(1, 1000))
     assert refusal(path).startswith("the file declares 8e+09 bytes of data, more than its ")
+
+
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8", "f4", "f8"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_types_of_numbers(tmp_path, kind, compressed):
+    whole = np.arange(60).astype(kind)
+    savemat(
+        tmp_path / "a.mat", {"fs": 500, "laser": whole, "m": whole.reshape(20, 3)}, do_compression=compressed
+    )
+    dataset = read_record(tmp_path / "a.mat", "laser")
+    np.testing.assert_array_equal(dataset["laser"], np.arange(60))
+    np.testing.assert_array_equal(read_record(tmp_path / "a.mat", "m(:,3)")["m(:,3)"], np.arange(2, 60, 3))
+
+
+def test_the_other_byte_order(tmp_path):
+    """A v5 file as a big-endian machine writes it: 3 samples and a sampling rate."""
+
+    def element(kind, data):
+        return struct.pack(">II", kind, len(data)) + data + bytes(-len(data) % 8)
+
+    def matrix(name, values):
+        flags, size = struct.pack(">II", 6, 0), struct.pack(">ii", len(values), 1)
+        body = element(6, flags) + element(5, size) + element(1, name)
+        return element(14, body + element(9, struct.pack(f">{len(values)}d", *values)))
+
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack(">H", 0x0100) + b"MI"
+    path = tmp_path / "a.mat"
+    path.write_bytes(head + matrix(b"fs", [2.0]) + matrix(b"laser", [1.0, 2.5, 4.0]))
+    np.testing.assert_array_equal(read_record(path)["laser"], [1, 2.5, 4])
+
+
+def test_truncated(tmp_path):
+    path = save(tmp_path / "a.mat", {"t": TIME, "laser": VOLTS}, "5")
+    path.write_bytes(path.read_bytes()[:-8])
+    assert refusal(path) == (
+        "not a readable MAT file (ValueError: the element at byte 672 ends beyond the file); "
+        "copy it again from the acquisition computer"
+    )
+
+
+def test_an_unknown_type_of_numbers(tmp_path):
+    """Such a byte ends SciPy's reader in a segmentation fault."""
+    path = save(tmp_path / "a.mat", {"fs": 500.0, "laser": VOLTS}, "5")
+    content = path.read_bytes()
+    at = content.index(VOLTS.tobytes()) - 8
+    assert content[at : at + 4] == b"\x09\0\0\0"
+    path.write_bytes(content[:at] + b"\x09\x80" + content[at + 2 :])
+    assert refusal(path).startswith("not a readable MAT file (KeyError: 32777); ")
 
 
 def test_not_a_mat_file(tmp_path):

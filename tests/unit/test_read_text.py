@@ -178,3 +178,41 @@ def test_unknown_channel_and_unit_of_time(tmp_path):
     )
     path = table(tmp_path / "b.csv", "time [h];laser [V]")
     assert refusal(path) == "the time is in 'h'; give it in s, ms, us or min"
+
+
+@pytest.mark.parametrize(
+    ("stamp", "delimiter", "start"),
+    [
+        ("2017-05-02 09:30:{:09.6f}", ";", "2017-05-02T09:30:05.000000"),
+        ("2017/05/02T09:30:{:09.6f}Z", "\t", "2017-05-02T09:30:05.000000Z"),
+        ("09:30:{:06.3f}", ",", None),
+        ("2017-05-02 09:30:{:06.3f}", "  ", None),
+    ],
+)
+@pytest.mark.parametrize("comma", [False, True])
+def test_clock_times(tmp_path, stamp, delimiter, start, comma):
+    rows = [f"{stamp.format(5 + t)}{delimiter}{v:.6f}" for t, v in zip(TIME, VOLTS, strict=True)]
+    if comma and delimiter != ",":
+        rows = [row.replace(".", ",") for row in rows]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([f"when{delimiter}laser [V]", *rows]) + "\n")
+    dataset = read_record(path)
+    assert "seconds" not in dataset.attrs["reading"]
+    assert dataset.attrs.get("start_time") == start
+    np.testing.assert_array_equal(next(iter(dataset.values())), VOLTS)
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+
+
+def test_a_cell_that_is_no_time(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"09:30:{5 + t:06.3f};{v:.6f}" for t, v in zip(TIME, VOLTS, strict=True)]
+    rows[40] = "soon;5.0"
+    path.write_text("\n".join(rows) + "\n")
+    assert refusal(path) == (
+        "line 41, column 1: 'soon' is not a time; correct the line, or export the file again"
+    )
+
+
+def test_a_temperature_is_no_time(tmp_path):
+    path = table(tmp_path / "a.csv", "time [s];T [°C];laser [V]", columns=(TIME, VOLTS, VOLTS))
+    assert list(read_record(path).data_vars) == ["T", "laser"]

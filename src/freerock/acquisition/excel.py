@@ -2,6 +2,7 @@
 
 from array import array
 from dataclasses import replace
+from datetime import date, datetime, time
 from itertools import chain, islice
 from math import nan
 from zipfile import ZipFile
@@ -18,6 +19,7 @@ FORMAT = "Excel"
 MAX_ROWS = 1 << 20  # of a sheet
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
+WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 DENSER_THAN_SHEETS = 10  # the XML of sheets shrinks at most a tenth as much as deflate can shrink
 
 
@@ -35,11 +37,12 @@ def read(path, channel=None):
     tables, channels, notes, faults = {}, [], [], []
     try:
         for sheet in book.worksheets:
-            headings, tables[sheet.title] = _table(path, sheet)
-            if not tables[sheet.title]:
+            headings, numbers, clocks = _table(path, sheet)
+            if not numbers:
                 continue
+            tables[sheet.title] = numbers
             try:
-                found, told = _channels(path, sheet.title, headings, tables[sheet.title])
+                found, told = _channels(path, sheet.title, headings, numbers, clocks)
             except FreerockError as error:
                 faults.append(error)
                 continue
@@ -57,12 +60,12 @@ def read(path, channel=None):
     return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
 
 
-def _channels(path, title, headings, numbers):
+def _channels(path, title, headings, numbers, clocks):
     """Channels of a sheet; their columns are named (sheet, column)."""
     headings = headed(headings, max(numbers) + 1)
-    found, notes = columns(
-        f"{path}: sheet {title!r}", headings, numbers, rises(next(iter(numbers.values()))), None
-    )
+    numeric = [i for i in numbers if i not in clocks]
+    first = rises(numbers[numeric[0]])
+    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, None)
     return [
         replace(
             c, group=title, column=(title, c.column), clock=replace(c.clock, column=(title, c.clock.column))
@@ -72,37 +75,49 @@ def _channels(path, title, headings, numbers):
 
 
 def _table(path, sheet):
-    """Rows of headings of a sheet, and its columns of numbers; none where it holds no table."""
+    """Rows of headings of a sheet, its columns of numbers, and which of them are times of a clock."""
     sheet.reset_dimensions()
     rows = sheet.iter_rows(values_only=True)
     head = list(islice(rows, HEAD))
     kinds = [[_kind(cell) for cell in row] for row in head]
     begin = next((n for n in range(len(head)) if _is_table(kinds[n : n + ROWS_ALIKE])), len(head))
-    numeric = {i for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind == "n"}
-    numbers = {i: array("d") for i in sorted(numeric)}
+    wanted = {
+        i: kind for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind in WANTED
+    }
+    numbers = {i: array("d") for i in sorted(wanted)}
+    first = {}
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
         if n > MAX_ROWS:
             raise FreerockError(path, f"sheet {sheet.title!r} has more than {MAX_ROWS} rows", COPY_AGAIN)
         for i, values in numbers.items():
             cell = row[i] if i < len(row) else None
-            if _kind(cell) == "t":
+            if _kind(cell) not in ("", wanted[i]):
                 where = f"{path}: sheet {sheet.title!r}"
-                what = f"cell {get_column_letter(i + 1)}{n} holds {str(cell)[:40]!r}, not a number"
+                what = f"cell {get_column_letter(i + 1)}{n} holds {str(cell)[:40]!r}, not {WANTED[wanted[i]]}"
                 raise FreerockError(where, what, "correct the cell, or move what is below the table")
+            if _kind(cell) == "c":
+                cell = _moment(cell)
+                cell = (cell - first.setdefault(i, cell)).total_seconds()
             values.append(nan if cell is None or cell == "" else cell)
-    return [["" if cell is None else cell for cell in row] for row in head[:begin]], numbers
+    return [["" if cell is None else cell for cell in row] for row in head[:begin]], numbers, sorted(first)
 
 
 def _kind(cell):
-    """n for a number, t for anything else, nothing for an empty cell."""
+    """n for a number, c for a clock's time, t for anything else, nothing for an empty cell."""
     if cell is None or cell == "":
         return ""
+    if isinstance(cell, datetime | time):
+        return "c"
     return "n" if isinstance(cell, int | float) and not isinstance(cell, bool) else "t"
 
 
+def _moment(cell):
+    return cell if isinstance(cell, datetime) else datetime.combine(date.min, cell)
+
+
 def _is_table(rows):
-    """Whether rows begin a table: numbers first, and the same columns of numbers in all."""
+    """Whether rows begin a table: time or a number first, a number next, and the same columns in all."""
     filled = [kind for kind in rows[0] if kind]
-    return filled[:2] == ["n", "n"] and all(
+    return filled[:2] in (["n", "n"], ["c", "n"]) and all(
         not a or not b or a == b for row in rows for a, b in zip(rows[0], row, strict=False)
     )

@@ -80,7 +80,8 @@ def split_unit(text: str) -> tuple[str, str]:
 
 def is_time(text: str) -> bool:
     """Whether a heading names a column of time."""
-    return _plain(split_unit(text)[0]) in TIMES
+    name, _ = split_unit(text)
+    return _plain(name) in TIMES and name != "T"  # a temperature
 
 
 def seconds_in(where, unit: str) -> float:
@@ -137,7 +138,14 @@ def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
     return list(zip(_joined(names), units, strict=True))
 
 
-def columns(path, headings: Sequence[tuple[str, str]], numeric: Iterable[int], first_rises: bool, rate):
+def columns(
+    path,
+    headings: Sequence[tuple[str, str]],
+    numeric: Iterable[int],
+    clocks: Sequence[int],
+    first_rises: bool,
+    rate: Even | None,
+):
     """Channels of a table, and what had to be found out.
 
     Parameters
@@ -146,6 +154,8 @@ def columns(path, headings: Sequence[tuple[str, str]], numeric: Iterable[int], f
         Name and unit of each column, as `headed` gives them.
     numeric : iterable of int
         The columns that hold numbers.
+    clocks : sequence of int
+        The columns that hold times of a clock.
     first_rises : bool
         Whether the first numeric column rises steadily, as time does.
     rate : Even or None
@@ -162,19 +172,21 @@ def columns(path, headings: Sequence[tuple[str, str]], numeric: Iterable[int], f
         Neither a column of time nor a sampling rate; nothing but time.
     """
     numeric, notes = list(numeric), []
-    times = [i for i in numeric if is_time(headings[i][0])]
+    times = [*clocks, *(i for i in numeric if is_time(headings[i][0]))]
     if not times and rate is None and first_rises and len(numeric) > 1:
         times = numeric[:1]
         notes.append(f"column {times[0] + 1} rises steadily and is taken for time")
     if not times and rate is None:
         remedy = "head the column of time with time [s], or state the sampling rate"
         raise FreerockError(path, "no column of time and no sampling rate", remedy)
-    if times and not headings[times[0]][1]:
+    if any(i in numeric and not headings[i][1] for i in times):
         notes.append("time has no unit and is taken for seconds")
     channels, clock = [], None
-    for i in numeric:
+    for i in sorted({*numeric, *clocks}):
         name, unit = headings[i]
-        if i in times:
+        if i in clocks:
+            clock = Stamps(name or f"column {i + 1}", i)
+        elif i in times:
             clock = Stamps(name or f"column {i + 1}", i, seconds_in(path, unit))
         else:
             channels.append((name or f"column {i + 1}", unit, i, clock))

@@ -1,4 +1,4 @@
-"""MATLAB files: v4 to v7 through scipy, v7.3 (HDF5) through h5py; plain numeric arrays only.
+"""MATLAB files: v4 through scipy, v5 to v7 by `mat5`, v7.3 (HDF5) through h5py; plain numeric arrays only.
 
 Objects, function handles, structures and cells are never looked into.
 """
@@ -8,10 +8,12 @@ from math import prod
 import h5py
 import numpy as np
 from scipy.io import loadmat, whosmat
+from scipy.io.matlab import matfile_version
 
 from freerock.acquisition.channels import Channel, Stamps, check_declared, dataset
 from freerock.acquisition.hdf5 import numeric_arrays
 from freerock.acquisition.headings import is_time, rises, seconds_in, split_unit, stated_rate
+from freerock.acquisition.mat5 import matrices
 from freerock.errors import FreerockError
 
 FORMAT = "MAT"
@@ -31,16 +33,19 @@ def read(path, channel=None):
             arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
             return _dataset(path, shapes, lambda names: {n: arrays[n][()].T for n in names}, channel, "v7.3")
-    known = {name: (shape, kind) for name, shape, kind in whosmat(path)}
-    shapes = {name: shape for name, (shape, kind) in known.items() if kind in NUMERIC and len(shape) == 2}
-    for shape in shapes.values():
-        check_declared(path, 8.0 * prod(map(int, shape)), path.stat().st_size)
-    return _dataset(path, shapes, lambda names: loadmat(path, variable_names=names), channel, "")
+    if matfile_version(path)[0]:
+        found = matrices(path)
+        shapes = {name: matrix.shape for name, matrix in found.items()}
+        return _dataset(path, shapes, lambda names: {n: found[n].read() for n in names}, channel, "v5")
+    shapes = {name: shape for name, shape, kind in whosmat(path) if kind in NUMERIC}
+    return _dataset(path, shapes, lambda names: loadmat(path, variable_names=names), channel, "v4")
 
 
 def _dataset(path, shapes, load, channel, version):
     """Dataset of arrays by name, of which vectors and matrices are channels and scalars state the rate."""
-    shapes = {name: tuple(map(int, shape)) for name, shape in shapes.items() if prod(shape)}
+    shapes = {name: tuple(map(int, shape)) for name, shape in shapes.items() if 0 not in shape}
+    for shape in shapes.values():
+        check_declared(path, 8.0 * prod(shape), path.stat().st_size)
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
@@ -73,7 +78,7 @@ def _dataset(path, shapes, load, channel, version):
         return {column: _column(arrays, column) for column in wanted}
 
     made = [Channel(_title(column), "", column, clock) for column in channels]
-    return dataset(path, made, channel, read_columns, {"format": f"{FORMAT} {version}".strip()}, notes)
+    return dataset(path, made, channel, read_columns, {"format": f"{FORMAT} {version}"}, notes)
 
 
 def _loaded(load, names):

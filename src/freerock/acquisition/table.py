@@ -22,11 +22,16 @@ DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 LINES_AT_ONCE = 4096
 DECIMALS = {".": "point", ",": "comma"}
 NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
+DATE = re.compile(r"\d{4}([-/])\d\d\1\d\d", re.ASCII)
+CLOCK = re.compile(rf"(?:{DATE.pattern}[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?Z?", re.ASCII)
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a table is written: lines before it are `first`, its own `rows`, None for all to the end."""
+    """How a table is written: lines before it are `first`, its own `rows`, None for all to the end.
+
+    Columns are `numeric`, or `clocks` of times with or without dates; `texts` is the number of other ones.
+    """
 
     delimiter: str
     decimal: str
@@ -34,6 +39,8 @@ class Layout:
     width: int
     numeric: tuple[int, ...]
     rows: int | None = None
+    clocks: tuple[int, ...] = ()
+    texts: int = 0
 
 
 def told(layout: Layout, encoding: str) -> str:
@@ -107,18 +114,29 @@ def _numbers(path, encoding, layout, lines):
             dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
             skipinitialspace=True,
         )
+        clocks = {i: _seconds(table[i]) for i in layout.clocks}
     except (ValueError, pd.errors.ParserError) as error:
         raise _fault(path, encoding, layout) or error from None
     last = table.iloc[-1, list(layout.numeric)]
     if layout.rows is None and last.isna().any() and not _ends_a_line(path):
         raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
-    return {i: table[i].to_numpy() for i in layout.numeric}
+    return {i: table[i].to_numpy() for i in layout.numeric} | clocks
+
+
+def _seconds(column):
+    """Seconds since the first of a column of dates and times."""
+    text = column.str.strip().str.replace("/", "-").str.replace(",", ".")
+    dated = DATE.match(text.iloc[0])
+    stamps = pd.to_datetime(text, format="ISO8601") if dated else pd.to_timedelta(text)
+    return ((stamps - stamps.iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
 
 
 def kind_of(cell, decimal):
-    """n for a number, t for other text, nothing for an empty cell."""
-    if not cell:
+    """n for a number, c for a clock's time, t for other text, nothing for an empty cell or a date alone."""
+    if not cell or DATE.fullmatch(cell):
         return ""
+    if CLOCK.fullmatch(cell):
+        return "c"
     right = decimal == "." or "." not in cell
     return "n" if right and NUMBER.fullmatch(cell.replace(decimal, ".")) else "t"
 
@@ -130,8 +148,12 @@ def _fault(path, encoding, layout):
         for n, line in enumerate(islice(file, layout.first, end), start=layout.first + 1):
             cells = cells_of(line, layout.delimiter)
             for i in layout.numeric:
-                if i < len(cells) and kind_of(cells[i], layout.decimal) == "t":
+                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "c"):
                     what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a number"
+                    return FreerockError(path, what, "correct the line, or export the file again")
+            for i in layout.clocks:
+                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "n"):
+                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a time"
                     return FreerockError(path, what, "correct the line, or export the file again")
             if len(cells) > layout.width:
                 what = f"line {n} has {len(cells)} cells instead of {layout.width}"

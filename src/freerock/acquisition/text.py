@@ -9,6 +9,7 @@ from freerock.acquisition import lvm
 from freerock.acquisition.channels import dataset
 from freerock.acquisition.headings import columns, headed, rises, stated_rate
 from freerock.acquisition.table import (
+    DATE,
     DECIMALS,
     DELIMITERS,
     HEAD,
@@ -28,9 +29,10 @@ ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
 def read(path, channel=None):
     """Read a table of numbers in text; arguments, result and errors as of `freerock.acquisition.read_record`.
 
-    A column of time is recognised by its heading, or because it is the first one and rises steadily; else the
-    lines above the table must state the sampling rate ("sampling rate: 2000 Hz", "dt = 0.0005"). Of several
-    columns of time, each belongs to the columns at its right.
+    A column of time is recognised by its heading, by its clock times (09:30:00.125, after a date or not), or
+    because it is the first one and rises steadily; else the lines above the table must state the sampling
+    rate ("sampling rate: 2000 Hz", "dt = 0.0005"). Of several columns of time, each belongs to the columns at
+    its right.
     """
     encoding = encoding_of(path)
     with open(path, encoding=encoding, errors="replace") as file:
@@ -45,14 +47,15 @@ def read(path, channel=None):
     sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     first = [_number(row[layout.numeric[0]], layout.decimal) for row in sample if len(row) == layout.width]
     rate = stated_rate(_stated(lines[: layout.first]))
-    channels, notes = columns(path, headings, layout.numeric, rises(first), rate)
+    channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), rate)
 
     def read_columns(wanted):
         (table,) = tables(path, encoding, [layout])
         return {i: table[i] for i in wanted}
 
     notes.insert(0, told(layout, encoding))
-    return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
+    attrs = {"format": FORMAT} | _start_time(sample[0], layout)
+    return dataset(path, channels, channel, read_columns, attrs, notes)
 
 
 def _layout(path, lines):
@@ -66,7 +69,7 @@ def _layout(path, lines):
         remedy = "export rows of numbers between tabs, semicolons or commas"
         raise FreerockError(path, "no table of numbers in its first lines", remedy)
     wide = [layout for layout in found if layout.width > 1]
-    layout = min(wide or found, key=lambda layout: (layout.width - len(layout.numeric), layout.first))
+    layout = min(wide or found, key=lambda layout: (layout.texts, layout.first))
     if layout.delimiter == "," and layout.width % 2 == 0:
         _refuse_ambiguous(path, lines, layout)
     return layout
@@ -91,10 +94,13 @@ def _table(lines, delimiter, decimal):
         here = kinds[n : n + ROWS_ALIKE]
         if not all(_alike(here[0], kind) for kind in here):
             continue
-        body = [kind for kind in kinds[n:] if len(kind) == len(cells)]
-        columns_of = list(zip(*body, strict=True))
-        numeric = tuple(i for i, column in enumerate(columns_of) if "n" in column and "t" not in here[0][i])
-        return Layout(delimiter, decimal, line, len(cells), numeric)
+        body = list(zip(*(kind for kind in kinds[n:] if len(kind) == len(cells)), strict=True))
+        numeric, clocks = (
+            tuple(i for i, column in enumerate(body) if kind in column and here[0][i] in ("", kind))
+            for kind in "nc"
+        )
+        texts = sum("t" in column for column in body)
+        return Layout(delimiter, decimal, line, len(cells), numeric, clocks=clocks, texts=texts)
     return None
 
 
@@ -105,6 +111,13 @@ def _alike(first, other):
         and "n" in first
         and len(first) == len(other)
         and all(not a or not b or a == b for a, b in zip(first, other, strict=True))
+    )
+
+
+def _start_time(row, layout):
+    stamps = [row[i] for i in layout.clocks if DATE.match(row[i])]
+    return (
+        {"start_time": re.sub("[ T]", "T", stamps[0]).replace("/", "-").replace(",", ".")} if stamps else {}
     )
 
 
@@ -119,8 +132,8 @@ def _headings(lines, layout):
     while first and lines[first - 1].strip() and (layout.width > 1 or not rows):
         line = lines[first - 1].lstrip("#%/ ")
         cells = cells_of(line, layout.delimiter)
-        numbers_in = any(kind_of(cell, layout.decimal) == "n" for cell in cells)
-        if len(cells) != layout.width or numbers_in or stated_rate(_stated([line])):
+        values = any(kind_of(cell, layout.decimal) in ("n", "c") for cell in cells)
+        if len(cells) != layout.width or values or stated_rate(_stated([line])):
             break
         rows.insert(0, cells)
         first -= 1
