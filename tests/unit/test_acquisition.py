@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
-from freerock.acquisition import read_record
+from freerock.acquisition import READERS, read_record
 from freerock.errors import FreerockError
 
 EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
@@ -210,6 +210,11 @@ def test_data_acquisition_scaling(tmp_path):
     path = write(tmp_path / "record.tdms", ("g", "laser", counts, WAVEFORM | scaling))
     x = counts.astype(float)
     np.testing.assert_allclose(read_record(path)["laser"], 1 + 0.5 * x + 0.25 * x**2, rtol=1e-14)
+
+
+def test_every_format_is_documented():
+    table = (Path(__file__).parents[2] / "docs/records.md").read_text(encoding="utf-8")
+    assert all(f"`{suffix}`" in table for suffix in READERS)
 
 
 @pytest.mark.skipif(not EXAMPLES.is_dir(), reason="the example files are not here")

@@ -89,7 +89,7 @@ def matrices(path) -> dict[str, Matrix]:
 
 
 def _described(head, order):
-    """Name and shape of a real matrix; no shape for other arrays and nameless ones, which are MATLAB's own."""
+    """Name and shape of a real matrix; no shape for other arrays, or MATLAB's own without a name."""
     _, flags, at = _element(head, 0, order)
     (flags,) = struct.unpack_from(f"{order}I", flags)
     if flags & 0xFF not in NUMERIC_CLASSES or flags & COMPLEX:
