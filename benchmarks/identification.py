@@ -2,8 +2,9 @@
 
     OMP_NUM_THREADS=1 python benchmarks/identification.py
 
-Runs of 8 s at 2 kHz, angle and instant of release free, six scenes. The other fit is the same one, scan, growing
-horizons and lmfit included, with every simulation by LSODA and a right-hand side in Python; it takes minutes.
+Runs of 8 s at 2 kHz, angle and instant of release free, six scenes. The other fit is the same one, scan,
+growing horizons and lmfit included, with every simulation by LSODA and a right-hand side in Python; it takes
+minutes.
 """
 
 import time as clock
@@ -61,8 +62,8 @@ def main():
         timed(model, *cases[0])
         own = [min((timed(model, *case) for _ in range(REPEATS)), key=lambda pair: pair[1]) for case in cases]
         times = [seconds for _, seconds in own]
-        row = f"{model:<30} {AIMS_S[model]:>5} s {np.median(times):>6.3f} s {min(times):.3f} … {max(times):.3f} s"
-        print(row, end="", flush=True)
+        median, low, high = np.median(times), min(times), max(times)
+        print(f"{model:<30} {AIMS_S[model]:>5} s {median:>6.3f} s {low:.3f} … {high:.3f} s", end="")
         if model != "housner":
             kept, identify.simulate_theta = identify.simulate_theta, lsoda
             fit, seconds = timed(model, *cases[2])

@@ -519,18 +519,40 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=SCAN)
     ratios = RATIO_GRID[MODELS[problem.model][1]]
+    stiffnesses = np.sort(np.append(K_GRID, _first_swing_k(coarse, horizon_s, ratios[len(ratios) // 2])))
     errors = np.array(
         [
             [
                 np.mean(coarse.residual(problem.start([np.log(k), np.log(ratio)]), samples) ** 2)
                 for ratio in ratios
             ]
-            for k in K_GRID
+            for k in stiffnesses
         ]
     )
     minima = np.argwhere(errors == minimum_filter(errors, size=3, mode="nearest"))
     minima = sorted(minima.tolist(), key=lambda ij: errors[tuple(ij)])[:CANDIDATES]
-    return [[np.log(K_GRID[i]), np.log(ratios[j])] for i, j in minima]
+    return [[np.log(stiffnesses[i]), np.log(ratios[j])] for i, j in minima]
+
+
+def _first_swing_k(problem: _Problem, horizon_s: float, ratio: float) -> float:
+    """Stiffness with which the first impact comes when it came: near overturning the grid is too coarse."""
+    motion = problem.motions[0]
+    time_s = np.linspace(0.0, horizon_s, GROWTH_SAMPLES)
+
+    def first_impact(theta):
+        crossed = np.flatnonzero(theta * motion.theta0 < 0)
+        return crossed[0] if len(crossed) else len(theta)
+
+    measured = first_impact(np.interp(time_s, motion.time_s, np.nan_to_num(motion.theta, nan=motion.theta0)))
+    low, high = K_GRID[0], K_GRID[-1]
+    while high > 1.001 * low:
+        k = np.sqrt(low * high)
+        theta, _ = problem.motion(problem.start([np.log(k), np.log(ratio)]), 0, time_s)
+        if first_impact(theta) > measured:
+            low = k
+        else:
+            high = k
+    return high
 
 
 def _scan_r(problem: _Problem) -> float:
@@ -612,6 +634,9 @@ def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
             result = lmfit.minimize(residual, parameters, method="powell", options=options, max_nfev=1000)
             r = result.params["x0"].value
             moved = abs(r - centre) > 0.9 * half and low + 1e-6 < r < high - 1e-6
+        parameters["x0"].set(value=r, min=low, max=high)
+        polished = lmfit.minimize(residual, parameters, method="least_squares", jac=jacobian, max_nfev=20)
+        result = min(result, polished, key=lambda each: each.chisqr)
     else:
         result = lmfit.minimize(
             residual,

@@ -8,12 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from freerock.figures import style
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.models import models
 from freerock.figures.qc import qc
 from freerock.figures.restitution import restitution
+from freerock.figures.valley import valley
 from freerock.models.block import Block
 from freerock.tables import restitution_table
 
@@ -27,7 +29,7 @@ def datasets():
 
 
 def texts(figure):
-    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+    return [text.get_text() for text in figure.findobj(Text)]
 
 
 def test_foundation_effect_follows_the_papers_line_styles(datasets):
@@ -179,3 +181,16 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
     if len(finite):
         shown = np.array(values)[kept]
         assert (np.nanmin(shown), np.nanmax(shown)) == (min(finite), max(finite))
+
+
+def test_valley_marks_every_fit_and_leaves_out_failed_ones(datasets):
+    tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
+    figure, data = valley([tree, failed], BLOCKS, LABELS)
+    identified = data[data["quantity"] == "identified"]
+    assert identified["run"].tolist() == ["1", "2", "pooled"]
+    assert identified["correlation"].abs().max() <= 1
+    assert set(data["test"]) == {tree.attrs["test"]}
+    grid = data[data["quantity"] == "grid"]
+    assert grid["k"].min() == pytest.approx(6.88e6 * np.exp(-0.3))
+    assert figure.axes[0].get_xlabel() == "k / (N/m²)" and figure.axes[0].get_ylabel() == "λ / (N s/m³)"
+    assert "simulated record – not the laboratory's data" in texts(figure)

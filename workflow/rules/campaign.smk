@@ -152,6 +152,36 @@ rule recovered:
         "../scripts/recovered.py"
 
 
+rule figure_valley:
+    input:
+        fits=products("fits"),
+        code=code("figure_valley"),
+    output:
+        pdf="results/{campaign}/figures/valley.pdf",
+        png=report(
+            "results/{campaign}/figures/valley.png",
+            caption="../report/valley.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "Valleys of the discrepancy"},
+        ),
+        data="results/{campaign}/figures/valley.csv",
+    log:
+        "results/{campaign}/logs/figure_valley.log",
+    benchmark:
+        "results/{campaign}/benchmarks/figure_valley.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        blocks=geometries,
+        labels=labels,
+        debonding=lambda w: campaign(w).fits.debonding,
+    message:
+        "{wildcards.campaign}: figure of the valleys of the discrepancy"
+    script:
+        "../scripts/figure_valley.py"
+
+
 rule report:
     input:
         raw=lambda w: filter(os.path.exists, map(campaign(w).file, tests(w))),
@@ -160,6 +190,7 @@ rule report:
         foundation_effect=rules.figure_foundation_effect.output.png,
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
+        valley=rules.figure_valley.output.png,
         pages=lambda w: expand(rules.qc.output.png, campaign=w.campaign, test=tests(w)),
         code=code("report"),
     output:

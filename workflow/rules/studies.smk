@@ -1,7 +1,16 @@
 # Studies of the methods: not part of a campaign, run by `snakemake studies`, in seconds by
 # `snakemake studies --config studies=small`.
 
-STUDIES = ["speed_accuracy", "model_choice", "stability", "paper", "success", "coverage", "model_error", "choice"]
+STUDIES = [
+    "speed_accuracy",
+    "model_choice",
+    "stability",
+    "paper",
+    "success",
+    "coverage",
+    "model_error",
+    "choice",
+]
 
 
 rule studies:

@@ -24,6 +24,7 @@ figures = [
     ("Effect of the foundation on the measured rotation", inputs.foundation_effect),
     *(("Measured rotation and the models fitted to it", path) for path in inputs.models),
     ("Restitution of each impact", inputs.restitution),
+    ("Valleys of the discrepancy around the identified parameters", inputs.valley),
 ]
 made_by = provenance(inputs.raw, params.campaign)
 write_json(snakemake.output.provenance, made_by)

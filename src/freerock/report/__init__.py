@@ -308,7 +308,9 @@ def _settings_text(settings) -> pd.DataFrame:
             "Run": [str(row.run) for row in rows],
             "Model": [MODEL_LABELS[row.model] for row in rows],
             "Tolerance": ["closed form" if row.model == "housner" else f"{row.rtol:g}" for row in rows],
-            "Integrator's shift / % of s.e.": [quantity(100 * row.integrator_error, digits=2) for row in rows],
+            "Integrator's shift / % of s.e.": [
+                quantity(100 * row.integrator_error, digits=2) for row in rows
+            ],
             "Samples averaged": [f"{row.averaged:.0f}" for row in rows],
             "Residual / σ": [quantity(row.residual_over_sigma) for row in rows],
             "Residual is": [

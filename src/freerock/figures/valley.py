@@ -1,0 +1,146 @@
+"""Figure of the valleys: how far ε_θ rises around the parameters identified on each record."""
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from freerock.compare import epsilon_theta
+from freerock.figures.style import footer, gathered, label, styled
+from freerock.models import MODELS
+from freerock.models.simulate import simulate_theta
+from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of
+
+MODEL = "hunt_crossley"
+SPAN = 0.3  # of the parameters around the identified ones, in logarithms
+CELLS = 31  # each way
+MOST_SAMPLES = 1000
+LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
+COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
+
+
+@styled()
+def valley(fits, blocks, labels=None, debonding="geometric"):
+    """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
+
+    Angle and instant of release are those identified on the run; their own part in the valley is in the
+    covariances of the fit datasets.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The campaign's blocks by name.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    debonding : str
+        "geometric" or "tensionless".
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
+        correlation of ln k and ln λ; SI units.
+    """
+    shown = [(tree, list(_identified(tree))) for tree in fits]
+    shown = [(tree, found) for tree, found in shown if found]
+    columns = 2 if len(shown) > 1 else 1
+    rows = max(1, math.ceil(len(shown) / columns))
+    figure = Figure(figsize=(3.5 * columns, 2.5 * rows + 0.4))
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    parts = []
+    for ax, (tree, found) in zip(axes, shown, strict=False):
+        parts += _panel(ax, tree, found, blocks[tree.attrs["block"]], debonding)
+        block, foundation = (label(labels, tree.attrs[key]) for key in ("block", "foundation"))
+        ax.set_title(f"{block}, {foundation}", loc="left")
+        ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
+    for ax in axes[len(shown) :]:
+        ax.set_axis_off()
+    handles = [
+        Line2D(
+            [], [], color="0.4", linewidth=0.8, label=f"ε_θ of {MODEL_LABELS[MODEL]} on the first run / %"
+        ),
+        Line2D([], [], color="black", marker="o", linestyle="", markersize=4, label="identified, run by run"),
+        Line2D([], [], color="#d55e00", marker="x", linestyle="", markersize=5, label="all runs jointly"),
+    ]
+    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    if shown:
+        footer(figure, shown[0][0].attrs["origin"])
+    return figure, gathered(parts, COLUMNS)
+
+
+def _identified(tree):
+    """Run, parameters and correlation of the successful fits."""
+    for run, model, fit in fits_of(tree):
+        if model != MODEL or not fit["success"].item():
+            continue
+        value = dict(zip(fit["parameter"].values.astype(str), fit["value"].values, strict=True))
+        covariance = fit["covariance"].values[:2, :2]
+        yield run, value, covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+
+
+def _panel(ax, tree, found, block, debonding):
+    names = MODELS[MODEL]
+    (run, centre, _) = found[0]
+    node = tree["pooled" if run == "pooled" else f"run_{run}"]
+    time_s, theta = node["time"].values, node["theta"].values
+    kept = slice(None, None, max(1, len(time_s) // MOST_SAMPLES))
+    time_s, theta = time_s[kept], theta[kept]
+    share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
+    k, damping = centre[names[0]] * share, centre[names[1]] * share
+    epsilon = np.empty((CELLS, CELLS))
+    theta0 = centre.get("theta0", centre.get("theta0_1", theta[0]))
+    for row, one in enumerate(damping):
+        for column, other in enumerate(k):
+            modelled, _ = simulate_theta(
+                MODEL,
+                block,
+                dict(zip(names, (other, one), strict=True)),
+                time_s - centre.get("t0", 0.0),
+                theta0=theta0,
+                debonding=debonding,
+                rtol=1e-5,
+            )
+            epsilon[row, column] = epsilon_theta(time_s, np.nan_to_num(modelled), theta)
+    # √ε_θ is nearly linear on the slopes: smoother contours between the cells of a narrow valley
+    lines = ax.contour(
+        k, damping, np.sqrt(100 * epsilon), levels=np.sqrt(LEVELS_PERCENT), colors="0.4", linewidths=0.7
+    )
+    ax.clabel(lines, fmt={level: f"{level**2:.3g}" for level in lines.levels}, fontsize=6)
+    identity = {key: tree.attrs[key] for key in ("test", "block", "foundation")}
+    for run, value, _ in found:
+        style = {"marker": "x", "color": "#d55e00"} if run == "pooled" else {"marker": "o", "color": "black"}
+        ax.plot(value[names[0]], value[names[1]], linestyle="", markersize=4, **style)
+    ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
+    ax.minorticks_off()
+    for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
+        ticks = values[[3, CELLS // 2, -4]]
+        axis.set_ticks(ticks, [f"{tick:.3g}" for tick in ticks])
+    grid = np.meshgrid(k, damping)
+    yield pd.DataFrame(
+        {
+            **identity,
+            "run": str(found[0][0]),
+            "quantity": "grid",
+            "k": grid[0].ravel(),
+            "lambda": grid[1].ravel(),
+            "epsilon_theta": epsilon.ravel(),
+        }
+    )
+    yield pd.DataFrame(
+        [
+            {
+                **identity,
+                "run": str(run),
+                "quantity": "identified",
+                "k": value["k"],
+                "lambda": value["lambda"],
+            }
+            | {"correlation": correlation}
+            for run, value, correlation in found
+        ]
+    )
