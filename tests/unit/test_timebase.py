@@ -82,6 +82,13 @@ def test_gaps_longer_than_the_recording_are_refused():
     )
 
 
+def test_regular_losses_are_no_rounding():
+    """Every 50th sample at 2 kHz; at 1 kHz in milliseconds nothing tells this from another rate."""
+    kept = np.arange(4000) % 50 != 7
+    grid = regular_grid("file", TIME[kept])
+    np.testing.assert_array_equal(grid.place, np.flatnonzero(kept))
+
+
 def test_random_losses_are_found_where_they_are():
     kept = np.random.default_rng(2).random(4000) > 0.03
     kept[[0, -1]] = True

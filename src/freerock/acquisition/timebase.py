@@ -164,8 +164,10 @@ def _times(n):
 
 
 def _rounded(time, steps):
-    """Grid of stamps that were rounded to few digits, else None."""
+    """Grid of stamps that were rounded to few decimal digits, else None."""
     digit = steps[steps > 0].min()
+    if abs(math.log10(digit) - round(math.log10(digit))) > 1e-3:
+        return None
     counts = np.rint(steps / digit)
     low = counts.min()
     odd = np.count_nonzero(counts != low) / counts.size
