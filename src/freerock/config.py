@@ -665,7 +665,10 @@ def load_config(
     loaded = {}
     for name in dict.fromkeys(file.campaigns) if file else ():
         campaign_path = path.parent / "campaigns" / f"{name}.yaml"
-        if campaign_path.exists():
+        if name == "studies":
+            what = "'studies' names the results of the studies"
+            problems.append(FreerockError(_where(path, lines, ("campaigns",)), what, "rename the campaign"))
+        elif campaign_path.exists():
             loaded[name] = _load_campaign(campaign_path, problems)
         else:
             others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]

@@ -75,9 +75,11 @@ def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> No
 
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     """Write manifest.csv for files of a folder, named relative to it; returns its path."""
+    from freerock.datasets import atomic
+
     folder = Path(folder)
     manifest = folder / "manifest.csv"
     rows = [[file, sha256(folder / file), (folder / file).stat().st_size] for file in sorted(files)]
-    with open(manifest, "w", newline="", encoding="utf-8") as stream:
+    with atomic(manifest) as partial, open(partial, "w", newline="", encoding="utf-8") as stream:
         csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
     return manifest

@@ -276,7 +276,8 @@ CSV_MISTAKES = {
     ),
     "missing column": (
         (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
-        "lab.csv:1: laser: column is missing; add it: the name of a laser, or of the two on one record, as a;b",
+        "lab.csv:1: laser: column is missing; add it: the name of a laser, or of the two on one record, "
+        "as a;b",
     ),
     "column twice": (("note\n", "test\n"), "lab.csv:1: test: column given twice; keep one"),
     "too many cells": (
@@ -340,6 +341,23 @@ def test_missing_campaign_is_told_with_the_nearest_name(campaign):
         "config/config.yaml:1: campaigns: there is no campaign 'lap': config/campaigns/lap.yaml is missing; "
         "did you mean 'lab'?"
     )
+
+
+def test_a_campaign_named_as_the_studies_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("config.yaml").write_text("campaigns: [studies]\n")
+    with pytest.raises(ConfigError) as error:
+        load_config("config.yaml")
+    assert str(error.value) == (
+        "config.yaml:1: campaigns: 'studies' names the results of the studies; rename the campaign"
+    )
+
+
+def test_paper_mode_frees_the_parameters_of_the_models_only():
+    free = {"housner": ["theta0"]}
+    assert config.FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(MODELS, ())
+    freed = config.FitsSection(free=free).freed
+    assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
 
 
 def test_missing_files_are_told(campaign):
