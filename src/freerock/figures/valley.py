@@ -62,7 +62,7 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
         ax.set_axis_off()
     handles = [
         Line2D(
-            [], [], color="0.4", linewidth=0.8, label=f"ε_θ of {MODEL_LABELS[MODEL]} on the first run / %"
+            [], [], color="0.4", linewidth=0.8, label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the first run / %"
         ),
         Line2D([], [], color="black", marker="o", linestyle="", markersize=4, label="identified, run by run"),
         Line2D([], [], color="#d55e00", marker="x", linestyle="", markersize=5, label="all runs jointly"),
