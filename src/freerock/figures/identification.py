@@ -5,12 +5,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
 
 from freerock.figures.style import FOOTER, MODEL_STYLES, label, styled
 from freerock.tables import MODEL_LABELS, SYMBOLS
 
 OUTCOMES = {  # of a fit: how it is drawn
-    "global minimum": {"color": "0.6", "marker": "o", "markersize": 2},
+    "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},
     "reported as failed": {"color": "#0072b2", "marker": "s", "markersize": 5},
     "missed": {"color": "#d55e00", "marker": "X", "markersize": 7},
 }
@@ -54,7 +55,7 @@ def success(frame, labels=None):
         )
         if model == "housner":
             x, y = 1 - rows["r"], rows["sigma_deg"]
-            ax.set(xlabel="1 − r", ylabel="noise σ_θ / °")
+            ax.set(xlabel="1 − r", ylabel="noise $σ_θ$ / °")
         else:
             damping = "c" if model == "winkler" else "lambda"
             x, y = rows["k"], rows[damping] / rows["k"]
@@ -64,7 +65,10 @@ def success(frame, labels=None):
             ax.plot(x[outcome == name], y[outcome == name], linestyle="", **style)
         missed = int(np.sum(outcome == "missed"))
         ax.set(xscale="log", yscale="log")
-        ax.set_title(f"{MODEL_LABELS[model]}: {len(rows)} truths, {missed} missed", loc="left")
+        ax.margins(0.05)
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_minor_formatter(NullFormatter())
+        ax.set_title(f"{MODEL_LABELS[model]}: {missed} of {len(rows)} missed", loc="left")
     handles = [Line2D([], [], linestyle="", label=name, **style) for name, style in OUTCOMES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     _signed(figure)
@@ -155,6 +159,7 @@ def coverage(frame, labels=None):
         lower.axhline(y, color="0.5", linewidth=0.8, linestyle=style)
     names = [f"{label(labels, block)}\n{label(labels, foundation)}" for block, foundation in scenes]
     lower.set(ylabel="truth in the 95 % interval / %", xticks=range(len(scenes)))
+    lower.set_xlim(-0.5, len(scenes) - 0.5)
     lower.set_xticklabels(names)
     handles = [
         Line2D(
@@ -218,6 +223,7 @@ def model_error(frame, labels=None):
     right.axhline(1.96, color="0.5", linewidth=0.8, linestyle=":")
     for ax in (left, right):
         ax.set_xticks(range(len(kinds)), [IMPERFECTIONS[kind] for kind in kinds])
+        ax.set_xlim(-0.5, len(kinds) - 0.5)
     handles = [
         Line2D([], [], color=colour, marker=marker, linestyle="", label=SYMBOLS[parameter])
         for parameter, colour, marker in zip(
