@@ -334,8 +334,11 @@ class _Problem:
         """The same problem on the first run only."""
         return replace(self, blocks=self.blocks[:1], motions=self.motions[:1])
 
-    def motion(self, x, i: int, time_s, rtol=None, added=None) -> tuple:
-        """θ and θ̇ of run i at the measured run's clock [rad, rad/s]; an overturned block lies at ±π/2."""
+    def motion(self, x, i: int, time_s, rtol=None, added=None, rate=None) -> np.ndarray:
+        """θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2.
+
+        `rate`, if given, receives θ̇ [rad/s].
+        """
         value, block = self.physical(x), self.blocks[i]
         n_common, n_own = len(self.common), len(self.own)
         parameters = dict(zip(self.common, value, strict=False))
@@ -346,7 +349,6 @@ class _Problem:
             later = [own[f"r_{i}"] for i in range(2, self.n_impacts + 1)]
             parameters["r"] = np.array([parameters["r"], *later])
         theta0 = own.get("theta0", self.motions[i].theta0)
-        rate = np.empty_like(time_s)
         theta, _ = simulate_theta(
             "general" if added else self.model,
             block,
@@ -359,13 +361,16 @@ class _Problem:
         )
         lost = np.isnan(theta)
         if lost.any():
-            theta[lost], rate[lost] = np.copysign(np.pi / 2, theta0), 0.0
-        return theta, rate
+            theta[lost] = np.copysign(np.pi / 2, theta0)
+            if rate is not None:
+                rate[lost] = 0.0
+        return theta
 
-    def curve(self, x, samples: _Samples, rtol=None, added=None) -> tuple:
-        """θ and θ̇ of all runs at the samples."""
-        parts = [self.motion(x, i, samples.time_s[run], rtol, added) for i, run in enumerate(samples.runs)]
-        return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
+    def curve(self, x, samples: _Samples, rtol=None, added=None) -> np.ndarray:
+        """θ of all runs at the samples."""
+        return np.concatenate(
+            [self.motion(x, i, samples.time_s[run], rtol, added) for i, run in enumerate(samples.runs)]
+        )
 
     def samples(self, horizon_s: float = np.inf, most: float = np.inf, m: int = 1) -> _Samples:
         """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
@@ -379,7 +384,7 @@ class _Problem:
         return _Samples(np.concatenate(times), np.concatenate(thetas), tuple(map(len, times)), m)
 
     def residual(self, x, samples: _Samples) -> np.ndarray:
-        return samples.averaged(self.curve(x, samples)[0] - samples.theta)
+        return samples.averaged(self.curve(x, samples) - samples.theta)
 
     def jacobian(self, x, samples: _Samples, central: bool = False) -> np.ndarray:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
@@ -387,23 +392,24 @@ class _Problem:
         The steps are as small as the standard errors may be, hence the tolerance.
         """
         rtol = min(self.rtol, FINE)
-        theta, rate = self.curve(x, samples, rtol)
         jacobian = np.zeros((len(samples.time_s), len(x)))
         n_common, n_own = len(self.common), len(self.own)
         for i, run in enumerate(samples.runs):
+            rate = np.empty(samples.lengths[i])
+            theta = self.motion(x, i, samples.time_s[run], rtol, rate=rate)
             for j, name in enumerate((*self.common, *self.own)):
                 column = j if j < n_common else j + i * n_own
                 if name == "t0":
-                    jacobian[run, column] = -rate[run]
+                    jacobian[run, column] = -rate
                     continue
                 up, step = np.array(x, dtype=float), STEPS["r" if name.startswith("r_") else name]
                 up[column] += step
-                quotient = self.motion(up, i, samples.time_s[run], rtol)[0]
+                quotient = self.motion(up, i, samples.time_s[run], rtol)
                 if central:
                     up[column] -= 2 * step
-                    quotient -= self.motion(up, i, samples.time_s[run], rtol)[0]
+                    quotient -= self.motion(up, i, samples.time_s[run], rtol)
                 else:
-                    quotient -= theta[run]
+                    quotient -= theta
                 jacobian[run, column] = quotient / (2 * step if central else step)
         return jacobian
 
@@ -468,7 +474,7 @@ def _minimise(problem: _Problem, start, integrator_error: float):
     else:
         starts, horizons = [problem.fitted(start)], horizons[-2:]
     if problem.model == "housner":
-        horizons = []  # already scanned on the whole run
+        horizons = horizons[-1:]  # already scanned on the whole run
     tracks = [_grow(problem, problem.start(values), horizons[:1]) for values in starts]
     promising = PROMISING * min(error for error, _ in tracks)
     tracks = [_grow(problem, x, horizons[1:], error) for error, x in tracks if error <= promising]
@@ -547,7 +553,7 @@ def _first_swing_k(problem: _Problem, horizon_s: float, ratio: float) -> float:
     low, high = K_GRID[0], K_GRID[-1]
     while high > 1.001 * low:
         k = np.sqrt(low * high)
-        theta, _ = problem.motion(problem.start([np.log(k), np.log(ratio)]), 0, time_s)
+        theta = problem.motion(problem.start([np.log(k), np.log(ratio)]), 0, time_s)
         if first_impact(theta) > measured:
             low = k
         else:
@@ -575,8 +581,8 @@ def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
     error as a share of its standard error.
     """
     samples = problem.samples()
-    base = problem.curve(x, samples)
-    noise = np.sqrt(np.mean((base[0] - samples.theta) ** 2))
+    theta = problem.curve(x, samples)
+    noise = np.sqrt(np.mean((theta - samples.theta) ** 2))
     jacobian = problem.jacobian(x, samples)
     jacobian /= np.maximum(np.sqrt(np.mean(jacobian**2, axis=0)), 1e-300)
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
@@ -590,14 +596,14 @@ def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
         m *= 2
     if problem.model == "housner":
         return problem.rtol, m, 0.0
-    rtol, theta = problem.rtol, base[0]
+    rtol = problem.rtol
     while True:
-        exact = problem.curve(x, samples, rtol / 100)[0]
+        exact = problem.curve(x, samples, rtol / 100)
         shift = float(np.max(np.abs(inverse @ (jacobian.T @ (theta - exact))) / (spread * noise)))
         if shift <= integrator_error or rtol <= FINEST:
             return rtol, m, shift
         rtol /= 10
-        theta = problem.curve(x, samples, rtol)[0]
+        theta = problem.curve(x, samples, rtol)
 
 
 def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
@@ -606,22 +612,15 @@ def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
     for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
         margin = 1e-3 * (high - low)
         parameters.add(name, value=float(np.clip(start, low + margin, high - margin)), min=low, max=high)
-    last = [None, None]  # the Jacobian is asked for where the residual was computed last
 
     def vector(p):
         return np.array([p[name].value for name in names])
 
-    def curve(x):
-        if last[0] is None or not np.array_equal(last[0], x):
-            last[:] = x, problem.curve(x, samples)
-        return last[1]
-
     def residual(p):
-        return samples.averaged(curve(vector(p))[0] - samples.theta)
+        return problem.residual(vector(p), samples)
 
     def jacobian(p):
-        x = vector(p)
-        return samples.averaged(problem.jacobian(x, samples))
+        return samples.averaged(problem.jacobian(vector(p), samples))
 
     if len(names) == 1:
         # r alone: line searches in cells of the scan's grid, moved on while the minimum lies at a cell's
@@ -659,7 +658,7 @@ def _first_half(problem: _Problem, x, m: int) -> tuple:
     half = motion.time_s[-1] / 2
     x = _least_squares(problem, x, problem.samples(half, m=m)).x
     later = motion.time_s > half
-    theta, _ = problem.motion(x, 0, motion.time_s)
+    theta = problem.motion(x, 0, motion.time_s)
     return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
 
 
@@ -682,7 +681,7 @@ def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
     """
     other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
     dash = 0.1 * A_DASH[other] * problem.physical(x)[0]
-    column = problem.curve(x, samples, added={other: dash})[0] - (residual + samples.theta)
+    column = problem.curve(x, samples, added={other: dash}) - (residual + samples.theta)
     jacobian = np.column_stack([jacobian, column])
     step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
     spread, _ = covariance(residual, jacobian, samples.lengths)
@@ -760,7 +759,7 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
     motions = problem.motions
     times = np.concatenate([m.time_s for m in motions])
     theta = np.concatenate([m.theta for m in motions])
-    theta_model = np.concatenate([problem.motion(x, i, m.time_s)[0] for i, m in enumerate(motions)])
+    theta_model = np.concatenate([problem.motion(x, i, m.time_s) for i, m in enumerate(motions)])
     epsilon = epsilon_theta(times, theta_model, theta)
     failure = _failure(problem, result, covariance_si, epsilon)
     if failure:

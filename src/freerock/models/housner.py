@@ -121,32 +121,21 @@ def housner_lobes(
         start = -start
     first_impact = _from_peak(s2, k2_first, theta_cr) / p - start
 
-    k2, energies, half = (np.array([x]) for x in (k2_first, energy, first_impact + start))
-    impact_time = np.array([first_impact])
-    each = np.atleast_1d(r)
+    each = np.atleast_1d(np.asarray(r, dtype=float))
     kept, r = np.cumprod(np.append(1.0, each[:-1])) ** 2, float(each[-1])  # shares of the energy
-    n_rest, own = math.inf, len(kept) - 1
+    n_rest = math.inf
     if r < 1:
         rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
-        n_rest = own + 1
+        n_rest = len(kept)
         if r > 0 and kept[-1] * energy > rest_energy:
             n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
+    first = (k2_first, energy, first_impact + start, first_impact)
+    k2, energies, half, impact_time = _lobes(
+        first, s2, p, kept, r, float(until), float(min(n_rest, max_impacts))
+    )
     outcome = "completed"
-    size = 64
-    while impact_time[-1] < until and len(k2) < n_rest:
-        if len(k2) >= max_impacts:
-            outcome = "step_limit"
-            break
-        n = np.arange(len(k2), min(len(k2) + size, n_rest, max_impacts))
-        new = energy * kept[np.minimum(n, own)] * r ** (2.0 * np.maximum(n - own, 0))
-        if new[0] >= s2:
-            outcome = "overturned"
-            break
-        k2 = np.append(k2, s2 - new)
-        energies = np.append(energies, new)
-        half = np.append(half, _from_peak(s2, s2 - new, theta_cr) / p)
-        impact_time = first_impact + 2 * np.append(0.0, np.cumsum(half[1:]))
-        size *= 2
+    if impact_time[-1] < until and len(k2) < n_rest:
+        outcome = "step_limit" if len(k2) >= max_impacts else "overturned"
     rest_time = math.inf
     if len(k2) == n_rest:
         # the durations fall by r from lobe to lobe
@@ -155,6 +144,46 @@ def housner_lobes(
     peak_time = impact_time - half
     peak_time[0] = -start
     return lobes(k2, energies, peak_time, impact_time, rest_time, outcome)
+
+
+@compiled()
+def _lobes(first, s2, p, kept, r, until, most):
+    """k'², energy, half duration and impact time of the lobes, shape (4, n_lobes), until one overturns."""
+    table = np.empty((4, 64))
+    table[0, 0], table[1, 0], table[2, 0], table[3, 0] = first
+    n = 1
+    while table[3, n - 1] < until and n < most:
+        own = min(n, kept.size - 1)
+        energy = first[1] * kept[own] * r ** (2.0 * (n - own))
+        if energy >= s2:
+            break
+        if n == table.shape[1]:
+            longer = np.empty((4, 2 * n))
+            longer[:, :n] = table
+            table = longer
+        k2 = s2 - energy
+        m = 1 - k2
+        # from the peak to the impact, as `_from_peak`
+        half = math.sqrt(energy / (s2 * m)) * _carlson(k2 * (1 - s2) / (s2 * m), k2 / s2, 1.0) / p
+        table[0, n], table[1, n], table[2, n] = k2, energy, half
+        table[3, n] = table[3, n - 1] + 2 * half
+        n += 1
+    return table[:, :n]
+
+
+@compiled()
+def _carlson(x, y, z):
+    """Carlson's elliptic integral R_F by duplication (DLMF 19.36.1), to the last digits."""
+    while True:
+        mean = (x + y + z) / 3
+        a, b = 1 - x / mean, 1 - y / mean
+        c = -a - b
+        if max(abs(a), abs(b), abs(c)) < 2e-3:
+            e2, e3 = a * b - c * c, a * b * c
+            series = 1 - e2 / 10 + e3 / 14 + e2 * e2 / 24 - 3 * e2 * e3 / 44
+            return (series - 5 * e2**3 / 208 + 3 * e3 * e3 / 104) / math.sqrt(mean)
+        root = math.sqrt(x * y) + math.sqrt(y * z) + math.sqrt(z * x)
+        x, y, z = 0.25 * (x + root), 0.25 * (y + root), 0.25 * (z + root)
 
 
 def housner_motion(
