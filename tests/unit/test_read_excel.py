@@ -89,7 +89,7 @@ def test_what_is_taken_for_granted_is_told(tmp_path):
     dataset = read_record(save(tmp_path / "a.xlsx", *zip(TIME, theta(0), strict=True)))
     assert dataset.attrs["reading"] == (
         "sheet 'tests': column 1 rises steadily and is taken for time; "
-        "sheet 'tests': time has no unit and is taken for seconds"
+        "time has no unit and is taken for seconds"
     )
 
 
@@ -110,6 +110,27 @@ def test_a_cell_that_is_no_number(tmp_path):
     )
 
 
+def test_a_sheet_with_a_fault_is_passed_over(tmp_path):
+    book = Workbook()
+    for title, tail in [("good", 1.0), ("bad", "end")]:
+        sheet = book.create_sheet(title)
+        sheet.append(["time [s]", f"theta {title} [rad]"])
+        for t in (0, 1, 2, 3):
+            sheet.append([t, 0.5])
+        sheet.append([4, tail])
+    book.save(tmp_path / "a.xlsx")
+    dataset = read_record(tmp_path / "a.xlsx")
+    assert list(dataset.data_vars) == ["theta good"]
+    assert dataset.attrs["reading"] == "sheet 'bad' passed over: cell B6 holds 'end', not a number"
+
+
+def test_stated_sampling_rate(tmp_path):
+    rows = [["Sampling rate [Hz]", 250], ["left [V]", "right [V]"], *zip(theta(1), theta(2), strict=True)]
+    dataset = read_record(save(tmp_path / "a.xlsx", *rows))
+    assert dataset.attrs["sampling_rate_hz"] == 250
+    assert [dataset[name].attrs["units"] for name in ("left", "right")] == ["V", "V"]
+
+
 def test_no_time(tmp_path):
     path = save(tmp_path / "a.xlsx", ["a", "b"], *zip(theta(1), theta(2), strict=True))
     assert refusal(path) == (
@@ -128,8 +149,8 @@ def test_no_table(tmp_path):
 def test_an_archive_that_swells(tmp_path):
     path = save(tmp_path / "a.xlsx", ["time [s]", "theta [rad]"], *zip(TIME, theta(0), strict=True))
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("xl/sharedStrings.xml", b" " * 50_000_000)
-    assert refusal(path).startswith("the file declares 5e+08 bytes of data, more than its ")
+        archive.writestr("xl/sharedStrings.xml", b" " * 100_000_000)
+    assert refusal(path).startswith("the file declares 1e+08 bytes of data, more than its ")
 
 
 def test_rows_without_end(tmp_path):

@@ -38,7 +38,11 @@ def test_time_in_the_group_or_above(tmp_path):
     dataset = read_record(path, "daq/laser")
     np.testing.assert_array_equal(dataset["laser"], VOLTS)
     np.testing.assert_allclose(dataset["time"], TIME / 1000, atol=1e-12)
-    assert read_record(path, "wire").attrs == {"format": "HDF5", "sampling_rate_hz": pytest.approx(250)}
+    assert read_record(path, "wire").attrs == {
+        "format": "HDF5",
+        "sampling_rate_hz": pytest.approx(250),
+        "reading": "time has no unit and is taken for seconds",
+    }
 
 
 @pytest.mark.parametrize(

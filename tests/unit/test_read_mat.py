@@ -59,7 +59,9 @@ def test_stated_sampling_rate(tmp_path, version, rate):
 def test_a_matrix_with_time_in_its_first_column(tmp_path, version):
     dataset = read_record(save(tmp_path / "a.mat", {"data": np.column_stack([TIME, VOLTS])}, version))
     np.testing.assert_array_equal(dataset["data(:,2)"], VOLTS)
-    assert dataset.attrs["reading"] == "data(:,1) rises steadily and is taken for time, in seconds"
+    assert dataset.attrs["reading"] == (
+        "data(:,1) rises steadily and is taken for time; time has no unit and is taken for seconds"
+    )
 
 
 def test_unit_of_time(tmp_path):

@@ -13,6 +13,15 @@ COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_TOLD = 20
 # Deflate, the densest compression of these formats, shrinks data at most 1032 times.
 DENSEST = 1100
+LITTLE = 1 << 26  # bytes that need no check
+
+
+SECONDS = {
+    **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
+    **dict.fromkeys(["ms", "msec", "millisecond", "milliseconds"], 1e-3),
+    **dict.fromkeys(["us", "µs", "μs", "microsecond", "microseconds"], 1e-6),
+    **dict.fromkeys(["min", "minute", "minutes"], 60.0),
+}
 
 
 @dataclass(frozen=True)
@@ -25,11 +34,11 @@ class Even:
 
 @dataclass(frozen=True)
 class Stamps:
-    """A column of time stamps; `unit_s` is its unit [s]."""
+    """A column of time stamps in the unit that the file states, or none."""
 
     name: str
     column: Hashable
-    unit_s: float = 1.0
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -84,8 +93,10 @@ def dataset(
         raise FreerockError(path, f"channels of unequal length: {told}", COPY_AGAIN)
 
     length = next(iter(lengths.values()))
+    notes = list(notes)
     if stamps:
         grid, length = _stamped(path, stamps[0], columns[stamps[0].column], length)
+        notes += [] if stamps[0].unit else ["time has no unit and is taken for seconds"]
     else:
         grid = Grid(clocks[0].start_s, clocks[0].step_s, length)
     told = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
@@ -101,6 +112,20 @@ def dataset(
     )
 
 
+def seconds_in(where, unit: str) -> float:
+    """A unit of time [s]; also of the form "seconds since 2017-05-01".
+
+    Raises
+    ------
+    FreerockError
+        No unit of time that is known.
+    """
+    plain = unit.casefold().split(" since ")[0].strip()
+    if plain not in SECONDS:
+        raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
+    return SECONDS[plain]
+
+
 def listed(names: Iterable[str]) -> str:
     """Names with commas, the first NAMES_TOLD of many."""
     names = list(names)
@@ -108,9 +133,10 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(names[:NAMES_TOLD]) + more
 
 
-def check_declared(path, n_bytes: float, size: int) -> None:
-    """Refuse to set aside more memory than a file of that size can fill."""
-    if not n_bytes <= DENSEST * size:
+def check_declared(path, n_bytes: float, densest: float = DENSEST) -> None:
+    """Refuse to set aside more memory than a file of its size can fill, but for a little."""
+    size = path.stat().st_size
+    if n_bytes > max(densest * size, LITTLE):
         what = f"the file declares {n_bytes:.3g} bytes of data, more than its {size} bytes can hold"
         raise FreerockError(path, what, COPY_AGAIN)
 
@@ -145,7 +171,7 @@ def _one_clock(clocks, columns):
     if not all(isinstance(clock, Stamps) for clock in clocks):
         return False
     first = columns[clocks[0].column]
-    return len({clock.unit_s for clock in clocks}) == 1 and all(
+    return len({clock.unit for clock in clocks}) == 1 and all(
         np.array_equal(columns[clock.column], first, equal_nan=True) for clock in clocks[1:]
     )
 
@@ -157,7 +183,7 @@ def _stamped(path, clock, stamps, length):
         raise FreerockError(path, what, COPY_AGAIN)
     known = np.flatnonzero(~np.isnan(stamps))
     length = known[-1] + 1 if known.size else 0
-    return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * clock.unit_s), length
+    return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * seconds_in(path, clock.unit)), length
 
 
 def _placed(path, grid, values, length):

@@ -11,8 +11,8 @@ import numpy as np
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
-from freerock.acquisition.channels import COPY_AGAIN, check_declared, dataset
-from freerock.acquisition.headings import columns, headed, rises
+from freerock.acquisition.channels import COPY_AGAIN, Even, check_declared, dataset
+from freerock.acquisition.headings import columns, headed, rises, stated_rate
 from freerock.errors import FreerockError
 
 FORMAT = "Excel"
@@ -20,7 +20,7 @@ MAX_ROWS = 1 << 20  # of a sheet
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
 WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
-DENSER_THAN_SHEETS = 10  # the XML of sheets shrinks at most a tenth as much as deflate can shrink
+DENSEST_SHEET = 110  # a sheet's XML can't shrink more than that many times
 
 
 def read(path, channel=None):
@@ -31,18 +31,14 @@ def read(path, channel=None):
     "sheet/channel"; columns may end in empty cells.
     """
     with ZipFile(path) as archive:
-        size = sum(part.file_size for part in archive.infolist())
-    check_declared(path, DENSER_THAN_SHEETS * size, path.stat().st_size)
+        check_declared(path, sum(part.file_size for part in archive.infolist()), DENSEST_SHEET)
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     tables, channels, notes, faults = {}, [], [], []
     try:
         for sheet in book.worksheets:
-            headings, numbers, clocks = _table(path, sheet)
-            if not numbers:
-                continue
-            tables[sheet.title] = numbers
             try:
-                found, told = _channels(path, sheet.title, headings, numbers, clocks)
+                above, tables[sheet.title], clocks = _table(path, sheet)
+                found, told = _channels(path, sheet.title, above, tables[sheet.title], clocks)
             except FreerockError as error:
                 faults.append(error)
                 continue
@@ -53,6 +49,7 @@ def read(path, channel=None):
     if not channels:
         remedy = "export columns of numbers under headings, the time in seconds among them"
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
+    notes += [f"{str(error.where).removeprefix(f'{path}: ')} passed over: {error.what}" for error in faults]
 
     def read_columns(wanted):
         return {(sheet, i): np.array(tables[sheet][i]) for sheet, i in wanted}
@@ -60,18 +57,28 @@ def read(path, channel=None):
     return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
 
 
-def _channels(path, title, headings, numbers, clocks):
-    """Channels of a sheet; their columns are named (sheet, column)."""
-    headings = headed(headings, max(numbers) + 1)
+def _channels(path, title, above, numbers, clocks):
+    """Channels of a sheet, none of an empty table; their columns are named (sheet, column)."""
     numeric = [i for i in numbers if i not in clocks]
+    if not numeric:
+        return [], []
+    rates = [_rate(row) for row in above]
+    headings = headed([row for row, rate in zip(above, rates, strict=True) if not rate], max(numbers) + 1)
+    rate = next(filter(None, rates), None)
     first = rises(numbers[numeric[0]])
-    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, None)
-    return [
-        replace(
-            c, group=title, column=(title, c.column), clock=replace(c.clock, column=(title, c.clock.column))
-        )
-        for c in found
-    ], notes
+    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, rate)
+
+    def of_sheet(part):
+        return part if isinstance(part, Even) else replace(part, column=(title, part.column))
+
+    return [replace(of_sheet(c), group=title, clock=of_sheet(c.clock)) for c in found], notes
+
+
+def _rate(row):
+    """Sampling interval that a row above a table states."""
+    return (
+        stated_rate({str(row[0]): row[1]}) if len(row) > 1 and isinstance(row[1], int | float | str) else None
+    )
 
 
 def _table(path, sheet):

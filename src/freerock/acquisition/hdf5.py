@@ -10,7 +10,7 @@ import numpy as np
 from scipy.io import netcdf_file
 
 from freerock.acquisition.channels import COPY_AGAIN, Channel, Stamps, check_declared, dataset, listed
-from freerock.acquisition.headings import is_time, seconds_in, split_unit, stated_rate
+from freerock.acquisition.headings import is_time, split_unit, stated_rate
 from freerock.errors import FreerockError
 
 FORMAT = "HDF5"
@@ -49,7 +49,7 @@ def numeric_arrays(path, file) -> dict:
             found[name] = item
 
     file.visititems(look)
-    check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()), path.stat().st_size)
+    check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()))
     return found
 
 
@@ -66,7 +66,7 @@ def _dataset(path, arrays, attributes, channel, kind):
         time = next((times[folder] for folder in folders if folder in times), None)
         if time:
             unit = _text(attributes[time].get("units")) or split_unit(time.rpartition("/")[2])[1]
-            clock = Stamps(time, time, seconds_in(path, unit))
+            clock = Stamps(time, time, unit)
             if arrays[name].shape != arrays[time].shape:
                 clock = f"has {arrays[name].shape[0]} samples, its time {arrays[time].shape[0]}"
             start = start or _start_time(unit)

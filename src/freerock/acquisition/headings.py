@@ -5,15 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from freerock.acquisition.channels import Channel, Even, Stamps
+from freerock.acquisition.channels import SECONDS, Channel, Even, Stamps
 from freerock.errors import FreerockError
 
-SECONDS = {
-    **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
-    **dict.fromkeys(["ms", "msec", "millisecond", "milliseconds"], 1e-3),
-    **dict.fromkeys(["us", "µs", "μs", "microsecond", "microseconds"], 1e-6),
-    **dict.fromkeys(["min", "minute", "minutes"], 60.0),
-}
 UNITS = {
     *(unit for unit in SECONDS if unit),
     *[
@@ -84,20 +78,6 @@ def is_time(text: str) -> bool:
     return _plain(name) in TIMES and name != "T"  # a temperature
 
 
-def seconds_in(where, unit: str) -> float:
-    """A unit of time [s]; also of the form "seconds since 2017-05-01".
-
-    Raises
-    ------
-    FreerockError
-        No unit of time that is known.
-    """
-    plain = unit.casefold().split(" since ")[0].strip()
-    if plain not in SECONDS:
-        raise FreerockError(where, f"the time is in {unit[:40]!r}", "give it in s, ms, us or min")
-    return SECONDS[plain]
-
-
 def stated_rate(values: Mapping[str, object]) -> Even | None:
     """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt."""
     for heading, value in values.items():
@@ -106,7 +86,7 @@ def stated_rate(values: Mapping[str, object]) -> Even | None:
         if isinstance(value, str):
             number = re.match(r"\s*([-+\d.eE]+)\s*([a-zA-Zµμ]*)", value.replace(",", "."))
             value, unit = (_float(number[1]), number[2] or unit) if number else (None, unit)
-        if value is None or not np.isfinite(value) or not value > 0:
+        if value is None or not 1e-12 < value < 1e12:
             continue
         if name in RATES or name.removesuffix("hz") in RATES:
             return Even(1 / (value * (1000.0 if unit.casefold() == "khz" else 1.0)))
@@ -179,15 +159,11 @@ def columns(
     if not times and rate is None:
         remedy = "head the column of time with time [s], or state the sampling rate"
         raise FreerockError(path, "no column of time and no sampling rate", remedy)
-    if any(i in numeric and not headings[i][1] for i in times):
-        notes.append("time has no unit and is taken for seconds")
     channels, clock = [], None
     for i in sorted({*numeric, *clocks}):
         name, unit = headings[i]
-        if i in clocks:
-            clock = Stamps(name or f"column {i + 1}", i)
-        elif i in times:
-            clock = Stamps(name or f"column {i + 1}", i, seconds_in(path, unit))
+        if i in times:
+            clock = Stamps(name or f"column {i + 1}", i, "s" if i in clocks else unit)
         else:
             channels.append((name or f"column {i + 1}", unit, i, clock))
     if not channels:

@@ -142,9 +142,9 @@ def _clock(path, segments, column):
         return "is empty"
     x = first.x_column(column)
     if len(segments) > 1:
-        return Stamps(f"{X} of its segments", ("time", x if x is not None else column))
+        return Stamps(f"{X} of its segments", ("time", x if x is not None else column), "s")
     if x is not None and (x or first.value("Delta_X", column) == first.value("Delta_X", 1)):
-        return Stamps(X, x)
+        return Stamps(X, x, "s")
     step = first.value("Delta_X", column)
     if not step > 0:
         what = f"channel {first.names[column]!r} gives no sampling rate (no {X}, no Delta_X)"

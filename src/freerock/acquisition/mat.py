@@ -12,7 +12,7 @@ from scipy.io.matlab import matfile_version
 
 from freerock.acquisition.channels import Channel, Stamps, check_declared, dataset
 from freerock.acquisition.hdf5 import numeric_arrays
-from freerock.acquisition.headings import is_time, rises, seconds_in, split_unit, stated_rate
+from freerock.acquisition.headings import is_time, rises, split_unit, stated_rate
 from freerock.acquisition.mat5 import matrices
 from freerock.errors import FreerockError
 
@@ -45,7 +45,7 @@ def _dataset(path, shapes, load, channel, version):
     """Dataset of arrays by name, of which vectors and matrices are channels and scalars state the rate."""
     shapes = {name: tuple(map(int, shape)) for name, shape in shapes.items() if 0 not in shape}
     for shape in shapes.values():
-        check_declared(path, 8.0 * prod(shape), path.stat().st_size)
+        check_declared(path, 8.0 * prod(shape))
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
@@ -53,22 +53,20 @@ def _dataset(path, shapes, load, channel, version):
     times = [name for name in vectors if is_time(name)]
     notes, clock = [], rate
     if times:
-        clock = Stamps(times[0], (times[0], None), seconds_in(path, split_unit(times[0])[1]))
+        clock = Stamps(times[0], (times[0], None), split_unit(times[0])[1])
     columns = [(name, i) for name in matrices for i in range(min(shapes[name]))]
     channels = [(name, None) for name in vectors if name not in times] + columns
     if clock is None and len(matrices) == 1 and not vectors:
         first = columns[0]
         if rises(_column(_loaded(load, matrices), first)):
-            clock = Stamps(_title(first), first)
+            clock = Stamps(_title(first), first, "")
             channels.remove(first)
-            notes.append(f"{_title(first)} rises steadily and is taken for time, in seconds")
+            notes.append(f"{_title(first)} rises steadily and is taken for time")
     if not channels:
         raise FreerockError(path, "no numeric vector that could be a signal", PLAIN)
     if clock is None:
         what = f"no vector of time and no sampling rate (variables: {', '.join(shapes)})"
         raise FreerockError(path, what, "save the time as t, or the sampling rate in Hz as fs")
-    if len(times) and times[0] == split_unit(times[0])[0]:
-        notes.append("time has no unit and is taken for seconds")
 
     def read_columns(wanted):
         arrays = _loaded(load, list(dict.fromkeys(name for name, _ in wanted)))

@@ -4,7 +4,7 @@ import numpy as np
 from nptdms import TdmsFile
 
 from freerock.acquisition.channels import COPY_AGAIN, Channel, Even, Stamps, check_declared, dataset
-from freerock.acquisition.headings import is_time, seconds_in
+from freerock.acquisition.headings import is_time
 from freerock.errors import FreerockError
 
 FORMAT = "TDMS"
@@ -26,7 +26,7 @@ def read(path, channel=None):
         channels = [
             Channel(c.name, _unit(c), (group, c.name), clock, group)
             for group, members in groups.items()
-            for c, clock in _clocks(path, members)
+            for c, clock in _clocks(members)
         ]
         rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
 
@@ -42,7 +42,7 @@ def _unit(channel):
     return str(channel.properties.get("unit_string", ""))
 
 
-def _clocks(path, members):
+def _clocks(members):
     """Each channel of a group with its clock, or with why it can't be read; time stamps only when alone."""
     stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
     for c in members:
@@ -54,7 +54,7 @@ def _clocks(path, members):
         elif not _is_number(c):
             yield c, "holds no real numbers"
         elif step is None and stamps not in (None, c):
-            unit = 1.0 if _is_date(stamps) else seconds_in(path, _unit(stamps))
+            unit = "s" if _is_date(stamps) else _unit(stamps)
             yield c, Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
         else:
             yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)))
@@ -81,7 +81,7 @@ def _values(path, channel, step):
             f"(wf_increment is {'absent' if step is None else step})",
             "log it as a waveform, or set its property wf_increment to the sampling interval in seconds",
         )
-    check_declared(path, 8 * len(channel), path.stat().st_size)
+    check_declared(path, 8 * len(channel))
     values = np.empty(len(channel))
     done, origin = 0, None
     for chunk in channel.data_chunks():
