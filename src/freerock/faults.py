@@ -97,9 +97,16 @@ def _flag_equal(valid, jumps, flags, step):
     same = jumps == 0
     if not same.any():
         return
+    low, high = np.nanmin(valid), np.nanmax(valid)
+    inner = (valid[1:] != low) & (valid[1:] != high)
     size = min(same.size, max(2 * EQUAL, round(10 * BLOCK_S / step)))
-    shares = same[: same.size // size * size].reshape(-1, size).mean(axis=1)
-    usual = float(np.percentile(shares, 75))  # of neighbours that are equal, where the signal is quiet
+    whole = same.size // size * size
+    count = inner[:whole].reshape(-1, size).sum(axis=1)
+    repeated = (inner & same)[:whole].reshape(-1, size).sum(axis=1)
+    telling = count >= EQUAL
+    if not telling.any():
+        return
+    usual = float(np.percentile(repeated[telling] / count[telling], 75))  # that repeat where it is quiet
     if usual > 0.5:
         return
     longest = math.log(BY_CHANCE / same.size) / math.log(usual) if usual else 0.0
@@ -108,12 +115,18 @@ def _flag_equal(valid, jumps, flags, step):
     long = last - first + 1 >= max(EQUAL, longest)
     if not long.any():
         return
-    low, high = np.nanmin(valid), np.nanmax(valid)
-    noise = noise_of(jumps)
+    size = np.abs(jumps)
+    steps = size[(size > 0) & np.isfinite(size)][:: max(1, size.size // NOISE_SAMPLES)]
+    if steps.size == 0:
+        return
+    abrupt = 0.1 * float(np.median(steps))
+    far = 3 * float(np.percentile(steps, 99)) + 10 * noise_of(jumps)  # no motion gets there in one step
     for i, j in zip(first[long].tolist(), last[long].tolist(), strict=True):
         value = valid[i]
-        into, out = abs(jumps[i - 1]) if i else 0.0, abs(jumps[j]) if j < jumps.size else 0.0
-        if value in (low, high) and not min(into, out) > 100 * noise + 0.1 * (high - low):
+        into, out = size[i - 1] if i else np.nan, size[j] if j < jumps.size else np.nan
+        if not (into >= abrupt or out >= abrupt):
+            continue  # the block stands still and the signal has no noise
+        if value in (low, high) and not np.fmax(into, out) > far:
             flags[valid == value] |= FLAGS["saturated"]
         else:
             flags[i : j + 1] |= FLAGS["dropout"]
@@ -143,7 +156,8 @@ def _flag_excursions(valid, jumps, flags, step):
     course = _median_of_finite(jumps[around])
     rough = _median_of_finite(np.abs(jumps[around] - course[:, None]))
     size = np.abs(jumps[at] - course)
-    at = at[(size > ROUGH * rough) & (size > (SPIKE - 3) * noise)]
+    sudden = (size > ROUGH * rough) & (size > (SPIKE - 3) * noise)
+    at, course = at[sudden], course[sudden]
     longest = round(LONGEST_S / step)
     sign, i = np.sign(jumps[at]), 0
     while i < at.size:
@@ -151,8 +165,10 @@ def _flag_excursions(valid, jumps, flags, step):
         j, found = i + 1, None
         while j < at.size and at[j] - start <= longest:
             if sign[j] != sign[i]:
-                away = np.abs(valid[start + 1 : at[j] + 1] - before).min()
-                if abs(valid[at[j] + 1] - before) < 0.3 * away and away > SPIKE * noise:
+                n = np.arange(1, min(at[j] - start, SPIKE_SAMPLES) + 2)  # along its course for so long
+                moved = before + course[i] * np.pad(n, (0, at[j] - start + 1 - n.size), mode="edge")
+                away = np.abs(valid[start + 1 : at[j] + 1] - moved[:-1]).min()
+                if abs(valid[at[j] + 1] - moved[-1]) < 0.5 * away and away > SPIKE * noise:
                     found = j
                     break
             j += 1
@@ -213,7 +229,8 @@ def lost_at_large_angles(time_s, theta, flags) -> list[Fault]:
     if not gone.any() or seen.size == 0:
         return []
     step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
-    ago, most = max(1, round(0.05 / step)), np.abs(theta[seen]).max()
+    ago = max(1, round(0.05 / step))
+    farthest = {side: np.max(side * theta[seen], initial=0.0) for side in (-1, 1)}
     faults = []
     for first, last in stretches(gone):
         k = np.searchsorted(seen, first) - 1
@@ -222,6 +239,7 @@ def lost_at_large_angles(time_s, theta, flags) -> list[Fault]:
         before = theta[seen[k]]
         earlier = theta[seen[max(0, k - ago)]]
         after = theta[seen[k + 1]] if k + 1 < seen.size else before
+        most = farthest[1 if before > 0 else -1]
         rising = abs(before) - abs(earlier) > 0.01 * most and before * earlier >= 0
         if abs(before) > 0.95 * most and before * after > 0 and abs(after) > 0.9 * most and rising:
             note = f"beyond {math.degrees(abs(before)):.1f}°"
@@ -255,7 +273,7 @@ def ac_cutoff(step: float, signal) -> float | None:
     blocks = signal[: n * size].reshape(n, size)
     with np.errstate(invalid="ignore", over="ignore"):
         y = blocks.mean(axis=1)
-    scatter = np.std(blocks[:: max(1, n // 2000)], axis=1)
+        scatter = np.std(blocks[:: max(1, n // 2000)], axis=1)
     good = np.isfinite(y)
     if good.sum() < 8 * wide or not np.isfinite(scatter).any():
         return None
@@ -278,31 +296,29 @@ def ac_cutoff(step: float, signal) -> float | None:
         return None
     first = int(np.argmax(at_first))
     y0 = float(y[first : first + wide].mean())
-    offset = np.arange(wide) - (wide - 1) / 2
-    windows = sliding_window_view(y, wide)
-    level = windows.mean(axis=1) - y0
-    slope = windows @ offset / (offset @ offset) / dt
-    turned = np.abs(level) > 0.05 * span
+    area = (np.cumsum(y - y0) - (y - y0) / 2) * dt
+    level = sliding_window_view(y, wide).mean(axis=1) - y0
+    turned = np.abs(level) > 0.02 * span
+    y_parts, areas = (sliding_window_view(each, wide)[turned] for each in (y, area))
+    areas = areas - areas.mean(axis=1, keepdims=True)
+    together, alone = (y_parts * areas).sum(axis=1), (areas**2).sum(axis=1)  # where y + λ area is constant
     with np.errstate(divide="ignore", invalid="ignore"):
-        rates = np.sort((-slope / level)[turned])
+        rates = np.sort(-together / alone)
     rates = rates[(rates > 0.01) & (rates < 20)]
     if rates.size < wide:
         return None
-    density = np.log(
-        rates[wide - 1 :] / rates[: 1 - wide or None]
-    )  # of as many neighbours: small where rates agree
+    density = np.log(rates[wide - 1 :] / rates[: 1 - wide or None])  # small where many windows agree
     candidates = rates[np.argsort(density)[:: max(1, wide // 2)][:40] + wide // 2]
-    area = np.cumsum(y - y0) * dt
 
     def stillness(rate):
         return int(np.count_nonzero(still(y + rate * area) & turned))
 
     best = max(candidates.tolist(), key=stillness)
     for _ in range(3):
-        used = still(y + best * area) & turned
+        used = still(y + best * area)[turned]
         if not used.any():
             return None
-        best = float(-(slope[used] @ level[used]) / (level[used] @ level[used]))
+        best = float(-together[used].sum() / alone[used].sum())
     x = y + best * area
     now = still(x)
     gained = np.count_nonzero(now & turned) - np.count_nonzero(at_first & turned)
@@ -310,6 +326,6 @@ def ac_cutoff(step: float, signal) -> float | None:
     begin, end = x[first : first + wide].mean(), x[last : last + wide].mean()
     moved = np.abs(y[first:last] - y0).sum() * dt * best
     returned = moved > 0 and abs(end - begin) < 0.2 * moved
-    if best > 0 and gained >= 2 * wide and returned:
+    if best > 0 and gained >= wide and returned:
         return best / (2 * math.pi)
     return None

@@ -13,6 +13,7 @@ BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
 NEAR = 10.0  # in units of the stillness limit: levels this close are one level
+MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
 
 @dataclass(frozen=True)
@@ -145,13 +146,21 @@ def _classify(phases, spans, signal, stride, limit):
         or [p for p in phases if any(_rocks(gap, p.level, limit) for gap in gaps)]
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
     )
+    zeros = [
+        np.interp(phase.mid_s, *zip(*((p.mid_s, p.level) for p in at_rest), strict=True)) for phase in phases
+    ]
+    held = [
+        phase not in at_rest and abs(phase.level - zero) > NEAR * limit and _rocks(gap, zero, limit)
+        for phase, zero, gap in zip(phases, zeros, gaps[1:], strict=True)
+    ]
+    angle = max((abs(p.level - z) for p, z, h in zip(phases, zeros, held, strict=True) if h), default=0.0)
     named = []
-    for phase, gap_after in zip(phases, gaps[1:], strict=True):
-        zero = np.interp(phase.mid_s, [p.mid_s for p in at_rest], [p.level for p in at_rest])
-        if phase in at_rest or abs(phase.level - zero) <= NEAR * limit:
+    for phase, zero, is_held in zip(phases, zeros, held, strict=True):
+        off = abs(phase.level - zero)
+        if phase in at_rest or off <= NEAR * limit or (off <= MOVED * angle and not is_held):
             kind = "rest"
         else:
-            kind = "held" if _rocks(gap_after, zero, limit) else "paused"
+            kind = "held" if is_held else "paused"
         named.append(replace(phase, kind=kind))
     return named
 

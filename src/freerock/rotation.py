@@ -36,6 +36,7 @@ from freerock.quantity import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"
 SURE = 5.0  # standard errors by which a rest level differs from another, a hum from none
+LARGEST = 1e9  # in any unit: beyond it nothing was measured
 FAINT = 0.1  # of the noise of one sample: a hum below this is not worth a word
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
 
@@ -229,6 +230,9 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     finite = np.isfinite(recorded)
     if not finite.any():
         raise FreerockError("laser signal", "no sample is a number", CHECK)
+    largest = float(np.abs(recorded[finite]).max())
+    if largest > LARGEST:
+        raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
     cutoff = ac_cutoff(step, recorded)
     if cutoff:
         raise FreerockError(

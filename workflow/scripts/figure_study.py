@@ -1,11 +1,12 @@
 """Figure of a study."""
 
-from freerock.figures import identification, paper, studies
+from freerock.figures import faults, identification, paper, studies
 from freerock.figures.style import save
 from freerock.tables import read_csv
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 study = snakemake.wildcards.study
-draw = next(getattr(module, study) for module in (studies, paper, identification) if hasattr(module, study))
+modules = (studies, paper, identification, faults)
+draw = next(getattr(module, study) for module in modules if hasattr(module, study))
 save(*draw(read_csv(snakemake.input.csv)), snakemake.output.pdf.removesuffix(".pdf"))

@@ -1,0 +1,52 @@
+"""Figure of the faults matrix: how surely each fault of a signal is named."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from freerock.figures.style import styled
+
+AIM = 0.99  # of the faults named
+SEVERITIES = ("light", "medium", "heavy")
+
+
+@styled()
+def faults(frame, labels=None):
+    """A row per fault, a column per severity: the share of records in which the fault was named.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        As `studies.faults.faults` gives it.
+    labels : mapping, optional
+        Not used: there is no block and no foundation in it.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        What is drawn.
+    """
+    drawn = frame[frame["severity"].isin(SEVERITIES)]
+    names = list(drawn["fault"].unique())
+    rate = drawn.pivot(index="fault", columns="severity", values="rate").loc[names, list(SEVERITIES)]
+    value = drawn.pivot(index="fault", columns="severity", values="value").loc[names, list(SEVERITIES)]
+    quantity = drawn.groupby("fault")["quantity"].first()
+    clean = frame[frame["fault"] == "none"].iloc[0]
+
+    figure = Figure(figsize=(5.6, 0.6 + 0.26 * len(names)), layout="constrained")
+    ax = figure.subplots()
+    ax.imshow(np.where(rate >= AIM, 1.0, 0.0), cmap="RdYlGn", vmin=-1.0, vmax=2.0, aspect="auto")
+    ax.grid(False)
+    for row, name in enumerate(names):
+        for column, severity in enumerate(SEVERITIES):
+            text = f"{rate.loc[name, severity]:.1%}  ({value.loc[name, severity]:g})"
+            ax.text(column, row, text, ha="center", va="center", fontsize=7)
+    ax.set_xticks(range(len(SEVERITIES)), SEVERITIES)
+    ax.set_yticks(
+        range(len(names)), [f"{name.replace('_', ' ')}\n{quantity[name]}" for name in names], fontsize=6
+    )
+    ax.set_title(
+        f"faults named; on {clean['records']} clean records {clean['rate']:.1%} false alarms; simulated",
+        fontsize=8,
+    )
+    return figure, frame

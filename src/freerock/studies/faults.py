@@ -1,0 +1,206 @@
+"""Faults matrix: how surely each fault of a signal is named, and how often one is invented.
+
+Records of the virtual laboratory (`freerock.twin`), without hum or drift, get the noise of a laser and one
+fault (`freerock.twin_faults`) each; `rotation.rotation` must name it, at the time it lasts. Clean records
+must be left without any name, and their runs without a warning.
+
+    python -m freerock.studies.faults results/studies/faults.csv docs/signals.md
+
+renews the table in the documentation from the product of `snakemake studies`.
+"""
+
+import math
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from freerock import twin_faults as spoil
+from freerock.errors import FreerockError
+from freerock.faults import listed_faults
+from freerock.rotation import rotation
+from freerock.runs import find_runs
+from freerock.twin import CONFIGURATIONS, FOUNDATIONS, Noise, Release, VirtualRecord, simulate_record
+
+SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
+NOISE_V = 2e-3
+SILENT = Noise(white_v=0.0, hum_v=0.0, drift_v=0.0, bits=32)
+RATES_HZ = (1000.0, 2000.0, 5000.0)
+BITS = (16, 24)
+SEVERITIES = ("light", "medium", "heavy")
+SETTINGS = {  # fault: what is varied, its values from light to heavy
+    "error_level": ("duration [s]", (0.004, 0.02, 0.2)),
+    "saturated": ("share of the held reading", (0.95, 0.8, 0.5)),
+    "dropout": ("duration [s]", (0.006, 0.02, 0.1)),
+    "spike": ("height [V]", (0.05, 0.2, 2.0)),
+    "ac_coupling": ("cut-off [Hz]", (0.02, 0.1, 0.5)),
+    "drift": ("range [V]", (0.02, 0.05, 0.2)),
+    "rest_shift": ("shift [V]", (0.01, 0.03, 0.1)),
+    "hum": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "aliasing": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
+}
+COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
+MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
+
+
+def faults(size: str = "full") -> pd.DataFrame:
+    """The faults matrix.
+
+    Parameters
+    ----------
+    size : str
+        "full" or "small".
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per fault and severity: quantity and value of what is varied, number of records, in how many the
+        fault was named at its time, that share, and in how many another fault was named besides. The row
+        "none" counts the clean records in which any fault was named, the row "none, runs" the clean records
+        with a run whose verdict is not ok.
+    """
+    n_motions, n_records, n_clean = SIZES[size]
+    motions = [_motion(seed) for seed in range(n_motions)]
+    rows = [
+        _cell(motions, n_records, fault, severity, quantity, value)
+        for fault, (quantity, values) in SETTINGS.items()
+        for severity, value in zip(SEVERITIES, values, strict=True)
+    ]
+    return pd.DataFrame([*rows, *_clean(motions, n_clean)], columns=COLUMNS)
+
+
+def _motion(seed: int) -> tuple[VirtualRecord, object, object]:
+    """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
+    draw = np.random.RandomState(seed)
+    block, alpha, laser = list(CONFIGURATIONS.values())[seed % 3]
+    releases = [
+        Release(
+            alpha * draw.uniform(0.6, 1.0),
+            list(FOUNDATIONS.values())[seed % 2],
+            tilt_s=draw.uniform(1.0, 2.0),
+            held_s=draw.uniform(1.5, 2.5),
+            fade_s=draw.uniform(0.005, 0.02),
+            pause_s=draw.uniform(2.0, 3.0),
+        )
+        for _ in range(1 + seed % 3)
+    ]
+    rate = RATES_HZ[seed // 3 % 3]
+    record = simulate_record(
+        block, laser, "hunt_crossley", releases, seed=seed, rate_hz=rate, rest_s=2.5, noise=SILENT
+    )
+    return record, block, laser
+
+
+def _measured(record: VirtualRecord, fault: Callable | None, draw) -> np.ndarray:
+    """Volts of a motion with noise and a fault, through a converter of 16 or 24 bits."""
+    volts = record.volts + NOISE_V * draw.standard_normal(record.time_s.size)
+    if fault:
+        volts = fault(record.time_s, volts, draw)
+    count = 21 / 2 ** BITS[draw.randint(len(BITS))]
+    return np.rint(volts / count) * count
+
+
+def _injected(fault: str, value: float, record: VirtualRecord, draw) -> tuple[Callable, float, float]:
+    """A fault, and from when to when it must be named; a fault of the whole record, any time."""
+    end = float(record.time_s[-1])
+    run = record.truth["runs"][draw.randint(len(record.truth["runs"]))]
+    at = draw.uniform(0.5, end - 0.5)
+    always = (0.0, end)
+    rate = record.truth["sampling_rate_hz"]
+    if fault in ("error_level", "dropout"):
+        broken = {"error_level": (spoil.error_level,), "dropout": (spoil.frozen, spoil.disconnected)}[fault]
+        return broken[draw.randint(len(broken))](at, value), at, at + value
+    if fault == "spike":
+        return spoil.spike(at, value * draw.choice([-1, 1])), at - 1 / rate, at + 2 / rate
+    if fault in ("saturated", "target_lost"):
+        held = max(record.truth["runs"], key=lambda each: abs(each["theta0_rad"]))
+        return getattr(spoil, fault)(value), held["hold_start_s"] - 1.0, held["release_s"] + 0.5
+    if fault == "ac_coupling":
+        return spoil.ac_coupled(value), *always
+    if fault == "drift":
+        return spoil.drift(value * draw.choice([-1, 1])), *always
+    if fault == "rest_shift":
+        at = run["release_s"] + 0.5 * (run["impacts_s"][0] - run["free_s"])
+        return spoil.slid(at, value * draw.choice([-1, 1])), run["hold_start_s"], run["rest_s"]
+    if fault == "hum":
+        return spoil.tone(draw.uniform(49.95, 50.05), value), *always
+    folded = 50.0 * draw.randint(1, int(rate / 100) - 1) + draw.uniform(8.0, 42.0)  # off the mains' harmonics
+    return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
+
+
+def _cell(motions, n_records, fault, severity, quantity, value):
+    """One fault at one severity."""
+    named = others = 0
+    for trial in range(n_records):
+        draw = np.random.RandomState([list(SETTINGS).index(fault), SEVERITIES.index(severity), trial])
+        record, block, laser = motions[trial % len(motions)]
+        injected, start, end = _injected(fault, value, record, draw)
+        found = _named(record, _measured(record, injected, draw), block, laser)
+        named += any(name == fault and first <= end and last >= start for name, first, last in found)
+        others += any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
+    return fault, severity, quantity, value, n_records, named, named / n_records, others
+
+
+_COMPANIONS = {  # what a fault brings along, rightly
+    "target_lost": ("error_level",),
+    "dropout": ("spike",),
+    "drift": ("rest_shift",),
+    "rest_shift": ("drift",),
+}
+
+
+def _named(record, volts, block, laser):
+    """Name, start and end [s] of the faults told; a refusal counts for the fault that it names."""
+    end = float(record.time_s[-1])
+    try:
+        found = rotation(record.time_s, volts, laser, block)
+    except FreerockError as error:
+        return [("ac_coupling" if "AC-coupled" in error.what else "refused", 0.0, end)]
+    return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
+
+
+def _clean(motions, n_records):
+    """Clean records: any fault is a false alarm, any run that is not ok too."""
+    alarms = doubted = 0
+    for trial in range(n_records):
+        draw = np.random.RandomState([len(SETTINGS), trial])
+        record, block, laser = motions[trial % len(motions)]
+        found = rotation(record.time_s, _measured(record, None, draw), laser, block)
+        told = listed_faults(found)
+        alarms += bool(told)
+        series = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+        runs = find_runs(*series, block, found.attrs["zero_stderr_rad"], told)
+        true = len(record.truth["runs"])
+        doubted += len(runs) != true or any(run.verdict != "ok" for run in runs)
+    for name, count in (("none", alarms), ("none, runs", doubted)):
+        yield name, "", "", math.nan, n_records, count, count / n_records, 0
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """The matrix as a table: a row per fault, a column per severity."""
+    lines = [
+        "| fault | varied | light | medium | heavy | another named besides |",
+        "|---|---|---|---|---|---|",
+    ]
+    for fault, rows in frame[frame["severity"].notna() & (frame["severity"] != "")].groupby(
+        "fault", sort=False
+    ):
+        cells = [f"{row.value:g}: {row.rate:.1%}" for row in rows.itertuples()]
+        others = rows["others"].sum() / rows["records"].sum()
+        quantity = rows["quantity"].iloc[0]
+        lines.append(f"| {fault.replace('_', ' ')} | {quantity} | {' | '.join(cells)} | {others:.1%} |")
+    for fault, text in (("none", "any fault named"), ("none, runs", "a run missed, invented or not ok")):
+        row = frame[frame["fault"] == fault].iloc[0]
+        lines.append(f"| none | {text} | {row['rate']:.1%} of {row['records']} |  |  |  |")
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    product, document = map(Path, sys.argv[1:])
+    before, rest = document.read_text(encoding="utf-8").split(MARK[0])
+    after = rest.split(MARK[1])[1]
+    table = markdown(pd.read_csv(product))
+    document.write_text(before + MARK[0] + table + MARK[1] + after, encoding="utf-8")

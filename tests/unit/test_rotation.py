@@ -1,0 +1,187 @@
+"""Quantities, calibrations and pairs of lasers: the same motion, however it was measured."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from freerock.beam import displacement_from_rotation
+from freerock.errors import FreerockError
+from freerock.faults import listed_faults
+from freerock.laser import Laser, distance_from_output
+from freerock.models.block import Block
+from freerock.quantity import Calibration
+from freerock.rotation import rotation
+
+BLOCK = Block(0.28, 0.07, 5.84)
+HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.08, 0.1)
+RATE = 1000.0
+TIME = np.arange(0, 14, 1 / RATE)
+
+
+def motion(release_deg=8.0):
+    """Rest, tilt by hand, hold until 6 s, a decaying swing about zero, rest: θ [rad]."""
+    t = np.maximum(TIME - 6.0, 0)
+    tilt = np.clip((TIME - 2.5) / 1.5, 0, 1)
+    swing = np.exp(-1.5 * t) * np.cos(2 * np.pi * (1.1 + 0.4 * t) * t)
+    return math.radians(release_deg) * np.where(TIME > 6.0, swing, tilt**2 * (3 - 2 * tilt))
+
+
+THETA = motion()
+
+
+def noise(seed, scale):
+    return scale * np.random.default_rng(seed).standard_normal(TIME.size)
+
+
+def volts(laser=HIGH, seed=1, scale=0.002, shift_m=0.0):
+    s = displacement_from_rotation(THETA, BLOCK, laser) + shift_m
+    return 5 + s / laser.metres_per() + noise(seed, scale)
+
+
+def score(found):
+    return ((found.theta - THETA) / found.sigma_theta).values
+
+
+def names(found):
+    return [fault.name for fault in listed_faults(found)]
+
+
+MILLIAMPS = 12 + displacement_from_rotation(THETA, BLOCK, HIGH) / 0.1 * 16 + noise(2, 0.003)
+TABLE = Calibration("voltage", (0.0, 4.0, 10.0), (0.0, 0.04, 0.1))
+QUANTITIES = {
+    "current": (replace(HIGH, units="mA"), MILLIAMPS, "mA"),
+    "sensitivity": (replace(HIGH, range_m=None, sensitivity_per_mm=0.1), volts(), "V"),
+    "calibration": (replace(HIGH, range_m=None, calibration=TABLE), volts(), ""),
+    "millivolts": (replace(HIGH, units="mV"), 1e3 * volts(), ""),
+    "displacement": (
+        Laser("horizontal", 0.2, units="mm"),
+        1e3 * displacement_from_rotation(THETA, BLOCK, HIGH) + noise(3, 0.02),
+        "mm",
+    ),
+    "rotation": (Laser(units="deg"), np.degrees(THETA) + 0.3 + noise(4, 0.005), "deg"),
+    "anticlockwise": (Laser(units="rad", sign=-1), -THETA + noise(5, 1e-4), "rad"),
+}
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_the_same_motion_in_any_quantity(quantity):
+    laser, signal, stated = QUANTITIES[quantity]
+    found = rotation(TIME, signal, laser, BLOCK, None if stated == "" else stated)
+    assert score(found).var() == pytest.approx(1, abs=0.04)
+    assert abs(score(found).mean()) < 0.1
+    assert names(found) == []
+    recorded = {"millivolts": "voltage", "sensitivity": "voltage", "calibration": "voltage"}
+    assert recorded.get(quantity, "rotation" if quantity == "anticlockwise" else quantity) in found
+
+
+def test_a_bent_calibration_scales_the_noise_too():
+    bent = Calibration("voltage", (0.0, 5.0, 10.0), (0.0, 0.03, 0.1))
+    laser = replace(HIGH, range_m=None, calibration=bent)
+    s = 0.03 + displacement_from_rotation(THETA, BLOCK, laser)
+    found = rotation(TIME, np.interp(s, bent.distance_m, bent.output) + noise(6, 0.001), laser, BLOCK)
+    assert score(found)[np.abs(THETA) > 0.01].var() == pytest.approx(1, abs=0.06)
+
+
+def test_output_beyond_the_table_is_no_distance():
+    laser = replace(HIGH, range_m=None, calibration=TABLE)
+    assert np.isnan(distance_from_output([-0.01, 10.01], laser)[0]).all()
+    with pytest.raises(
+        FreerockError, match="the calibration table is of a voltage, the channel of a current"
+    ):
+        distance_from_output([5.0], laser, "current")
+
+
+def test_a_sensor_without_a_scale():
+    with pytest.raises(FreerockError, match="laser: a voltage has no scale; give one of range_m"):
+        rotation(TIME, volts(), replace(HIGH, range_m=None), BLOCK)
+    with pytest.raises(
+        FreerockError, match="laser: scaled twice, by range_m and sensitivity_per_mm; keep one"
+    ):
+        replace(HIGH, sensitivity_per_mm=0.1)
+
+
+@pytest.mark.parametrize(
+    "pair",
+    [(HIGH, LOW), (replace(HIGH, face="right"), replace(LOW, face="right"))],
+    ids=["left face", "right face"],
+)
+def test_two_lasers_tell_rotation_from_translation(pair):
+    slid = 5e-4 * np.sin(TIME) * np.abs(THETA / THETA.max())
+    signals = [volts(laser, seed, shift_m=slid) for seed, laser in enumerate(pair)]
+    found = rotation(TIME, signals, pair, BLOCK)
+    assert score(found).var() == pytest.approx(1, abs=0.04)
+    assert {"voltage", "voltage_2", "translation"} <= set(found.data_vars)
+    assert np.std(found.translation.values - slid) < 1e-4
+    assert names(found) == []
+
+
+def test_two_vertical_lasers_know_the_side():
+    pair = Laser("vertical", 0.09, 0.1), Laser("vertical", 0.13, 0.1)
+    found = rotation(TIME, [volts(laser, seed, 2e-4) for seed, laser in enumerate(pair)], pair, BLOCK)
+    assert score(found).var() == pytest.approx(1, abs=0.04)
+
+
+def test_two_lasers_that_disagree_are_told():
+    wrong = replace(LOW, range_m=0.12)
+    found = rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, wrong), BLOCK)
+    (fault,) = listed_faults(found)
+    assert fault.name == "lasers_disagree"
+    assert fault.start_s == pytest.approx(3.3, abs=0.7)
+    assert math.degrees(fault.angle) > 0.5
+
+
+@pytest.mark.parametrize(
+    ("pair", "what"),
+    [
+        ((HIGH, replace(LOW, face="right")), "the two beams differ in kind or in face; use two of one kind"),
+        ((HIGH, HIGH), "the two beams are at one position_m; give both positions"),
+        ((HIGH,), "2 channels for 1 lasers; name a channel for each laser"),
+    ],
+)
+def test_lasers_that_do_not_fit_together(pair, what):
+    with pytest.raises(FreerockError) as error:
+        rotation(TIME, [volts(), volts()], pair, BLOCK)
+    assert str(error.value).startswith(f"laser signal: {what}")
+
+
+@pytest.mark.parametrize(
+    ("moved", "name"),
+    [
+        (0.05 * TIME / TIME[-1], "drift"),
+        (np.where(TIME > 6.3, 0.05, 0.0), "rest_shift"),
+    ],
+)
+def test_a_zero_that_moves(moved, name):
+    found = rotation(TIME, volts() + moved, HIGH, BLOCK)
+    (fault,) = listed_faults(found)
+    assert fault.name == name
+    assert fault.start_s < 6.0 < fault.end_s
+    between = 0.05 if name == "rest_shift" else 0.05 * (13 - 1.3) / 14
+    assert fault.angle == pytest.approx(between * 0.01 / 0.2, rel=0.2)
+    assert found.attrs["zero_stderr_rad"] > abs(fault.angle) / 5
+
+
+def test_a_line_that_is_no_hum_is_told():
+    found = rotation(TIME, volts() + 0.003 * np.sin(2 * np.pi * 1123.0 * TIME), HIGH, BLOCK)
+    (fault,) = listed_faults(found)
+    assert fault.name == "aliasing" and fault.note.startswith("12")
+
+
+def test_an_ac_coupled_channel_is_refused():
+    from freerock.twin_faults import ac_coupled
+
+    for cutoff in (0.02, 0.1, 0.5):
+        signal = ac_coupled(cutoff)(TIME, volts(), None)
+        with pytest.raises(
+            FreerockError, match=r"the channel is AC-coupled.* set the channel to DC coupling"
+        ):
+            rotation(TIME, signal, HIGH, BLOCK)
+
+
+def test_a_hand_that_creeps_is_not_ac_coupling():
+    held = (TIME > 4) & (TIME < 6)
+    creep = np.where(held, 0.02 * (TIME - 4), 0.0) * math.radians(8)
+    s = displacement_from_rotation(THETA - creep, BLOCK, HIGH)
+    rotation(TIME, 5 + s / HIGH.metres_per() + noise(7, 0.002), HIGH, BLOCK)
