@@ -7,7 +7,7 @@ import numpy as np
 MAINS_BAND_HZ = 0.1  # the mains frequency is sought this far either side of its nominal value
 HARMONICS = 3
 AVERAGED_S = 0.1  # the beat with the mains is averaged over this long, which keeps it sharp and cheap
-MOST_BLOCKS = 3000  # of that length suffice for a fit
+MOST_BLOCKS = 400  # of that length suffice for a fit
 SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which other lines are sought
 LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself
 NEIGHBOURS = 20  # bins on either side whose median is the floor

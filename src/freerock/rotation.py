@@ -392,7 +392,8 @@ def _slope(phase, time_s, clean, noise, step):
     if t.size < 10:
         return 0.0, math.inf
     t = t - t.mean()
-    return float(t @ y / (t @ t)), noise / math.sqrt(t @ t)
+    square = float(np.sum(t * t))
+    return float(np.sum(t * y)) / square, noise / math.sqrt(square)
 
 
 def _segments(phases, time_s, clean, step, margin_s):

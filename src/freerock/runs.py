@@ -24,6 +24,7 @@ RANKS = ("ok", "warn", "fail")
 SURE = 4.0  # standard errors
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
+EARLY_SAMPLES = 500  # of the early motion suffice
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
 
 
@@ -359,14 +360,19 @@ def _scatter(x):
 def _end_of_motion(t, theta, still, start, until):
     """Last instant at which θ, averaged over `SMOOTH_S`, stands out of what it is while still."""
     width = max(1, round(SMOOTH_S / (t[1] - t[0])))
-    valid = np.isfinite(theta)
-    box = np.ones(width)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.convolve(np.where(valid, theta, 0.0), box, "same") / np.convolve(valid, box, "same")
-    noise = max(_scatter(mean[still]), np.finfo(float).eps)
-    moving = np.abs(mean - np.nanmedian(mean[still])) > OUT_OF_NOISE * noise
     first, last = np.searchsorted(t, (start, until))
-    return t[first + np.flatnonzero(moving[first:last]).max(initial=0)]
+    origin = max(0, min(first, still.start) - width)
+    part = theta[origin : max(last, still.stop) + width]
+    valid = np.isfinite(part)
+    sums, counts = (np.concatenate(([0.0], np.cumsum(each))) for each in (np.where(valid, part, 0.0), valid))
+    begin = np.maximum(np.arange(part.size) - width // 2, 0)
+    end = np.minimum(begin + width, part.size)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = (sums[end] - sums[begin]) / (counts[end] - counts[begin])
+    rest = mean[still.start - origin : still.stop - origin]
+    noise = max(_scatter(rest), np.finfo(float).eps)
+    moving = np.abs(mean[first - origin : last - origin] - np.nanmedian(rest)) > OUT_OF_NOISE * noise
+    return t[first + np.flatnonzero(moving).max(initial=0)]
 
 
 def _held_angle(t, theta, sigma, hold, release, held_s, finger_s):
@@ -413,23 +419,40 @@ def _release(t, theta, sigma, hold, end, held_s, finger_s):
 
 
 def _early_motion(t, theta, sigma, start, theta0, theta0_stderr):
-    """Fit θ = θ_top - C (cosh q(t - t0) - 1): t0, its standard error, θ_top, its standard error.
+    """Fit θ = θ_top - a/q² (cosh q(t - t0) - 1): t0, its standard error, θ_top, its standard error.
 
-    That is any conservative motion from rest at θ_top to fourth order in t - t0; C and q stay free, so that
+    That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
     neither a compliant base nor a width other than nominal matters. NaN where the fit fails.
     """
     valid = np.isfinite(theta) & np.isfinite(sigma)
     t, theta, noise = t[valid] - start, theta[valid], np.maximum(sigma[valid], 1e-6 * abs(theta0))
     if t.size < 6:
         return (math.nan,) * 4
+    together = -(-t.size // EARLY_SAMPLES)  # samples in one mean: so short a time is straight
+    n = t.size // together * together
+    t, theta, noise = (x[:n].reshape(-1, together).mean(axis=1) for x in (t, theta, noise))
+    noise = noise / math.sqrt(together)
+    held = max(theta0_stderr, 1e-9 * abs(theta0))
 
     def residual(x):
-        top, fall, q, t0 = x
-        model = theta0 + top - fall * (np.cosh(np.clip(q * (t - t0), -20, 20)) - 1)
-        return np.append((model - theta) / noise, top / max(theta0_stderr, 1e-9 * abs(theta0)))
+        top, pull, q, t0 = x
+        model = theta0 + top - pull / q**2 * (np.cosh(np.clip(q * (t - t0), -20, 20)) - 1)
+        return np.append((model - theta) / noise, top / held)
 
-    guess = (0.0, FALL * theta0 / 0.5, 1 / t[-1], 0.0)
-    fit = least_squares(residual, guess, x_scale="jac", method="lm")
+    def slopes(x):
+        _, pull, q, t0 = x
+        angle = np.clip(q * (t - t0), -20, 20)
+        fallen, rate = (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q
+        by = np.empty((t.size + 1, 4))
+        by[:-1] = np.stack(
+            [np.ones(t.size), -fallen, pull * (2 * fallen - rate * (t - t0)) / q, pull * rate]
+        ).T
+        by[:-1] /= noise[:, None]
+        by[-1] = 1 / held, 0, 0, 0
+        return by
+
+    guess = (0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0)
+    fit = least_squares(residual, guess, slopes, x_scale="jac", method="lm")
     scatter = max(1.0, 2 * fit.cost / (t.size - len(guess)))
     stderr = np.sqrt(scatter * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
     return start + fit.x[3], stderr[3], theta0 + fit.x[0], stderr[0]
