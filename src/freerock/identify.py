@@ -78,9 +78,10 @@ class Fit:
     model : str
         One of "housner", "winkler", "hunt_crossley", "general".
     parameters : tuple of str
-        Model parameters, then what else was freed (width; theta0, t0, numbered by run in a joint fit).
+        Model parameters, then what else was freed (width; theta0, t0, numbered by run in a joint fit;
+        r_2, r_3 and so on).
     value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
-        In the unit of each parameter; NaN where the data do not determine it.
+        In the unit of each parameter; all but the value NaN where the data do not determine it.
     covariance : ndarray, shape (n_parameters, n_parameters)
         In the product of the parameters' units.
     units : tuple of str
@@ -159,8 +160,8 @@ def fit_run(
         The measured run.
     free : sequence of str
         What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
-        was measured; "width", the distance of the corners the block rocks about; "r_per_impact" of one run
-        of the Housner model: r, r_2, r_3 and so on.
+        was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
+        rocks about; "r_per_impact" of one run of the Housner model: r, r_2, r_3 and so on.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
@@ -214,6 +215,9 @@ def fit_record(
             f"unknown nuisance {min(unknown)!r}",
             f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}",
         )
+    if model == "general" and debonding == "tensionless":
+        what = "the tensionless rule is not worked out for both dampings at once"
+        raise FreerockError("fits.debonding", what, "use geometric or remove general from fits.models")
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     if "width" in free and len(set(blocks)) > 1:
         raise FreerockError(f"fits.free.{model}", "one width for several blocks", "remove width")
@@ -225,7 +229,7 @@ def fit_record(
         debonding,
         r_low=_rocking_for(blocks[0], motions[0], _moving_s(motions[0]) / 2) if model == "housner" else 0.0,
     )
-    if sum(problem.samples().lengths) <= len(problem.names):
+    if min(problem.samples().lengths, default=0) <= len(problem.names):
         raise FreerockError(
             "fit", "fewer valid samples than parameters", "exclude the run or widen it by an override"
         )
@@ -454,15 +458,19 @@ def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
     return R_GRID[few]
 
 
+def _moves(motion: Motion) -> np.ndarray:
+    """Which samples stand out of the noise, and of the ringing of a base in full contact."""
+    return np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0))
+
+
 def _impacts(motion: Motion) -> int:
-    """Changes of sign of θ while the motion stands out of the noise."""
-    signs = np.sign(motion.theta[np.abs(motion.theta) > 10 * motion.sigma_theta])
-    return int(np.count_nonzero(np.diff(signs)))
+    """Changes of sign of θ while the block moves."""
+    return int(np.count_nonzero(np.diff(np.sign(motion.theta[_moves(motion)]))))
 
 
 def _moving_s(motion: Motion) -> float:
-    """Last instant at which the motion stands out of the noise [s]; 0 where it never does."""
-    moves = np.abs(motion.theta) > 10 * motion.sigma_theta
+    """Last instant at which the block moves [s]; 0 where it never does."""
+    moves = _moves(motion)
     return motion.time_s[moves][-1] if moves.any() else 0.0
 
 
@@ -496,11 +504,11 @@ def _grow(problem: _Problem, x, horizons, error: float = np.inf) -> tuple:
 
 def _horizons(motion: Motion) -> list:
     """Growing spans [s]: the first two swings, then doubled up to the whole run."""
-    theta = motion.theta[np.isfinite(motion.theta)]
-    time_s = motion.time_s[np.isfinite(motion.theta)]
+    counts = np.isfinite(motion.theta)
+    theta, time_s = motion.theta[counts], motion.time_s[counts]
     crossings = time_s[1:][np.signbit(theta[1:]) != np.signbit(theta[:-1])]
     first = crossings[0] if len(crossings) else time_s[-1] / 8
-    spans = [3.0 * first]
+    spans = [max(3.0 * first, motion.start_s + first)]
     while spans[-1] < time_s[-1]:
         spans.append(2 * spans[-1])
     return spans
@@ -599,8 +607,9 @@ def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
     rtol = problem.rtol
     while True:
         exact = problem.curve(x, samples, rtol / 100)
-        shift = float(np.max(np.abs(inverse @ (jacobian.T @ (theta - exact))) / (spread * noise)))
-        if shift <= integrator_error or rtol <= FINEST:
+        shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
+        shift = float(np.max(shifts, initial=0.0))
+        if not shift > integrator_error or rtol <= FINEST:
             return rtol, m, shift
         rtol /= 10
         theta = problem.curve(x, samples, rtol)
@@ -656,7 +665,10 @@ def _first_half(problem: _Problem, x, m: int) -> tuple:
     """Parameters fitted to the first half of a run, and ε_θ of its second half under them."""
     motion = problem.motions[0]
     half = motion.time_s[-1] / 2
-    x = _least_squares(problem, x, problem.samples(half, m=m)).x
+    samples = problem.samples(half, m=m)
+    if sum(samples.lengths) <= 2 * m * len(x):
+        return x, float("nan")
+    x = _least_squares(problem, x, samples).x
     later = motion.time_s > half
     theta = problem.motion(x, 0, motion.time_s)
     return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
@@ -723,8 +735,8 @@ def _profile(problem: _Problem, x, samples: _Samples, stderr) -> dict:
     best = minimizer.leastsq()
     intervals = {}
     for i, name in enumerate(names):
-        ratio = max(1.0, 1 / best.params[f"u{i}"].stderr)
-        if ratio < 3:
+        ratio = max(1.0, 1 / (best.params[f"u{i}"].stderr or np.inf))
+        if best.errorbars and ratio < 3:
             ends = lmfit.conf_interval(minimizer, best, p_names=[f"u{i}"], sigmas=[NORMAL_95 * ratio])[
                 f"u{i}"
             ]
@@ -748,8 +760,9 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
             covariance_x, widened = _widened(covariance_x, x_half - x)
 
     value, gradient = problem.physical(x), problem.gradient(x)
-    covariance_si = gradient @ np.nan_to_num(covariance_x) @ gradient.T
-    covariance_si[~free], covariance_si[:, ~free] = np.nan, np.nan
+    covariance_si = np.full_like(covariance_x, np.nan)
+    by_free = gradient[np.ix_(free, free)]
+    covariance_si[np.ix_(free, free)] = by_free @ covariance_x[np.ix_(free, free)] @ by_free.T
     stderr = np.sqrt(np.diag(covariance_si))
     with np.errstate(over="ignore"):
         factor = np.exp(NORMAL_95 * stderr / np.abs(value))

@@ -1,6 +1,7 @@
 """Does a law identified on some runs hold for others? Predictions, and whether blocks share a foundation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -18,8 +19,8 @@ FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "sha
 SIGNIFICANT = 0.01
 
 
-def _estimates(fits, debonding) -> list:
-    """Successful fits of single runs."""
+def _estimates(fits) -> list:
+    """Successful fits of single runs; with a restitution per impact there is nothing to carry over."""
     rows = []
     for tree in fits:
         for run, model, fit in fits_of(tree):
@@ -28,6 +29,8 @@ def _estimates(fits, debonding) -> list:
             names = list(fit["parameter"].values.astype(str))
             value = dict(zip(names, fit["value"].values, strict=True))
             n = len(MODELS[model])
+            if "r_2" in value:
+                continue
             rows.append(
                 {
                     **{key: str(tree.attrs[key]) for key in IDENTITY if key != "run"},
@@ -37,9 +40,9 @@ def _estimates(fits, debonding) -> list:
                     "covariance": fit["covariance"].values[:n, :n],
                     "theta0": value.get("theta0", fit["theta_model"].values[0]),
                     "t0": value.get("t0", 0.0),
+                    "width": value.get("width"),
                     "time": tree[f"run_{run}"]["time"].values,
                     "theta": tree[f"run_{run}"]["theta"].values,
-                    "debonding": debonding,
                 }
             )
     return rows
@@ -48,8 +51,8 @@ def _estimates(fits, debonding) -> list:
 def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
     """How well the parameters of other runs predict a run.
 
-    The prediction takes the run's own angle and instant of release, and the geometric means of the others'
-    parameters.
+    The prediction takes the run's own angle and instant of release, and width where it was freed, and the
+    geometric means of the others' parameters.
 
     Parameters
     ----------
@@ -66,7 +69,7 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
         Columns `PREDICTIONS`: basis is "other runs" (of the same record) or the name of another block on the
         same foundation, n_runs their number, epsilon_theta a fraction.
     """
-    rows, estimates = [], _estimates(fits, debonding)
+    rows, estimates = [], _estimates(fits)
     for own in estimates:
         alike = [e for e in estimates if (e["model"], e["foundation"]) == (own["model"], own["foundation"])]
         bases = {"other runs": [e for e in alike if e["test"] == own["test"] and e["run"] != own["run"]]}
@@ -80,13 +83,16 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
                 name: math.exp(np.mean([math.log(e["parameters"][name]) for e in others]))
                 for name in MODELS[own["model"]]
             }
+            block = blocks[own["block"]]
+            if own["width"] is not None:
+                block = replace(block, contact_width_m=float(own["width"]))
             theta, _ = simulate_theta(
                 own["model"],
-                blocks[own["block"]],
+                block,
                 parameters,
                 own["time"] - own["t0"],
                 theta0=own["theta0"],
-                debonding=own["debonding"],
+                debonding=debonding,
             )
             theta = np.where(np.isnan(theta), math.copysign(math.pi / 2, own["theta0"]), theta)
             rows.append(
@@ -120,7 +126,7 @@ def shared_foundation(fits) -> pd.DataFrame:
         likelihood ratio is that of all parameters of the model together. shared tells whether the F test
         leaves it standing (p ≥ 0.01).
     """
-    frame = pd.DataFrame(_estimates(fits, ""))
+    frame = pd.DataFrame(_estimates(fits))
     rows = []
     if frame.empty:
         return pd.DataFrame(rows, columns=FOUNDATIONS)

@@ -4,6 +4,7 @@ import numpy as np
 from scipy.signal import fftconvolve
 
 NORMAL_95 = 1.959963984540054
+SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not tell parameters apart
 
 
 def covariance(residual, jacobian, lengths) -> tuple:
@@ -18,7 +19,10 @@ def covariance(residual, jacobian, lengths) -> tuple:
     if not (n_parameters and np.all(scale > 0)):
         return np.full((n_parameters, n_parameters), np.nan), False
     jacobian = jacobian / scale
-    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    normal = jacobian.T @ jacobian
+    if not np.linalg.cond(normal) < SINGULAR:
+        return np.full((n_parameters, n_parameters), np.nan), False
+    inverse = np.linalg.inv(normal)
     variance = residual @ residual / (n - n_parameters)
     white = variance * inverse
     centred = residual - residual.mean()

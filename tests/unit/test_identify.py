@@ -211,6 +211,49 @@ def test_an_unknown_width_widens_the_intervals_by_what_the_first_half_says():
     assert fit.success and not fit.diagnostics["white"] and fit.diagnostics["widened"] > 1
 
 
+def test_parameters_that_the_data_do_not_tell_apart_have_no_standard_error():
+    from freerock.uncertainty import covariance
+
+    generator = np.random.default_rng(1)
+    column, residual = generator.normal(size=(2, 500))
+    both, _ = covariance(residual, np.column_stack([column, column]), (500,))
+    assert np.all(np.isnan(both))
+    one, coloured = covariance(residual, column[:, None], (500,))
+    assert not coloured
+    assert one[0, 0] == pytest.approx(1 / (column @ column), rel=0.2)
+
+
+def test_a_run_without_samples_of_its_own_is_refused():
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
+    lost = Motion(**{**vars(run), "theta": np.full_like(run.theta, np.nan)})
+    with pytest.raises(FreerockError, match="fewer valid samples than parameters"):
+        fit_record("hunt_crossley", CONFIG2, [run, lost])
+
+
+def test_a_run_whose_first_half_is_lost_has_no_held_out_discrepancy():
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
+    half = Motion(**{**vars(run), "theta": np.where(run.time_s < 2.0, np.nan, run.theta)})
+    assert np.isnan(fit_run("hunt_crossley", CONFIG2, half).epsilon_holdout)
+    assert np.isnan(fit_run("housner", CONFIG2, half, free=()).epsilon_holdout)
+
+
+def test_a_late_start_of_the_samples_is_no_trouble():
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
+    fit = fit_run("hunt_crossley", CONFIG2, Motion(**{**vars(run), "start_s": 1.0}))
+    assert fit.success
+    assert abs(fit.value[0] - TRUTHS["hunt_crossley"]["k"]) < 4 * fit.stderr[0]
+
+
+def test_the_general_law_has_no_tensionless_rule():
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
+    with pytest.raises(FreerockError) as error:
+        fit_run("general", CONFIG2, run, debonding="tensionless")
+    assert str(error.value) == (
+        "fits.debonding: the tensionless rule is not worked out for both dampings at once; "
+        "use geometric or remove general from fits.models"
+    )
+
+
 def test_too_few_samples_are_refused():
     run = Motion(np.arange(3.0), np.full(3, np.nan), 1e-4, theta0=0.1)
     with pytest.raises(FreerockError, match="fewer valid samples than parameters"):

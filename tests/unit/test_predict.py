@@ -1,6 +1,7 @@
 """Predictions for other runs and blocks, and whether blocks share a foundation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ TIME = np.arange(0, 2, 2e-3)
 TRUTH = {"k": 6.88e6, "lambda": 1.30e8}
 
 
-def tree(block, factors, stderr=1e-3, success=True, foundation="marble"):
+def tree(block, factors, stderr=1e-3, success=True, foundation="marble", width_m=None):
     """Fits of a record: a run per factor on k and λ, each with its own motion."""
     groups = {
         "/": xr.Dataset(
@@ -25,17 +26,21 @@ def tree(block, factors, stderr=1e-3, success=True, foundation="marble"):
     }
     for run, factor in enumerate(factors, 1):
         value = {name: factor * number for name, number in TRUTH.items()}
-        theta, _ = simulate_theta("hunt_crossley", BLOCKS[block], value, TIME, theta0=0.17)
+        shape = replace(BLOCKS[block], contact_width_m=width_m)
+        theta, _ = simulate_theta("hunt_crossley", shape, value, TIME, theta0=0.17)
         groups[f"run_{run}"] = xr.Dataset({"time": ("time", TIME), "theta": ("time", theta)})
         scale = np.array(list(value.values())) * stderr
         groups[f"run_{run}/hunt_crossley"] = xr.Dataset(
             {
-                "value": ("parameter", [*value.values(), 0.17]),
-                "covariance": (("parameter", "other"), np.diag([*scale**2, 1e-12])),
+                "value": ("parameter", [*value.values(), 0.17, *([width_m] if width_m else [])]),
+                "covariance": (
+                    ("parameter", "other"),
+                    np.diag([*scale**2, 1e-12, *([1e-8] if width_m else [])]),
+                ),
                 "theta_model": ("time", theta),
                 "success": ((), np.int8(success)),
             },
-            {"parameter": ["k", "lambda", "theta0"]},
+            {"parameter": ["k", "lambda", "theta0", *(["width"] if width_m else [])]},
         )
     return xr.DataTree.from_dict(groups)
 
@@ -56,6 +61,10 @@ def test_another_foundation_predicts_worse_and_other_blocks_are_told_apart():
     assert own["a_marble", 2, "b"] > 1e-3
     assert own["a_marble", 1, "other runs"] > 1e-3
     assert table[(table["test"] == "b_marble") & (table["basis"] == "a")]["n_runs"].tolist() == [2]
+
+
+def test_a_freed_width_goes_into_the_prediction():
+    assert predictions([tree("a", [1.0, 1.0], width_m=0.066)], BLOCKS)["epsilon_theta"].max() < 1e-12
 
 
 def test_failed_fits_neither_predict_nor_are_predicted():

@@ -63,12 +63,12 @@ def fit_all(motion):
 
 runs = [run for run in runs_in(record) if run.verdict != "fail" and not run.excluded]
 motions = {run.number: motion(run) for run in runs}
-fits = {number: fit_all(motions[number]) for number in motions}
+fits = {number: found for number in motions if (found := fit_all(motions[number]))}
 
 
 def joint(model):
     own = [each[model].value for each in fits.values() if model in each and each[model].success]
-    start = sum(own)[: len(MODELS[model])] / len(own) if own else None
+    start = sum(value[: len(MODELS[model])] for value in own) / len(own) if own else None
     return fit(model, list(motions.values()), start)
 
 

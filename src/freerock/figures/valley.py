@@ -1,6 +1,7 @@
 """Figure of the valleys: how far ε_θ rises around the parameters identified on each record."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -88,6 +89,12 @@ def _panel(ax, tree, found, block, debonding):
     (run, centre, _) = found[0]
     node = tree["pooled" if run == "pooled" else f"run_{run}"]
     time_s, theta = node["time"].values, node["theta"].values
+    first = slice(
+        np.append(np.flatnonzero(np.diff(time_s) < 0), len(time_s) - 1)[0] + 1
+    )  # run of a joint fit
+    time_s, theta = time_s[first], theta[first]
+    if "width" in centre:
+        block = replace(block, contact_width_m=float(centre["width"]))
     kept = slice(None, None, max(1, len(time_s) // MOST_SAMPLES))
     time_s, theta = time_s[kept], theta[kept]
     share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
@@ -100,12 +107,13 @@ def _panel(ax, tree, found, block, debonding):
                 MODEL,
                 block,
                 dict(zip(names, (other, one), strict=True)),
-                time_s - centre.get("t0", 0.0),
+                time_s - centre.get("t0", centre.get("t0_1", 0.0)),
                 theta0=theta0,
                 debonding=debonding,
                 rtol=1e-4,
             )
-            epsilon[row, column] = epsilon_theta(time_s, np.nan_to_num(modelled), theta)
+            modelled = np.where(np.isnan(modelled), math.copysign(math.pi / 2, theta0), modelled)
+            epsilon[row, column] = epsilon_theta(time_s, modelled, theta)
     # √ε_θ is nearly linear on the slopes: smoother contours between the cells of a narrow valley
     lines = ax.contour(
         k, damping, np.sqrt(100 * epsilon), levels=np.sqrt(LEVELS_PERCENT), colors="0.4", linewidths=0.7

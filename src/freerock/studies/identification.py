@@ -83,7 +83,7 @@ def noise(truth: Truth, n: int, generator) -> np.ndarray:
         white = math.sqrt(0.5) * (white + correlated(5e-3))
     elif truth.noise == "hum and drift":
         phase = generator.uniform(0, 2 * math.pi)
-        hum = math.sin(phase) if n == 1 else np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
+        hum = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
         white = white + 0.5 * math.sqrt(2) * hum + 0.5 * correlated(2.0)
     return truth.sigma_theta * white
 
@@ -116,7 +116,7 @@ def virtual_motion(truth: Truth, generator, time_s=None, theta=None) -> Motion |
         theta=theta[:n] + error[hold : hold + n],
         sigma_theta=float(np.std(error[:hold])),
         theta0=truth.theta0 + float(np.mean(error[:hold])),
-        theta0_stderr=truth.sigma_theta * (1 if truth.noise == "hum and drift" else 3) / math.sqrt(hold),
+        theta0_stderr=truth.sigma_theta * (1 if truth.noise == "hum and drift" else 3 / math.sqrt(hold)),
         t0_stderr=T0_STDERR_S,
         start_s=0.0,
     )
