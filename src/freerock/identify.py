@@ -418,11 +418,12 @@ class _Problem:
         return jacobian
 
     def bounds(self) -> list:
+        least = 1e-4 if self.model == "general" else 1.0  # one of its dampings may be a trace
         limits = {
             "r": (self.r_low, R_GRID[0]),
             "k": tuple(np.log(K_RANGE)),
             "width": WIDTH_RANGE,
-            **{name: tuple(np.log(RATIO_RANGE[name])) for name in RATIO_RANGE},
+            **{name: tuple(np.log([low * least, high])) for name, (low, high) in RATIO_RANGE.items()},
         }
         bounds = [limits[name] for name in self.common]
         for motion in self.motions:
@@ -692,8 +693,8 @@ def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
     would have to drive the block.
     """
     other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
-    dash = 0.1 * A_DASH[other] * problem.physical(x)[0]
-    column = problem.curve(x, samples, added={other: dash}) - (residual + samples.theta)
+    dash = 1e-3 * A_DASH[other] * problem.physical(x)[0]  # the valley bends: a larger one is no derivative
+    column = problem.curve(x, samples, FINE, {other: dash}) - problem.curve(x, samples, FINE)
     jacobian = np.column_stack([jacobian, column])
     step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
     spread, _ = covariance(residual, jacobian, samples.lengths)
