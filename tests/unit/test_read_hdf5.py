@@ -1,3 +1,5 @@
+import struct
+
 import h5py
 import netCDF4
 import numpy as np
@@ -164,3 +166,16 @@ def test_truncated(tmp_path):
     path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS})
     path.write_bytes(path.read_bytes()[:-200])
     assert refusal(path).startswith("not a readable HDF5 file (OSError: Unable to synchronously open file")
+
+
+def test_a_collection_of_texts_without_end(tmp_path):
+    """HDF5's library (2.0.0) never returns from reading this attribute."""
+    path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS}, laser__units="V")
+    content = path.read_bytes()
+    start = content.index(b"GCOL")
+    free = start + 16 + 24
+    (length,) = struct.unpack_from("<Q", content, free + 8)
+    path.write_bytes(content[: free + 8] + struct.pack("<Q", length - 16) + content[free + 16 :])
+    assert refusal(path) == (
+        f"the collection of texts at byte {start} is damaged; copy it again from the acquisition computer"
+    )

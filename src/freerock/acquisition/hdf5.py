@@ -3,7 +3,9 @@
 Nothing outside the file is read: external links, external storage and virtual datasets are passed over.
 """
 
+import struct
 from math import prod
+from mmap import ACCESS_READ, mmap
 
 import h5py
 import numpy as np
@@ -15,6 +17,7 @@ from freerock.errors import FreerockError
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
+COLLECTION = b"GCOL"
 
 
 def read(path, channel=None):
@@ -48,9 +51,30 @@ def numeric_arrays(path, file) -> dict:
         if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
             found[name] = item
 
+    _refuse_endless(path)
     file.visititems(look)
     check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()))
     return found
+
+
+def _refuse_endless(path):
+    """Refuse a collection of texts in which an object of no length would keep HDF5's library busy for ever.
+
+    A collection is "GCOL", a version, its size, then objects: index, length, data padded to eight bytes; for
+    the free space at the end the index is 0 and the length counts the object's head too.
+    """
+    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        start = data.find(COLLECTION)
+        while 0 <= start <= len(data) - 16:
+            (size,) = struct.unpack_from("<Q", data, start + 8)
+            at, end = start + 16, min(start + size, len(data))
+            while at + 16 <= end:
+                index, length = struct.unpack_from("<H6xQ", data, at)
+                if index == length == 0:
+                    what = f"the collection of texts at byte {start} is damaged"
+                    raise FreerockError(path, what, COPY_AGAIN)
+                at += 16 + length + -length % 8 if index else length
+            start = data.find(COLLECTION, start + 1)
 
 
 def _dataset(path, arrays, attributes, channel, kind):
