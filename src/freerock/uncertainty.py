@@ -1,18 +1,38 @@
 """How well least-squares parameters are known, where the noise is white and where it is not."""
 
 import numpy as np
+from scipy.fft import next_fast_len
+from scipy.optimize import minimize
 from scipy.signal import fftconvolve
 
 NORMAL_95 = 1.959963984540054
+PADDING = 4  # times the length of a run, so that slow noise does not wrap around
+LINE = 30.0  # times the median of its neighbours, above which the power at a frequency is a line
 SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not tell parameters apart
 
 
 def covariance(residual, jacobian, lengths) -> tuple:
     """Covariance of the least-squares estimate, and whether the residual is coloured.
 
-    White residual: s²(JᵀJ)⁻¹. Coloured residual (lag-one correlation beyond four standard errors):
-    sandwich (JᵀJ)⁻¹ S (JᵀJ)⁻¹ with the Bartlett-weighted long-run covariance S of the scores
-    J_i e_i, bandwidth by Andrews (1991), doi:10.2307/2938229; the larger of the two variances counts.
+    White residual: s²(JᵀJ)⁻¹. Coloured residual (lag-one correlation beyond four standard errors): sandwich
+    (JᵀJ)⁻¹ S (JᵀJ)⁻¹, with S in two ways, of which the larger variance counts. S = JᵀΓJ takes the noise for
+    stationary, white with a slow part; Γ is that of the spectrum fitted to the residual (`_spectrum`). The
+    Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
+    doi:10.2307/2938229, takes nothing for granted but needs runs much longer than the noise remembers.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n_time,)
+        Of all runs, one after the other.
+    jacobian : ndarray, shape (n_time, n_parameters)
+    lengths : sequence of int
+        Samples of each run.
+
+    Returns
+    -------
+    covariance : ndarray, shape (n_parameters, n_parameters)
+        NaN where the samples do not tell the parameters apart.
+    coloured : bool
     """
     n, n_parameters = jacobian.shape
     scale = np.sqrt(np.mean(jacobian**2, axis=0))
@@ -23,18 +43,60 @@ def covariance(residual, jacobian, lengths) -> tuple:
     if not np.linalg.cond(normal) < SINGULAR:
         return np.full((n_parameters, n_parameters), np.nan), False
     inverse = np.linalg.inv(normal)
-    variance = residual @ residual / (n - n_parameters)
-    white = variance * inverse
+    best = residual @ residual / (n - n_parameters) * inverse
     centred = residual - residual.mean()
     correlation = centred[1:] @ centred[:-1] / (centred @ centred)
     coloured = abs(correlation) > 4 / np.sqrt(n)
-    covariance = white
     if coloured:
-        inner = _long_run(jacobian * residual[:, None], lengths)
-        sandwich = inverse @ inner @ inverse
-        widen = np.sqrt(np.maximum(np.diag(white) / np.diag(sandwich), 1.0))
-        covariance = sandwich * np.outer(widen, widen)
-    return covariance / np.outer(scale, scale), coloured
+        for inner in (
+            _stationary(jacobian, residual, lengths),
+            _long_run(jacobian * residual[:, None], lengths),
+        ):
+            sandwich = inverse @ inner @ inverse
+            widen = np.sqrt(np.maximum(np.diag(best) / np.diag(sandwich), 1.0))
+            best = sandwich * np.outer(widen, widen)
+    return best / np.outer(scale, scale), coloured
+
+
+def _stationary(jacobian, residual, lengths) -> np.ndarray:
+    """JᵀΓJ for noise of the residual's spectrum, shape (n_parameters, n_parameters)."""
+    inner = np.zeros((jacobian.shape[1],) * 2)
+    ends = np.cumsum(lengths)[:-1]
+    for columns, noise in zip(np.split(jacobian, ends), np.split(residual, ends), strict=True):
+        size = next_fast_len(PADDING * len(noise), real=True)
+        transform = np.fft.rfft(columns, size, axis=0)
+        power = _spectrum(noise)(np.fft.rfftfreq(size))
+        power[1:-1] *= 2
+        inner += np.real(np.conj(transform).T @ (power[:, None] * transform)) / size
+    return inner
+
+
+def _spectrum(noise):
+    """Spectral density of white noise with a slow part, a + b / (1 + (f/f_0)²), by Whittle's likelihood.
+
+    Whittle 1953, doi:10.1007/BF02590998. The density takes frequencies in cycles per sample, and is the
+    variance per sample where the noise is white. Lines, such as hum, are left out.
+    """
+    n = len(noise)
+    power = np.abs(np.fft.rfft(noise)[1 : (n + 1) // 2]) ** 2 / n
+    frequency = np.arange(1, len(power) + 1) / n
+    edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
+    typical = np.repeat([np.median(part) for part in np.split(power, edges[1:-1])], np.diff(edges))
+    power, frequency = (values[power < LINE * typical] for values in (power, frequency))
+    level = np.median(power) / np.log(2)
+
+    def density(x, f):
+        a, b, f_0 = np.exp(np.clip(x, -60, 60))
+        return level * (a + b / (1 + (f / f_0) ** 2))
+
+    def misfit(x):
+        expected = density(x, frequency)
+        return np.sum(np.log(expected) + power / expected)
+
+    starts = [(0.0, np.log(ratio), np.log(f_0)) for ratio in (1.0, 100.0) for f_0 in (2 / n, 20 / n, 200 / n)]
+    best = min(starts, key=misfit)
+    x = minimize(misfit, best, method="Nelder-Mead", options={"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}).x
+    return lambda f: density(x, f)
 
 
 def _long_run(scores, lengths) -> np.ndarray:
