@@ -204,11 +204,30 @@ def test_samples_are_averaged_and_the_tolerance_loosened_as_far_as_the_errors_be
     assert exact.value[:2] == pytest.approx(list(TRUTHS["hunt_crossley"].values()), rel=1e-6)
 
 
-def test_an_unknown_width_widens_the_intervals_by_what_the_first_half_says():
+def test_an_unknown_width_widens_the_intervals():
     worn = Block(0.28, 0.07, 5.84, contact_width_m=0.066)
-    run = motion("hunt_crossley", TRUTHS["hunt_crossley"], block=worn, alpha=math.radians(8))
-    fit = fit_run("hunt_crossley", CONFIG2, run)
-    assert fit.success and not fit.diagnostics["white"] and fit.diagnostics["widened"] > 1
+    runs = [
+        motion("hunt_crossley", TRUTHS["hunt_crossley"], block=block, alpha=math.radians(8))
+        for block in (CONFIG2, worn)
+    ]
+    right, wrong = (fit_run("hunt_crossley", CONFIG2, run) for run in runs)
+    assert wrong.success and not wrong.diagnostics["white"]
+    assert np.all(wrong.stderr[:2] > 20 * right.stderr[:2])
+
+
+def test_slow_noise_is_seen_in_its_spectrum():
+    from scipy.signal import lfilter
+
+    from freerock.uncertainty import _spectrum
+
+    generator = np.random.default_rng(1)
+    slow = lfilter([1.0], [1.0, -0.999], generator.standard_normal(16000)) * np.sqrt(1 - 0.999**2)
+    noise = generator.standard_normal(16000) + slow + 0.5 * np.sin(0.157 * np.arange(16000))
+    density = _spectrum(noise)
+    frequency = np.array([1e-3, 1e-2, 0.1, 0.4])
+    turn = 2 * np.pi * frequency
+    exact = 1 + (1 - 0.999**2) / (1 - 2 * 0.999 * np.cos(turn) + 0.999**2)
+    assert density(frequency) == pytest.approx(exact, rel=0.3)
 
 
 def test_parameters_that_the_data_do_not_tell_apart_have_no_standard_error():
