@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from freerock.impacts import Impacts, find_impacts
+from freerock.impacts import Impacts, doubt_about, find_impacts
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.simulate import simulate
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
@@ -127,3 +128,16 @@ def test_any_signal_is_answered(steps, smoothing, scale, sigma, theta0, holes):
     found = impacts(np.arange(theta.size) / 500, theta, sigma, theta0=theta0)
     assert np.isfinite(found.time_s).all()
     assert not (found.restitution < 0).any()
+
+
+def test_soft_mat_has_no_restitution_to_speak_of():
+    block, time = Block(0.14, 0.07, 2.98), np.arange(6000) / 2000
+    soft = simulate("winkler", block, {"k": 1.2e5, "c": 900.0}, time, theta0=math.radians(6))
+    hard = simulate("winkler", block, {"k": 6e6, "c": 2e4}, time, theta0=math.radians(6))
+    found = [find_impacts(time, motion.theta, 1e-5, block, theta0=0.1) for motion in (soft, hard)]
+    assert doubt_about(found[0]).startswith(
+        "per-impact r is not meaningful here: no swing exceeds 2 times the "
+    )
+    assert doubt_about(found[1]) == "" and found[1].time_s.size > 3
+    low = np.abs(found[1].peak_after_rad).min()
+    assert low >= 2 * found[1].theta_uplift > 0

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
+from freerock.faults import Fault
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes, housner_motion
 from freerock.runs import find_runs
@@ -163,6 +164,59 @@ def test_faults_of_a_run(run, expected, reason):
     (found,) = find_runs(*record(run)[0])
     assert found.verdict == expected
     assert reason in found.reasons[0]
+
+
+def touched(grow=1.0, slow=1.0):
+    """A run that from 1.5 s after its release on is driven, or slowed, by a hand."""
+    theta, release = one_run(r=0.95)
+    t = np.arange(theta.size) / RATE_HZ - release
+    late = t > 1.5
+    stretched = np.interp(1.5 + (t[late] - 1.5) / slow, t, theta)
+    theta[late] = grow * stretched
+    return theta, release
+
+
+def test_a_hand_on_a_rocking_block_is_told():
+    (run,) = find_runs(*record(touched(grow=1.8))[0])
+    assert run.verdict == "fail"
+    assert "higher than before: the block was touched" in run.reasons[0]
+    (run,) = find_runs(*record(touched(slow=1.7))[0])
+    assert run.verdict == "fail"
+    assert "longer than before: the block was touched" in run.reasons[0]
+    (run,) = find_runs(*record(touched())[0])
+    assert run.verdict == "ok"
+
+
+def test_an_aborted_release_is_no_run():
+    theta, release = one_run()
+    n = round(0.8 * RATE_HZ)
+    lowered = math.radians(9) * (1 + np.cos(np.pi * np.arange(n) / n)) / 2
+    aborted = [math.radians(9) * np.linspace(0, 1, n), np.full(n, math.radians(9)), lowered, np.zeros(n)]
+    arguments, (at,) = record((np.concatenate([*aborted, theta]), release + 4 * n / RATE_HZ))
+    (run,) = find_runs(*arguments)
+    assert run.verdict == "ok" and abs(run.release_s - at) < 1e-3
+
+
+def test_faults_of_the_signal_count_against_the_runs_they_meet():
+    arguments, (first, second) = record(one_run(), one_run())
+    faults = [
+        Fault("rest_shift", second - 1, second + 1, "+0.01 V", math.radians(0.06)),
+        Fault("drift", second - 1, second + 1, "+0.001 V", math.radians(0.01)),
+        Fault("hum", 0.0, 99.0, "50 Hz"),
+    ]
+    one, two = find_runs(*arguments, 0.0, faults)
+    assert one.verdict == "ok"
+    assert two.reasons == ("the rest position has moved by +0.060°: the block may have slid or twisted",)
+    _, two = find_runs(*arguments, 0.0, [Fault("aliasing", first + 3, 99.0, "120 Hz")])
+    assert (two.verdict, two.reasons) == ("warn", ("aliasing: 120 Hz",))
+
+
+def test_record_that_starts_during_a_run():
+    arguments, (first, second) = record(one_run(), one_run(9.0))
+    cut = arguments[0] > first + 0.5
+    arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
+    (run,) = find_runs(arguments[0][cut], *arguments[1:])
+    assert abs(run.release_s - second) < 1e-3 and run.verdict == "ok"
 
 
 def test_few_impacts():

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from freerock.acquisition import read_record
 from freerock.datasets import provenance, write_failure, write_record
 from freerock.errors import FreerockError
@@ -27,22 +29,24 @@ def sensor(section):
 
 
 def channel(name):
-    """A channel by its name, "" for the only one; and its time."""
+    """A channel by its name, "" for the only one: time, signal, unit, and what its reader found out."""
     read = read_record(path, name or None)
     if len(read.data_vars) > 1:
         several = f"has the channels {', '.join(read.data_vars)}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = read.data_vars.values()
-    return read["time"].values, signal.values, signal.attrs["units"]
+    told = {key: read.attrs[key] for key in ("reading", "time_base") if key in read.attrs}
+    return read["time"].values, signal.values, signal.attrs["units"], told
 
 
 def process():
     check_manifest(params.raw, [params.file])
     lasers = [sensor(section) for section in params.lasers]
-    times, signals, units = zip(*map(channel, params.channels), strict=True)
-    if len({time.size for time in times}) > 1:
-        raise FreerockError(path, "the two channels differ in length", "name two of one group")
+    times, signals, units, told = zip(*map(channel, params.channels), strict=True)
+    if not all(np.array_equal(time, times[0]) for time in times):
+        raise FreerockError(path, "the two channels differ in their times", "name two of one group")
     record = rotation(times[0], signals, lasers, block, units, **params.rotation)
+    record.attrs |= told[0]
     time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     known = block, record.attrs["zero_stderr_rad"], listed_faults(record)
     by_hand = {"overrides": params.overrides, "exclusions": params.exclusions}
@@ -69,6 +73,9 @@ try:
     else:
         record, runs, impacts = process()
         write_record(output, record, runs, impacts, attributes)
+        for key in ("reading", "time_base"):
+            if key in record.attrs:
+                log.info("%s: %s", key.replace("_", " "), record.attrs[key])
         for fault in listed_faults(record):
             log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
         for run in runs:
