@@ -132,6 +132,26 @@ YAML_MISTAKES = {
         "lab.yaml:11: lasers.near.position_m: -0.1 is not above the base; "
         "give the height of the beam in metres",
     ),
+    "no beam": (
+        ("beam: horizontal, ", ""),
+        "lab.yaml:11: lasers.near.beam: is missing; give horizontal (meets a side face) or vertical "
+        "(meets the top), or declare units: deg where the channel is the rotation",
+    ),
+    "unit of no channel": (
+        ("0.05}", "0.05, units: kg}"),
+        "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'mA', 'A', 'm', 'mm', 'um', 'rad', "
+        "'mrad' or 'deg'; give the unit of the channel: V, mV, mA, A (of the sensor's output), m, mm, um (of "
+        "the displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
+    ),
+    "two scales": (
+        ("0.05}", "0.05, sensitivity_per_mm: 0.2}"),
+        "lab.yaml:11: lasers.near.sensitivity_per_mm: range_m scales the output already; keep one of the two",
+    ),
+    "falling current": (
+        ("0.05}", "0.05, milliamps_at_end: 4}"),
+        "lab.yaml:11: lasers.near.milliamps_at_end: 4 is not above milliamps_at_start; "
+        "swap the two and set sign: -1",
+    ),
     "falling output": (
         ("0.05}", "0.05, volts_at_start: 10, volts_at_end: 0}"),
         "lab.yaml:11: lasers.near.volts_at_end: 0 is not above volts_at_start; swap the two and set sign: -1",
@@ -213,6 +233,14 @@ CSV_MISTAKES = {
     "unknown laser": (
         ("near", "x1"),
         "lab.csv:2: laser: 'x1' is not a laser of lab.yaml; use one of near",
+    ),
+    "unknown second laser": (
+        (",,tall,marble,near", ",top;low,tall,marble,near;neer"),
+        "lab.csv:2: laser: 'neer' is not a laser of lab.yaml; did you mean 'near'?",
+    ),
+    "one channel for two lasers": (
+        ("near", "near;near"),
+        "lab.csv:2: laser: 2 for 1 channels; name a channel for each, as a;b in both columns",
     ),
     "test name": (
         ("a,a.tdms", "../a,a.tdms"),
@@ -502,6 +530,19 @@ def test_every_key_is_described():
     found = [item for schema in config.json_schema().values() for item in descriptions(schema)]
     assert len(found) > 40
     assert [name for name, description in found if not description] == []
+
+
+def test_two_lasers_and_their_channels():
+    record = config.Record(
+        test="a", file="a.tdms", channel="top; low", block="b", foundation="f", laser="high;near"
+    )
+    assert (record.lasers, record.channels) == (("high", "near"), ("top", "low"))
+    alone = record.model_copy(update={"channel": "", "laser": "near"})
+    assert (alone.lasers, alone.channels) == (("near",), ("",))
+
+
+def test_a_rotation_needs_no_beam():
+    assert Laser(**config.LaserSection(units="deg").model_dump()) == Laser(units="deg")
 
 
 def test_schema_has_the_keys_of_the_example():
