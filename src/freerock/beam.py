@@ -128,6 +128,12 @@ def _side(s, block, laser):
 
 
 def _on_target(turn, block, laser):
+    if np.size(turn) > 100 and np.isfinite(turn).any():
+        # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,
+        # or highest in between.
+        ends = np.array([np.nanmin(turn), -1e-12, 1e-12, np.nanmax(turn)])
+        if _on_target(ends, block, laser).all():
+            return np.isfinite(turn)
     t = np.abs(turn)
     lift = np.sin(t)
     if laser.beam == "horizontal":
