@@ -7,6 +7,7 @@ from scipy.signal import fftconvolve
 
 NORMAL_95 = 1.959963984540054
 PADDING = 4  # times the length of a run, so that slow noise does not wrap around
+SLOWEST = 0.15  # times one over the length of a run: the lowest corner of a noise's spectrum
 LINE = 30.0  # times the median of its neighbours, above which the power at a frequency is a line
 SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not tell parameters apart
 
@@ -86,7 +87,8 @@ def _spectrum(noise):
     level = np.median(power) / np.log(2)
 
     def density(x, f):
-        a, b, f_0 = np.exp(np.clip(x, -60, 60))
+        # what is slower than some runs is not told by one, and would grow without bounds
+        a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
         return level * (a + b / (1 + (f / f_0) ** 2))
 
     def misfit(x):
