@@ -8,6 +8,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from freerock.models import foundation
+from freerock.models import compiled
 from freerock.models import integrate as kernel
 from freerock.models.block import GRAVITY, Block
 
@@ -224,5 +225,5 @@ def test_no_folder_for_the_cache_is_no_failure(monkeypatch):
             raise RuntimeError("cannot cache function: no locator available")
         return lambda function: function
 
-    monkeypatch.setattr(kernel, "njit", njit)
-    assert kernel._compiled()(abs) is abs
+    monkeypatch.setattr(compiled, "njit", njit)
+    assert compiled.compiled()(abs) is abs
