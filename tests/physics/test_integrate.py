@@ -7,8 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import foundation
-from freerock.models import compiled
+from freerock.models import compiled, foundation
 from freerock.models import integrate as kernel
 from freerock.models.block import GRAVITY, Block
 
