@@ -11,9 +11,8 @@ import time as clock
 
 import numpy as np
 
-from freerock import identify
 from freerock.identify import Motion, fit_run
-from freerock.models import PAPER_MODELS
+from freerock.models import PAPER_MODELS, simulate
 from freerock.studies.identification import RATE_HZ, _scene, virtual_motion
 from freerock.studies.methods import METHODS, Scene
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
@@ -65,9 +64,9 @@ def main():
         median, low, high = np.median(times), min(times), max(times)
         print(f"{model:<30} {AIMS_S[model]:>5} s {median:>6.3f} s {low:.3f} … {high:.3f} s", end="")
         if model != "housner":
-            kept, identify.simulate_theta = identify.simulate_theta, lsoda
+            kept, simulate.simulate_theta = simulate.simulate_theta, lsoda
             fit, seconds = timed(model, *cases[2])
-            identify.simulate_theta = kept
+            simulate.simulate_theta = kept
             apart = abs(fit.value[0] - own[2][0].value[0]) / own[2][0].stderr[0]
             print(
                 f"   {seconds / times[2]:.0f} × ({seconds:.0f} s, k {apart:.2f} standard errors apart)",

@@ -19,7 +19,7 @@ from freerock.models import MODELS, UNITS
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes
 from freerock.models.limits import K_RANGE, RATIO_RANGE, WIDTH_RANGE
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate_fitted
 from freerock.uncertainty import NORMAL_95, covariance
 
 PER_RUN = ("theta0", "t0")
@@ -303,7 +303,7 @@ class _Problem:
         ]
         return (*self.common, *numbered)
 
-    @property
+    @cached_property
     def is_logarithm(self) -> np.ndarray:
         """Which of the fitted parameters are logarithms."""
         return np.array([name in ("k", "c", "lambda") for name in self.names])
@@ -343,32 +343,20 @@ class _Problem:
 
         `rate`, if given, receives θ̇ [rad/s].
         """
-        value, block = self.physical(x), self.blocks[i]
-        n_common, n_own = len(self.common), len(self.own)
-        parameters = dict(zip(self.common, value, strict=False))
-        if "width" in parameters:
-            block = replace(block, contact_width_m=float(parameters.pop("width")))
+        value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
+        values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
         if self.n_impacts > 1:
-            later = [own[f"r_{i}"] for i in range(2, self.n_impacts + 1)]
-            parameters["r"] = np.array([parameters["r"], *later])
-        theta0 = own.get("theta0", self.motions[i].theta0)
-        theta, _ = simulate_theta(
+            values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
+        return simulate_fitted(
             "general" if added else self.model,
-            block,
-            parameters | (added or {}),
-            time_s - own.get("t0", 0.0),
-            theta0=theta0,
+            self.blocks[i],
+            values | (added or {}),
+            time_s,
             debonding=self.debonding,
             rtol=rtol or self.rtol,
             theta_rate=rate,
         )
-        lost = np.isnan(theta)
-        if lost.any():
-            theta[lost] = np.copysign(np.pi / 2, theta0)
-            if rate is not None:
-                rate[lost] = 0.0
-        return theta
 
     def curve(self, x, samples: _Samples, rtol=None, added=None) -> np.ndarray:
         """θ of all runs at the samples."""

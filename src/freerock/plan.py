@@ -257,7 +257,7 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
         release_angles_deg=angles | section.release_angles_deg,
         sampling_rates_hz=section.sampling_rates_hz,
         durations_s=section.durations_s,
-        free=campaign.fits.free.model_dump(),
+        free=campaign.fits.freed,
         debonding=campaign.fits.debonding,
         finger_s=campaign.processing.runs.finger_s,
     )

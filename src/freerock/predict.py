@@ -1,7 +1,6 @@
 """Does a law identified on some runs hold for others? Predictions, and whether blocks share a foundation."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +8,7 @@ from scipy import stats
 
 from freerock.compare import epsilon_theta
 from freerock.models import MODELS
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate_fitted
 from freerock.tables import IDENTITY, fits_of
 
 PREDICTIONS = [*IDENTITY, "model", "basis", "n_runs", "epsilon_theta"]
@@ -38,9 +37,8 @@ def _estimates(fits) -> list:
                     "model": model,
                     "parameters": {name: value[name] for name in MODELS[model]},
                     "covariance": fit["covariance"].values[:n, :n],
-                    "theta0": value.get("theta0", fit["theta_model"].values[0]),
-                    "t0": value.get("t0", 0.0),
-                    "width": value.get("width"),
+                    "release": {"theta0": fit["theta_model"].values[0]}
+                    | {name: value[name] for name in ("theta0", "t0", "width") if name in value},
                     "time": tree[f"run_{run}"]["time"].values,
                     "theta": tree[f"run_{run}"]["theta"].values,
                 }
@@ -83,18 +81,13 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
                 name: math.exp(np.mean([math.log(e["parameters"][name]) for e in others]))
                 for name in MODELS[own["model"]]
             }
-            block = blocks[own["block"]]
-            if own["width"] is not None:
-                block = replace(block, contact_width_m=float(own["width"]))
-            theta, _ = simulate_theta(
+            theta = simulate_fitted(
                 own["model"],
-                block,
-                parameters,
-                own["time"] - own["t0"],
-                theta0=own["theta0"],
+                blocks[own["block"]],
+                own["release"] | parameters,
+                own["time"],
                 debonding=debonding,
             )
-            theta = np.where(np.isnan(theta), math.copysign(math.pi / 2, own["theta0"]), theta)
             rows.append(
                 {
                     **{key: own[key] for key in (*IDENTITY, "model")},

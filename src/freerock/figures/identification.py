@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
-from freerock.figures.style import FOOTER, MODEL_STYLES, label, styled
+from freerock.figures.style import MODEL_STYLES, headed, label, styled
 from freerock.tables import MODEL_LABELS, SYMBOLS
 
 OUTCOMES = {  # of a fit: how it is drawn
@@ -23,10 +23,6 @@ IMPERFECTIONS = {
     "amplitude": "damping grows\nwith amplitude",
 }
 FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws can, and below which they can't, be told apart
-
-
-def _signed(figure):
-    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 
 
 @styled()
@@ -71,7 +67,7 @@ def success(frame, labels=None):
         ax.set_title(f"{MODEL_LABELS[model]}: {missed} of {len(rows)} missed", loc="left")
     handles = [Line2D([], [], linestyle="", label=name, **style) for name, style in OUTCOMES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    _signed(figure)
+    headed(figure)
     return figure, frame
 
 
@@ -179,7 +175,7 @@ def coverage(frame, labels=None):
         if noise in set(summary["noise"])
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
-    _signed(figure)
+    headed(figure)
     return figure, summary
 
 
@@ -242,7 +238,7 @@ def model_error(frame, labels=None):
         )
     )
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
-    _signed(figure)
+    headed(figure)
     return figure, frame
 
 
@@ -297,5 +293,5 @@ def choice(frame, labels=None):
     handles = [Patch(color=style["color"], label=style["label"]) for style in MODEL_STYLES.values()]
     handles.append(Patch(facecolor="0.8", hatch="//", label="another law than the true one"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title="chosen")
-    _signed(figure)
+    headed(figure)
     return figure, frame

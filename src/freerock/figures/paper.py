@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import FOOTER, FOUNDATION_STYLES, label, styled
+from freerock.figures.style import FOUNDATION_STYLES, headed, label, styled
 from freerock.tables import MODEL_LABELS, SYMBOLS
 
 BLOCK_MARKERS = "osD^v"
@@ -50,7 +50,7 @@ def paper(frame, labels=None):
             )
         )
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
-    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
+    headed(figure)
     return figure, frame
 
 

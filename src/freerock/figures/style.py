@@ -103,6 +103,11 @@ def footer(figure, origin):
             engine.set(rect=(0, 0.16 / figure.get_figheight(), 1, 1 - 0.16 / figure.get_figheight()))
 
 
+def headed(figure):
+    """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
+    figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
+
+
 @styled()
 def save(figures, data, stem, origin=None):
     """Write a figure as `<stem>.pdf` and `<stem>.png`, and its numbers as `<stem>.csv`.

@@ -1,7 +1,6 @@
 """Figure of the valleys: how far ε_θ rises around the parameters identified on each record."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -11,7 +10,7 @@ from matplotlib.lines import Line2D
 from freerock.compare import epsilon_theta
 from freerock.figures.style import footer, gathered, label, styled
 from freerock.models import MODELS
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import simulate_fitted
 from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of
 
 MODEL = "hunt_crossley"
@@ -93,26 +92,18 @@ def _panel(ax, tree, found, block, debonding):
         np.append(np.flatnonzero(np.diff(time_s) < 0), len(time_s) - 1)[0] + 1
     )  # run of a joint fit
     time_s, theta = time_s[first], theta[first]
-    if "width" in centre:
-        block = replace(block, contact_width_m=float(centre["width"]))
     kept = slice(None, None, max(1, len(time_s) // MOST_SAMPLES))
     time_s, theta = time_s[kept], theta[kept]
     share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
     k, damping = centre[names[0]] * share, centre[names[1]] * share
     epsilon = np.empty((CELLS, CELLS))
-    theta0 = centre.get("theta0", centre.get("theta0_1", theta[0]))
+    # of a joint fit the first run's
+    release = {name: centre[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in centre}
+    known = {"theta0": theta[0]} | release | centre
     for row, one in enumerate(damping):
         for column, other in enumerate(k):
-            modelled, _ = simulate_theta(
-                MODEL,
-                block,
-                dict(zip(names, (other, one), strict=True)),
-                time_s - centre.get("t0", centre.get("t0_1", 0.0)),
-                theta0=theta0,
-                debonding=debonding,
-                rtol=1e-4,
-            )
-            modelled = np.where(np.isnan(modelled), math.copysign(math.pi / 2, theta0), modelled)
+            values = known | dict(zip(names, (other, one), strict=True))
+            modelled = simulate_fitted(MODEL, block, values, time_s, debonding=debonding, rtol=1e-4)
             epsilon[row, column] = epsilon_theta(time_s, modelled, theta)
     # √ε_θ is nearly linear on the slopes: smoother contours between the cells of a narrow valley
     lines = ax.contour(

@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -175,6 +175,46 @@ def simulate_theta(
     return theta, OUTCOMES[outcome]
 
 
+def simulate_fitted(
+    model: str,
+    block: Block,
+    values: Mapping,
+    time: np.ndarray,
+    *,
+    debonding: str = "geometric",
+    rtol: float = 1e-8,
+    theta_rate: np.ndarray | None = None,
+) -> np.ndarray:
+    """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
+
+    `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
+    clock of `time` [s] and the width of the corners [m]. All else as in `simulate_theta`, which fits share.
+    """
+    if "width" in values:
+        block = replace(block, contact_width_m=float(values["width"]))
+    theta, _ = simulate_theta(
+        model,
+        block,
+        {name: values[name] for name in MODELS[model]},
+        time - values.get("t0", 0.0),
+        theta0=values["theta0"],
+        debonding=debonding,
+        rtol=rtol,
+        theta_rate=theta_rate,
+    )
+    lost = np.isnan(theta)
+    if lost.any():
+        theta[lost] = np.copysign(np.pi / 2, values["theta0"])
+        if theta_rate is not None:
+            theta_rate[lost] = 0.0
+    return theta
+
+
+def cores() -> int:
+    """Cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+
+
 def simulate_many(
     model: str,
     block: Block,
@@ -243,7 +283,7 @@ def simulate_many(
             outcome[i] = OUTCOMES[code]
 
     if threads is None:
-        threads = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        threads = cores()
     # the first run loads or compiles the kernel; the others are dealt out like cards
     run(range(min(1, theta0.size)))
     with ThreadPoolExecutor(threads) as pool:

@@ -5,7 +5,6 @@ Every case is drawn from its own seed, so that a study's numbers do not depend o
 
 import math
 import multiprocessing
-import os
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -16,12 +15,12 @@ import pandas as pd
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from freerock.compare import choose_model, wants_general
+from freerock.compare import LOUDER, choose_model, wants_general
 from freerock.identify import Motion, evidence, fit_record, fit_run
 from freerock.models import MODELS, PAPER_MODELS
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import accelerations, contact_force, static_depth
-from freerock.models.simulate import simulate
+from freerock.models.simulate import cores, simulate
 from freerock.plan import standard_errors
 from freerock.studies.paper import TABLE_2
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
@@ -137,8 +136,7 @@ def draw_truth(model: str, noises: Sequence[str], generator) -> Truth:
 
 def _spread_out(function: Callable, cases: Sequence) -> list:
     """Rows of all cases, on all cores."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    with ProcessPoolExecutor(cores, multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
         return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
 
 
@@ -349,7 +347,7 @@ def _model_error(case) -> list:
         truth.theta0,
         truth.sigma_theta,
     )
-    told = not fit.diagnostics["white"] or fit.diagnostics["residual_over_sigma"] > 1.1
+    told = not fit.diagnostics["white"] or fit.diagnostics["residual_over_sigma"] > LOUDER
     return [
         {
             "block": block,
