@@ -48,6 +48,33 @@ def read_record(path, channel: str | None = None):
         A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
         bases; no sampling rate; time stamps that no even grid fits. Nothing else leaves this function.
     """
+    return _read(path, channel or None)
+
+
+def list_channels(path):
+    """The channels of a record file, without reading their samples where the format allows it.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its suffix tells the format.
+
+    Returns
+    -------
+    dict of str to freerock.acquisition.channels.Channel
+        By the names that `read_record` takes; `clock` is a text where a channel can't be read, and says why.
+
+    Raises
+    ------
+    FreerockError
+        As of `read_record`, as far as the samples need not be read.
+    """
+    from freerock.acquisition.channels import NAMES_ONLY
+
+    return _read(path, NAMES_ONLY)
+
+
+def _read(path, channel):
     path = Path(path)
     if path.suffix.lower() not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
@@ -60,7 +87,7 @@ def read_record(path, channel: str | None = None):
     reader = import_module(f"freerock.acquisition.{READERS[path.suffix.lower()]}")
     try:
         with warnings.catch_warnings(action="ignore"):
-            return reader.read(path, channel or None)
+            return reader.read(path, channel)
     except FreerockError:
         raise
     except Exception as error:  # the libraries raise whatever damaged bytes lead them into

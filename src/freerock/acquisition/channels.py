@@ -2,15 +2,19 @@
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from freerock.acquisition.timebase import Grid, on_grid, regular_grid
 from freerock.errors import FreerockError
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_TOLD = 20
+NAMES_ONLY = object()  # in place of a channel's name: list the channels and read none
 # Deflate, the densest compression of these formats, shrinks data at most 1032 times.
 DENSEST = 1100
 LITTLE = 1 << 26  # bytes that need no check
@@ -59,7 +63,7 @@ def dataset(
     read: Callable[[list], dict],
     attrs: dict,
     notes: Iterable[str] = (),
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Read the channel asked for, or all, into one dataset over time.
 
     Parameters
@@ -69,7 +73,7 @@ def dataset(
     channels : sequence of Channel
         Its channels.
     channel : str or None
-        The one to read.
+        The one to read. `NAMES_ONLY` returns the channels by their names instead of a dataset.
     read : callable
         Gives arrays by column for a list of columns.
     attrs : dict
@@ -77,7 +81,10 @@ def dataset(
     notes : iterable of str
         What the reader found out about the file by itself; attribute `reading`.
     """
-    wanted = _wanted(path, channels, channel)
+    names = by_name(path, channels)
+    if channel is NAMES_ONLY:
+        return names
+    wanted = chosen(path, names, channel)
     clocks = list(dict.fromkeys(c.clock for c in wanted.values()))
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     columns = read(list(dict.fromkeys([c.column for c in wanted.values()] + [s.column for s in stamps])))
@@ -99,6 +106,8 @@ def dataset(
         notes += [] if stamps[0].unit else ["time has no unit and is taken for seconds"]
     else:
         grid = Grid(clocks[0].start_s, clocks[0].step_s, length)
+    import xarray as xr  # half a second, which listing the channels does without
+
     told = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
     return xr.Dataset(
         {
@@ -141,12 +150,23 @@ def check_declared(path, n_bytes: float, densest: float = DENSEST) -> None:
         raise FreerockError(path, what, COPY_AGAIN)
 
 
-def _wanted(path, channels, channel):
-    """Channels to read by name, or by group/name where two groups share a name."""
+def by_name(path, channels: Sequence[Channel]) -> dict[str, Channel]:
+    """Channels by name, or by group/name where two groups share a name."""
     short = [c.name for c in channels]
     names = {c.name if short.count(c.name) == 1 else f"{c.group}/{c.name}": c for c in channels}
     if not names:
         raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
+    return names
+
+
+def chosen(path, names: dict[str, Channel], channel: str | None) -> dict[str, Channel]:
+    """The channel asked for, or all that can be read.
+
+    Raises
+    ------
+    FreerockError
+        There is no such channel, or it can't be read.
+    """
     if channel is None:
         wanted = {name: c for name, c in names.items() if not isinstance(c.clock, str)}
         if not wanted:
