@@ -104,10 +104,13 @@ def _import_readers() -> None:
     """Import every reader, lest each child does."""
     from importlib import import_module
 
+    from records import walked_by_a_fork
+
     from freerock.acquisition import READERS
 
     for name in {*READERS.values()}:
         import_module(f"freerock.acquisition.{name}")
+    import_module("freerock.acquisition.hdf5").walked = walked_by_a_fork
 
 
 if __name__ == "__main__":

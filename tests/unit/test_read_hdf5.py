@@ -168,14 +168,26 @@ def test_truncated(tmp_path):
     assert refusal(path).startswith("not a readable HDF5 file (OSError: Unable to synchronously open file")
 
 
-def test_a_collection_of_texts_without_end(tmp_path):
+DEADLY = (
+    "the file is damaged: HDF5's library does not survive it; copy it again from the acquisition computer"
+)
+
+
+def test_a_collection_of_texts_without_end(tmp_path, monkeypatch):
     """HDF5's library (2.0.0) never returns from reading this attribute."""
     path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS}, laser__units="V")
     content = path.read_bytes()
-    start = content.index(b"GCOL")
-    free = start + 16 + 24
+    free = content.index(b"GCOL") + 16 + 24
     (length,) = struct.unpack_from("<Q", content, free + 8)
     path.write_bytes(content[: free + 8] + struct.pack("<Q", length - 16) + content[free + 16 :])
-    assert refusal(path) == (
-        f"the collection of texts at byte {start} is damaged; copy it again from the acquisition computer"
-    )
+    monkeypatch.setattr("freerock.acquisition.hdf5.WALK_S", 1)
+    assert refusal(path) == DEADLY
+
+
+def test_a_file_that_ends_the_library(tmp_path):
+    """HDF5's library (2.0.0) ends in a segmentation fault where a text's type is of an unknown class."""
+    path = hdf5(tmp_path / "a.h5", {"time": TIME, "laser": VOLTS}, laser__units="V")
+    content = path.read_bytes()
+    assert content.count(b"units\0\0\0\x19\x01") == 1
+    path.write_bytes(content.replace(b"units\0\0\0\x19\x01", b"units\0\0\0\x19\x05"))
+    assert refusal(path) == DEADLY

@@ -3,21 +3,31 @@
 Nothing outside the file is read: external links, external storage and virtual datasets are passed over.
 """
 
-import struct
+import subprocess
+import sys
 from math import prod
-from mmap import ACCESS_READ, mmap
 
 import h5py
 import numpy as np
 from scipy.io import netcdf_file
 
-from freerock.acquisition.channels import COPY_AGAIN, Channel, Stamps, check_declared, dataset, listed
+from freerock.acquisition import hdf5_walk
+from freerock.acquisition.channels import (
+    COPY_AGAIN,
+    DENSEST,
+    LITTLE,
+    Channel,
+    Stamps,
+    check_declared,
+    dataset,
+    listed,
+)
 from freerock.acquisition.headings import is_time, split_unit, stated_rate
 from freerock.errors import FreerockError
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
-COLLECTION = b"GCOL"
+WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
 
 
 def read(path, channel=None):
@@ -35,7 +45,7 @@ def read(path, channel=None):
             arrays = {name: v for name, v in file.variables.items() if v.data.dtype.kind in "iuf"}
             attributes = {name: v._attributes for name, v in arrays.items()}
             return _dataset(path, arrays, attributes | {"": file._attributes}, channel, "netCDF classic")
-    with h5py.File(path, locking=False) as file:
+    with opened(path) as file:
         arrays = numeric_arrays(path, file)
         above = {folder for name in arrays for folder in _above(name)}
         attributes = {name: dict(file[name or "/"].attrs) for name in [*arrays, *above]}
@@ -51,30 +61,27 @@ def numeric_arrays(path, file) -> dict:
         if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
             found[name] = item
 
-    _refuse_endless(path)
     file.visititems(look)
     check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()))
     return found
 
 
-def _refuse_endless(path):
-    """Refuse a collection of texts in which an object of no length would keep HDF5's library busy for ever.
+def opened(path):
+    """Open an HDF5 file for reading, after another process has gone through it and lived.
 
-    A collection is "GCOL", a version, its size, then objects: index, length, data padded to eight bytes; for
-    the free space at the end the index is 0 and the length counts the object's head too.
+    Damaged files can end HDF5's library in a segmentation fault, or keep it busy for ever.
     """
-    with open(path, "rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
-        start = data.find(COLLECTION)
-        while 0 <= start <= len(data) - 16:
-            (size,) = struct.unpack_from("<Q", data, start + 8)
-            at, end = start + 16, min(start + size, len(data))
-            while at + 16 <= end:
-                index, length = struct.unpack_from("<H6xQ", data, at)
-                if index == length == 0:
-                    what = f"the collection of texts at byte {start} is damaged"
-                    raise FreerockError(path, what, COPY_AGAIN)
-                at += 16 + length + -length % 8 if index else length
-            start = data.find(COLLECTION, start + 1)
+    size = path.stat().st_size
+    outcome = walked(str(path), WALK_S + size // WALKED_PER_S, max(DENSEST * size, LITTLE))
+    if outcome not in (0, 1):  # 1: an exception, which tells more when it is met here
+        raise FreerockError(path, "the file is damaged: HDF5's library does not survive it", COPY_AGAIN)
+    return h5py.File(path, locking=False)
+
+
+def walked(path: str, seconds: int, most_bytes: float) -> int:
+    """Exit code of a process that goes through a file."""
+    command = [sys.executable, "-P", hdf5_walk.__file__, path, str(seconds), str(most_bytes)]
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False).returncode
 
 
 def _dataset(path, arrays, attributes, channel, kind):

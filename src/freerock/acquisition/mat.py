@@ -11,7 +11,7 @@ from scipy.io import loadmat, whosmat
 from scipy.io.matlab import matfile_version
 
 from freerock.acquisition.channels import Channel, Stamps, check_declared, dataset
-from freerock.acquisition.hdf5 import numeric_arrays
+from freerock.acquisition.hdf5 import numeric_arrays, opened
 from freerock.acquisition.headings import is_time, rises, split_unit, stated_rate
 from freerock.acquisition.mat5 import matrices
 from freerock.errors import FreerockError
@@ -29,7 +29,7 @@ def read(path, channel=None):
     dt states the sampling rate.
     """
     if h5py.is_hdf5(path):
-        with h5py.File(path, locking=False) as file:
+        with opened(path) as file:
             arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
             return _dataset(path, shapes, lambda names: {n: arrays[n][()].T for n in names}, channel, "v7.3")
