@@ -9,6 +9,7 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -30,6 +31,13 @@ from freerock.models.block import Block
 from freerock.quantity import UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
+FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
+RESERVED = {  # folders of results that are no campaign's
+    "studies": "the results of the studies",
+    "inspect": "the pictures of `freerock inspect`",
+    "simulate": "the results of `freerock simulate`",
+}
+SCHEMA_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
 
 
@@ -54,8 +62,8 @@ class ConfigError(FreerockError):
         return "\n".join(map(str, self.problems))
 
 
-class _Fault(ValueError):
-    """What a validator of this module found, with its remedy."""
+class Fault(ValueError):
+    """What a validator found, with its remedy."""
 
     def __init__(self, what: str, remedy: str):
         super().__init__(what)
@@ -64,7 +72,7 @@ class _Fault(ValueError):
 
 def _not_a_switch(value):
     if isinstance(value, bool):  # pydantic would read true as 1
-        raise _Fault(f"{str(value).lower()} is not a number", "give a number")
+        raise Fault(f"{str(value).lower()} is not a number", "give a number")
     return value
 
 
@@ -110,7 +118,7 @@ class BlockSection(Section):
         if angle is not None and {"height_m", "width_m"} <= info.data.keys():
             critical = math.degrees(Block(info.data["height_m"], info.data["width_m"], 1.0).theta_cr)
             if angle >= critical:
-                raise _Fault(
+                raise Fault(
                     f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",
                     "correct the release angle, the height or the width",
                 )
@@ -182,7 +190,7 @@ class LaserSection(Section):
         units = info.data.get("units", "")
         if value is None and not (units and UNITS[units][0] == "rotation"):
             given = cls.model_fields[info.field_name].description.partition(";")[0]
-            raise _Fault(
+            raise Fault(
                 "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
             )
         return value
@@ -197,14 +205,14 @@ class LaserSection(Section):
     def _scaled_once(cls, value, info):
         given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
         if value is not None and given:
-            raise _Fault(f"{given[0]} scales the output already", "keep one of the two")
+            raise Fault(f"{given[0]} scales the output already", "keep one of the two")
         return value
 
     @field_validator("position_m")
     @classmethod
     def _above_the_base(cls, position, info):
         if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
-            raise _Fault(f"{position:g} is not above the base", "give the height of the beam in metres")
+            raise Fault(f"{position:g} is not above the base", "give the height of the beam in metres")
         return position
 
     @field_validator("volts_at_end", "milliamps_at_end")
@@ -212,7 +220,7 @@ class LaserSection(Section):
     def _rising(cls, end, info):
         start = info.field_name.replace("end", "start")
         if end <= info.data.get(start, -math.inf):
-            raise _Fault(f"{end:g} is not above {start}", "swap the two and set sign: -1")
+            raise Fault(f"{end:g} is not above {start}", "swap the two and set sign: -1")
         return end
 
 
@@ -348,9 +356,7 @@ class SensorSection(Section):
     def _one_noise(self):
         given = [name for name in ("noise_v", "noise_m", "noise_deg") if getattr(self, name) is not None]
         if len(given) != 1:
-            raise _Fault(
-                f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg"
-            )
+            raise Fault(f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg")
         return self
 
 
@@ -377,7 +383,7 @@ class PlanSection(Section):
     @classmethod
     def _one_or_more(cls, values):
         if not values:
-            raise _Fault("is empty", "give one or more numbers, or leave it out")
+            raise Fault("is empty", "give one or more numbers, or leave it out")
         return values
 
     @field_validator("expected")
@@ -385,13 +391,7 @@ class PlanSection(Section):
     def _complete(cls, expected):
         for foundation, models in expected.items():
             for model, parameters in models.items():
-                for name in parameters:
-                    _known(name, MODELS[model], f"a parameter of {model}")
-                for name in MODELS[model]:
-                    if name not in parameters:
-                        raise _Fault(f"{model} on {foundation} has no {name}", f"give {name} or leave it out")
-                if parameters.get("r", 0) > 1:
-                    raise _Fault(f"r = {parameters['r']:g} on {foundation} is above 1", "give r up to 1")
+                check_parameters(model, parameters, f" on {foundation}")
         return expected
 
 
@@ -454,7 +454,7 @@ class CampaignFile(Section):
     @classmethod
     def _truth_is_simulated(cls, truth, info):
         if truth and info.data.get("origin") == "measured":
-            raise _Fault("a measured campaign has no known truth", "remove the key or set origin: simulated")
+            raise Fault("a measured campaign has no known truth", "remove the key or set origin: simulated")
         return _inside(truth) if truth else truth
 
     @field_validator("published")
@@ -476,16 +476,16 @@ class CampaignFile(Section):
             _known(name, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
-                raise _Fault(f"nothing is expected of foundation {name!r}", "add it to plan.expected")
+                raise Fault(f"nothing is expected of foundation {name!r}", "add it to plan.expected")
         for name, angles in plan.release_angles_deg.items():
             _known(name, blocks, "a block of this campaign")
             critical = math.degrees(blocks[name].block.theta_cr)
             if max(angles, default=0) >= critical:
                 what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"
-                raise _Fault(what, "plan for smaller angles")
+                raise Fault(what, "plan for smaller angles")
         for name, block in blocks.items():
             if not (plan.release_angles_deg.get(name) or block.release_angle_deg):
-                raise _Fault(f"block {name!r} has no release angle", "add it to plan.release_angles_deg")
+                raise Fault(f"block {name!r} has no release angle", "add it to plan.release_angles_deg")
         return plan
 
 
@@ -524,19 +524,19 @@ class Record(Section):
         for item in filter(None, override.split(";")):
             match = OVERRIDE.fullmatch(item.strip())
             if not match:
-                raise _Fault(f"{item!r} is not run@release:end", "give run and seconds, as 2@12.310:19.800")
+                raise Fault(f"{item!r} is not run@release:end", "give run and seconds, as 2@12.310:19.800")
             if float(match[2]) >= float(match[3]):
-                raise _Fault(f"run {match[1]} ends before it is released", "give the release first")
+                raise Fault(f"run {match[1]} ends before it is released", "give the release first")
             runs.append(int(match[1]))
         if len(set(runs)) < len(runs):
-            raise _Fault("a run is overridden twice", "give each run once")
+            raise Fault("a run is overridden twice", "give each run once")
         return override
 
     @field_validator("reason")
     @classmethod
     def _reason_given(cls, reason, info):
         if not reason and (info.data.get("exclude") or info.data.get("override")):
-            raise _Fault("a run is excluded or overridden without a reason", "say why")
+            raise Fault("a run is excluded or overridden without a reason", "say why")
         return reason
 
     @field_validator("laser")
@@ -544,9 +544,9 @@ class Record(Section):
     def _a_channel_for_each(cls, laser, info):
         lasers, channels = laser.split(";"), info.data.get("channel", "").split(";")
         if len(lasers) > 2:
-            raise _Fault(f"{laser!r} are more than two lasers", "name one or two")
+            raise Fault(f"{laser!r} are more than two lasers", "name one or two")
         if len(channels) != len(lasers):
-            raise _Fault(
+            raise Fault(
                 f"{len(lasers)} for {len(channels)} channels",
                 "name a channel for each, as a;b in both columns",
             )
@@ -655,30 +655,12 @@ def load_config(
     ConfigError
         All problems of all files.
     """
-    path = Path(path)
-    if campaigns is None:
-        data, lines, problems = _read_yaml(path)
-    else:
-        names = campaigns.split(",") if isinstance(campaigns, str) else campaigns
-        data, lines, problems = {"campaigns": names}, {}, []
-    file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), problems)
+    problems = []
     loaded = {}
-    for name in dict.fromkeys(file.campaigns) if file else ():
-        campaign_path = path.parent / "campaigns" / f"{name}.yaml"
-        if name == "studies":
-            what = "'studies' names the results of the studies"
-            problems.append(FreerockError(_where(path, lines, ("campaigns",)), what, "rename the campaign"))
-        elif campaign_path.exists():
-            loaded[name] = _load_campaign(campaign_path, problems)
-        else:
-            others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]
-            problems.append(
-                FreerockError(
-                    _where(path, lines, ("campaigns",)),
-                    f"there is no campaign {name!r}: {campaign_path} is missing",
-                    _meant(name, others) or "write the file or correct the name",
-                )
-            )
+    for campaign_path in campaign_paths(path, campaigns, problems):
+        source = read_campaign(campaign_path)
+        problems += source.problems
+        loaded[campaign_path.stem] = source.campaign
     if problems:
         raise ConfigError(problems)
     return Config.model_construct(campaigns=loaded)
@@ -692,30 +674,127 @@ def load_campaign(path: str | Path) -> Campaign:
     ConfigError
         All problems of both files.
     """
-    problems = []
-    campaign = _load_campaign(Path(path), problems)
+    source = read_campaign(path)
+    if source.campaign is None:
+        raise ConfigError(source.problems)
+    return source.campaign
+
+
+def load_section(model: type[Section], path: str | Path) -> Any:
+    """Read and check a YAML file that holds one section.
+
+    Raises
+    ------
+    ConfigError
+        All problems of the file.
+    """
+    data, lines, problems = _read_yaml(Path(path))
+    section = _validate(model, data, lambda loc: _where(Path(path), lines, loc), problems)
     if problems:
         raise ConfigError(problems)
-    return campaign
+    return section
 
 
-def json_schema() -> dict:
+def json_schema() -> dict[str, Any]:
     """JSON schemas of config.yaml ("config") and of a campaign's YAML file ("campaign")."""
-    return {"config": ConfigFile.model_json_schema(), "campaign": CampaignFile.model_json_schema()}
+    models = {"config": ConfigFile, "campaign": CampaignFile}
+    return {
+        name: {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+        | _plain_schema(model.model_json_schema())
+        for name, model in models.items()
+    }
 
 
-def _load_campaign(path: Path, problems: list) -> Campaign | None:
-    data, lines, found = _read_yaml(path)
-    file = _validate(CampaignFile, data, lambda loc: _where(path, lines, loc), found)
-    if not re.fullmatch(NAME, path.stem):
-        found.append(FreerockError(path, "not a name", "name the file by letters, digits and _ only"))
-    names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
-    records = _read_records(path.with_suffix(".csv"), names, path, found)
+def _plain_schema(schema: Any) -> Any:
+    """A schema of pydantic's without its made-up titles, bounds under the names that JSON schema has."""
+    if isinstance(schema, list):
+        return [_plain_schema(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        SCHEMA_BOUNDS.get(key, key): _plain_schema(value)
+        for key, value in schema.items()
+        if not (key == "title" and isinstance(value, str))
+    }
+
+
+def campaign_paths(
+    path: str | Path, campaigns: str | Sequence[str] | None, problems: list[FreerockError]
+) -> list[Path]:
+    """YAML files of the campaigns to analyse; arguments as of `load_config`, adds the problems it meets."""
+    path = Path(path)
+    if campaigns is None:
+        data, lines, found = _read_yaml(path)
+    else:
+        names = campaigns.split(",") if isinstance(campaigns, str) else campaigns
+        data, lines, found = {"campaigns": names}, {}, []
+    file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), found)
     problems += found
-    if found:
-        return None
-    fields = {**dict(file), "raw": file.raw.rstrip("/") or f"raw/{path.stem}"}
-    return Campaign.model_construct(**fields, name=path.stem, records=records)
+    where, paths = _where(path, lines, ("campaigns",)), []
+    for name in dict.fromkeys(file.campaigns) if file else ():
+        campaign_path = path.parent / "campaigns" / f"{name}.yaml"
+        if name in RESERVED:
+            problems.append(FreerockError(where, f"{name!r} names {RESERVED[name]}", "rename the campaign"))
+        elif campaign_path.exists():
+            paths.append(campaign_path)
+        else:
+            others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]
+            what = f"there is no campaign {name!r}: {campaign_path} is missing"
+            remedy = _meant(name, others) or "write the file or correct the name"
+            problems.append(FreerockError(where, what, remedy))
+    return paths
+
+
+@dataclass(frozen=True)
+class Source:
+    """What the two files of a campaign hold, as far as they can be understood.
+
+    Parameters
+    ----------
+    path : Path
+        The YAML file.
+    campaign : Campaign or None
+        None where there are problems.
+    lasers : dict of str to LaserSection
+        Empty where the YAML file has problems.
+    raw : str
+        The folder of the record files.
+    records : tuple of (int, Record)
+        Each sound record with its line in the CSV file.
+    lines : dict
+        Line of each key of the YAML file.
+    problems : tuple of FreerockError
+    """
+
+    path: Path
+    campaign: Campaign | None
+    lasers: dict[str, LaserSection]
+    raw: str
+    records: tuple[tuple[int, Record], ...]
+    lines: dict[tuple[str, ...], int]
+    problems: tuple[FreerockError, ...]
+
+    def where(self, *key: str) -> str:
+        """file:line: key of the YAML file."""
+        return _where(self.path, self.lines, key)
+
+
+def read_campaign(path: str | Path) -> Source:
+    """Read the YAML file of a campaign and the CSV file beside it; never raises for what they hold."""
+    path = Path(path)
+    data, lines, problems = _read_yaml(path)
+    file = _validate(CampaignFile, data, lambda loc: _where(path, lines, loc), problems)
+    if not re.fullmatch(NAME, path.stem):
+        problems.append(FreerockError(str(path), "not a name", "name the file by letters, digits and _ only"))
+    names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
+    records = _read_records(path.with_suffix(".csv"), names, path, problems)
+    raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
+    campaign = None
+    if file and not problems:
+        fields = {**dict(file), "raw": raw, "name": path.stem}
+        campaign = Campaign.model_construct(**fields, records=tuple(record for _, record in records))
+    lasers = file.lasers if file else {}
+    return Source(path, campaign, lasers, raw, tuple(records), lines, tuple(problems))
 
 
 def _read_text(path: Path) -> str:
@@ -812,8 +891,8 @@ def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
             yield column, "column is missing", f"add it: {field.description}"
 
 
-def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -> tuple[Record, ...]:
-    """The records of a CSV file; `names` holds the blocks, foundations and lasers of the YAML file."""
+def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -> list[tuple[int, Record]]:
+    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML."""
 
     def fault(line, column, what, remedy):
         problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
@@ -822,12 +901,12 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
         (header_line, header), *rows = _read_table(path)
     except FreerockError as error:
         problems.append(error)
-        return ()
+        return []
     faults = list(_header_faults(header))
     for column, what, remedy in faults:
         fault(header_line, column, what, remedy)
     if faults:
-        return ()
+        return []
 
     records, first_lines = [], {}
     for line, row in rows:
@@ -838,28 +917,35 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
         cells = dict(zip(header, row, strict=True))
         where = f"{path}:{line}: "
         record = _validate(Record, cells, lambda loc, where=where: where + ".".join(loc), problems)
-        records += [record] if record else []
+        records += [(line, record)] if record else []
         for column, known in names.items():
             for cell in cells[column].split(";") if column == "laser" else [cells[column]]:
-                if isinstance(known, dict) and cell.strip() not in known:
+                if isinstance(known, dict) and cell.strip() not in (*known, FILL_IN):
                     remedy = _meant(cell, known) or f"use one of {', '.join(map(str, known))}"
                     fault(line, column, f"{cell!r} is not a {column} of {yaml_path}", remedy)
         test = cells["test"]
         first = first_lines.setdefault(test.casefold(), line)
         if first != line:
             fault(line, "test", f"{test!r} is on line {first} already", "give each record its own name")
-    return tuple(records)
+    return records
 
 
 def _validate(model: type[Section], data: Mapping | None, where: Callable, problems: list) -> Any:
     """The section, or None and its problems added; `where` words a location."""
     if data is None:
         return None
+    blanks = list(_blanks(data))
+    for loc in blanks:
+        field, _ = _walk(model, loc)
+        give = f"give {field.description}" if field else "write the value there"
+        problems.append(FreerockError(where(loc), "is still to be filled in", give))
     try:
-        return model.model_validate(data)
+        section = model.model_validate(data)
+        return None if blanks else section
     except ValidationError as error:
         faults = error.errors(include_url=False)
     faults = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in faults]
+    faults = [(loc, fault) for loc, fault in faults if loc not in blanks]
     meant = {
         (*loc[:-1], close)
         for loc, fault in faults
@@ -872,10 +958,22 @@ def _validate(model: type[Section], data: Mapping | None, where: Callable, probl
     return None
 
 
+def _blanks(data: Any, loc: tuple = ()) -> Iterator[tuple]:
+    """Where a value is still the one to be filled in."""
+    if data == FILL_IN:
+        yield loc
+    elif isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from _blanks(value, (*loc, str(key)))
+    elif isinstance(data, list):
+        for i, value in enumerate(data):
+            yield from _blanks(value, (*loc, str(i)))
+
+
 def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str]:
     """What is wrong and what to do, for one of pydantic's errors."""
     kind, value, context = fault["type"], fault["input"], fault.get("ctx", {})
-    if isinstance(context.get("error"), _Fault):
+    if isinstance(context.get("error"), Fault):
         return context["error"].what, context["error"].remedy
     if kind == "extra_forbidden":
         keys = _keys(model, loc[:-1])
@@ -934,10 +1032,21 @@ def _meant(word, words) -> str:
 
 def _known(name: str, names, kind: str) -> None:
     if name not in names:
-        raise _Fault(f"{name!r} is not {kind}", _meant(name, names) or f"use one of {', '.join(names)}")
+        raise Fault(f"{name!r} is not {kind}", _meant(name, names) or f"use one of {', '.join(names)}")
+
+
+def check_parameters(model: str, parameters: Mapping, on: str = "") -> None:
+    """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message."""
+    for name in parameters:
+        _known(name, MODELS[model], f"a parameter of {model}")
+    for name in MODELS[model]:
+        if name not in parameters:
+            raise Fault(f"{model}{on} has no {name}", f"give {name} or leave {model} out")
+    if parameters.get("r", 0) > 1:
+        raise Fault(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
 
 
 def _inside(file: str) -> str:
     if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
-        raise _Fault(f"{file!r} is not inside the raw folder", "give a path below it, with / between folders")
+        raise Fault(f"{file!r} is not inside the raw folder", "give a path below it, with / between folders")
     return file

@@ -40,6 +40,16 @@ def test_help_answers_at_once_and_documents_the_exit_codes():
     assert min(spent) <= 0.3
 
 
+def test_check_of_the_shipped_campaign_takes_a_moment():
+    spent = []
+    for _ in range(5):
+        begin = time.perf_counter()
+        done = freerock("check", "palermo_virtual")
+        spent.append(time.perf_counter() - begin)
+        assert done.returncode == 0
+    assert min(spent) <= 1.5
+
+
 def test_help_loads_no_library():
     code = "import sys, freerock.cli as c; c._parser(); print({'numpy', 'yaml'} & {*sys.modules})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -75,6 +85,7 @@ def test_a_refused_file_is_told_in_lines_without_a_traceback(small):
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1
     assert "plan.sensors.laser.noise_volt: unknown key; did you mean 'noise_v'?" in done.stderr
+    assert "Traceback" in (small / cli.LOG).read_text(encoding="utf-8")
     assert "Traceback" in freerock("plan", "lab.yaml", "--debug", folder=small).stderr
 
 
@@ -84,14 +95,21 @@ def test_a_wrong_command_line():
     assert freerock().returncode == 2
 
 
-def test_an_error_of_its_own_is_one_line_too(monkeypatch, capsys):
+def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, monkeypatch, capsys):
     def run(chosen):
         raise ZeroDivisionError("division\nby zero")
 
     arguments = lambda parser: parser.set_defaults(run=run)  # noqa: E731
     monkeypatch.setitem(cli.COMMANDS, "plan", ("plan", arguments))
+    monkeypatch.chdir(tmp_path)
     assert cli.main(["plan"]) == 3
-    assert capsys.readouterr().err == "freerock plan: ZeroDivisionError: division; report it with --debug\n"
+    line = "freerock plan: ZeroDivisionError: division; report it with freerock.log\n"
+    assert capsys.readouterr().err == line
+    log = (tmp_path / "freerock.log").read_text(encoding="utf-8")
+    assert line in log
+    assert "Traceback (most recent call last)" in log
+    assert cli.main(["plan", "--debug"]) == 3
+    assert capsys.readouterr().err.startswith("Traceback (most recent call last)")
 
 
 def test_a_reader_that_closes_the_pipe_is_no_error(small):

@@ -4,6 +4,7 @@ import importlib
 import inspect
 import json
 import pickle
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,10 +12,11 @@ from typing import get_args
 
 import pytest
 import yaml
+from jsonschema import Draft202012Validator
 
 from freerock import config
-from freerock.config import ConfigError, load_campaign, load_config
-from freerock.config_reference import MARK, markdown
+from freerock.config import ConfigError, load_campaign, load_config, section_in
+from freerock.config_reference import MARK, files
 from freerock.laser import Laser
 from freerock.models import MODELS
 
@@ -156,6 +158,38 @@ YAML_MISTAKES = {
         ("0.05}", "0.05, volts_at_start: 10, volts_at_end: 0}"),
         "lab.yaml:11: lasers.near.volts_at_end: 0 is not above volts_at_start; swap the two and set sign: -1",
     ),
+    "a value left to fill in": (
+        ("5.84", "FILL_IN"),
+        "lab.yaml:7: blocks.tall.mass_kg: is still to be filled in; give the mass in kilograms",
+    ),
+    "a text left to fill in": (
+        ("Blocks", "FILL_IN"),
+        "lab.yaml:1: title: is still to be filled in; give the title of the campaign",
+    ),
+    "two noises": (
+        (
+            "title",
+            "plan: {expected: {marble: {housner: {r: 1}}}, sensors: {a: {noise_v: 1, noise_m: 1}}}\ntitle",
+        ),
+        "lab.yaml:1: plan.sensors.a: has noise_v and noise_m; give one of noise_v, noise_m, noise_deg",
+    ),
+    "a plan of an incomplete model": (
+        ("title", "plan: {expected: {marble: {winkler: {k: 1}}}, sensors: {a: {noise_v: 1}}}\ntitle"),
+        "lab.yaml:1: plan.expected: winkler on marble has no c; give c or leave winkler out",
+    ),
+    "a plan of a restitution above 1": (
+        ("title", "plan: {expected: {marble: {housner: {r: 2}}}, sensors: {a: {noise_v: 1}}}\ntitle"),
+        "lab.yaml:1: plan.expected: r = 2 on marble is above 1; give r up to 1",
+    ),
+    "no DOI": (
+        ("title", "published: {doi: spanos, values: {}}\ntitle"),
+        "lab.yaml:1: published.doi: 'spanos' is not understood; give the DOI of the publication, as 10.…/…",
+    ),
+    "calibration outside": (
+        ("range_m: 0.05", "calibration: ../t.csv"),
+        "lab.yaml:11: lasers.near.calibration: '../t.csv' is not inside the raw folder; "
+        "give a path below it, with / between folders",
+    ),
     "released beyond the critical angle": (
         ("5.84", "5.84\n    release_angle_deg: 15"),
         "lab.yaml:8: blocks.tall.release_angle_deg: released at 15° the block overturns, "
@@ -219,6 +253,12 @@ YAML_MISTAKES = {
 }
 
 
+def test_there_are_mistakes_of_many_kinds():
+    assert (
+        len({line.split(": ", 1)[1] for _, line in (*YAML_MISTAKES.values(), *CSV_MISTAKES.values())}) >= 40
+    )
+
+
 @pytest.mark.parametrize("mistake", YAML_MISTAKES)
 def test_mistake_in_yaml_is_told_in_one_line(campaign, mistake):
     change, line = YAML_MISTAKES[mistake]
@@ -241,6 +281,19 @@ CSV_MISTAKES = {
     "one channel for two lasers": (
         ("near", "near;near"),
         "lab.csv:2: laser: 2 for 1 channels; name a channel for each, as a;b in both columns",
+    ),
+    "channel left to fill in": (
+        ("a.tdms,,", "a.tdms,FILL_IN,"),
+        "lab.csv:2: channel: is still to be filled in; give the channel of the laser; empty when the file "
+        "has only one; of two lasers, as a;b",
+    ),
+    "block left to fill in": (
+        ("tall", "FILL_IN"),
+        "lab.csv:2: block: is still to be filled in; give the name of a block",
+    ),
+    "more than two lasers": (
+        (",,tall,marble,near", ",a;b;c,tall,marble,near;near;near"),
+        "lab.csv:2: laser: 'near;near;near' are more than two lasers; name one or two",
     ),
     "test name": (
         ("a,a.tdms", "../a,a.tdms"),
@@ -516,9 +569,52 @@ def test_freed_nuisances_are_named_for_every_model():
     assert get_args(config.Model) == tuple(MODELS)
 
 
-def test_readme_agrees_with_the_models():
+def test_readme_and_schemas_agree_with_the_models():
     readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
-    assert readme.partition(MARK)[2] == markdown() + "\n"
+    assert MARK in readme
+    for name, text in files(readme).items():
+        assert (ROOT / "config" / name).read_text(encoding="utf-8") == text, name
+
+
+def test_shipped_files_name_their_schema_and_agree_with_it():
+    for path in [ROOT / "config/config.yaml", *(ROOT / "config/campaigns").glob("*.yaml")]:
+        text = path.read_text(encoding="utf-8")
+        named = re.match(r"# yaml-language-server: \$schema=(\S+)\n", text)[1]
+        schema = json.loads((path.parent / named).read_text(encoding="utf-8"))
+        Draft202012Validator.check_schema(schema)
+        data = yaml.safe_load(text)
+        assert list(Draft202012Validator(schema).iter_errors(data)) == []
+        assert list(Draft202012Validator(schema).iter_errors(data | {"titel": 1})) != []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("5.84", "-5.84"), ("mass_kg", "mass"), ("0.05}", "0.05, range_m: 0}"), ("0.1,", "FILL_IN,")],
+)
+def test_the_schema_refuses_what_an_editor_should_mark(old, new):
+    schema = Draft202012Validator(config.json_schema()["campaign"])
+    assert list(schema.iter_errors(yaml.safe_load(YAML))) == []
+    assert list(schema.iter_errors(yaml.safe_load(YAML.replace(old, new)))) != []
+
+
+def test_every_key_is_used():
+    """Beyond the model that declares it: as an attribute, as an item, or as an argument of its step."""
+    package = ROOT / "src/freerock"
+    declaring = {package / f"{name}.py" for name in ("config", "new_campaign", "scene")}
+    others = {*package.rglob("*.py"), *(ROOT / "workflow").rglob("*.smk")} - declaring
+    used = set(re.findall(r"\.(\w+)", (package / "config.py").read_text(encoding="utf-8")))
+    for path in others:
+        found = re.findall(r"\.(\w+)|[\"'](\w+)[\"']|^ +(\w+): [^=\n]+", path.read_text("utf-8"), re.M)
+        used.update(*found)
+
+    def keys(model):
+        for name, field in model.model_fields.items():
+            yield name
+            child = section_in(field.annotation)
+            yield from keys(child) if child else ()
+
+    declared = {*keys(config.ConfigFile), *keys(config.CampaignFile), *keys(config.Record)}
+    assert declared - used == set()
 
 
 def test_every_key_is_described():

@@ -1,0 +1,137 @@
+"""What is in a record file, channel by channel, before anything is known about it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from freerock.acquisition import list_channels, read_record
+from freerock.errors import FreerockError
+from freerock.manifest import sha256
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ChannelLook:
+    """A channel as read, or why it can't be.
+
+    Parameters
+    ----------
+    name, units : str
+        As the file states them.
+    time_s, values : ndarray, shape (n_time,)
+        Instants [s] and samples [units]; empty where the channel can't be read.
+    rate_hz : float
+        Sampling rate [Hz].
+    told : tuple of str
+        What the reader found out by itself.
+    fault : str
+        Why the channel can't be read, and what to do; "" where it can.
+    """
+
+    name: str
+    units: str
+    time_s: "NDArray[np.float64]"
+    values: "NDArray[np.float64]"
+    rate_hz: float
+    told: tuple[str, ...] = ()
+    fault: str = ""
+
+    @property
+    def duration_s(self) -> float:
+        """Number of samples over the sampling rate [s]."""
+        return self.values.size / self.rate_hz
+
+
+@dataclass(frozen=True)
+class RecordLook:
+    """A record file: its name, checksum, format and channels."""
+
+    path: Path
+    sha256: str
+    n_bytes: int
+    format: str
+    channels: tuple[ChannelLook, ...]
+
+    @property
+    def readable(self) -> tuple[ChannelLook, ...]:
+        """The channels that can be read."""
+        return tuple(channel for channel in self.channels if not channel.fault)
+
+
+def look_into(path: str | Path) -> RecordLook:
+    """Read every channel of a record file, each for itself.
+
+    Raises
+    ------
+    FreerockError
+        The file can't be read at all, see `freerock.acquisition.read_record`.
+    """
+    path, kind, channels = Path(path), "", []
+    for name, listed in list_channels(path).items():
+        try:
+            record = read_record(path, name)
+        except FreerockError as error:
+            nothing = np.empty(0)
+            what = f"{error.what}; {error.remedy}"
+            channels.append(ChannelLook(name, listed.units, nothing, nothing, math.nan, fault=what))
+            continue
+        kind, (signal,) = record.attrs["format"], record.data_vars.values()
+        told = tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs)
+        times, rate = record["time"].values, float(record.attrs["sampling_rate_hz"])
+        channels.append(ChannelLook(name, str(signal.attrs["units"]), times, signal.values, rate, told))
+    return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
+
+
+def look_text(look: RecordLook) -> str:
+    """A record as printed: the file, a line per channel, and what the reader found out."""
+    head = f"{look.path}: {look.format or 'no readable channel'}, {look.n_bytes} bytes"
+    lines = [head, f"sha256 {look.sha256}", ""]
+    rows = [("channel", "unit", "rate", "duration", "from", "to", "missing")]
+    for channel in look.readable:
+        known = channel.values[np.isfinite(channel.values)]
+        low, high = (f"{known.min():.6g}", f"{known.max():.6g}") if known.size else ("–", "–")
+        rate, duration = f"{channel.rate_hz:g} Hz", f"{channel.duration_s:.3f} s"
+        missing = str(channel.values.size - known.size)
+        rows.append((channel.name, channel.units or "–", rate, duration, low, high, missing))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
+    told = dict.fromkeys(text for channel in look.readable for text in channel.told)
+    return "\n".join([*lines, *told])
+
+
+def quick_look(looks: Sequence[RecordLook]) -> "Figure":
+    """A panel per readable channel over time; extremes are kept where there are too many samples to draw."""
+    from matplotlib.figure import Figure
+
+    from freerock.figures.style import extremes, styled
+
+    panels = [(look, channel) for look in looks for channel in look.readable]
+    with styled():
+        figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
+        axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
+        for ax, (look, channel) in zip(axes, panels, strict=False):
+            drawn = extremes(channel.values)
+            ax.plot(channel.time_s[drawn], channel.values[drawn], color="black", linewidth=0.7)
+            ax.set_title(look.path.name, loc="left")
+            ax.set_ylabel(f"{channel.name} / {channel.units or '?'}")
+        axes[-1].set_xlabel("time / s")
+    return figure
+
+
+def save_picture(figure: "Figure", path: Path) -> None:
+    """Write a figure as PNG, the same bytes each time."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from freerock.datasets import atomic
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with atomic(path) as partial:
+        FigureCanvasAgg(figure).print_png(partial, metadata={"Software": None})

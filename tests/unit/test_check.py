@@ -1,0 +1,203 @@
+"""freerock check: every problem of configuration and files at once, each with its file and line."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+
+from freerock import cli
+from freerock.check import check_config
+from freerock.manifest import sha256, write_manifest
+
+ROOT = Path(__file__).parents[2]
+YAML = """\
+title: Blocks
+origin: simulated
+truth: truth.json
+blocks:
+  tall: {height_m: 0.28, width_m: 0.07, mass_kg: 5.84}
+foundations:
+  marble: {}
+lasers:
+  near: {beam: horizontal, position_m: 0.1, range_m: 0.05}
+  table: {beam: horizontal, position_m: 0.1, calibration: table.csv}
+"""
+CSV = """\
+test,file,channel,block,foundation,laser
+a,a.tdms,,tall,marble,near
+b,b.tdms,top,tall,marble,table
+"""
+TRUTH = {"a": {"model": "winkler", "runs": [{"k": 1e6, "c": 1e3}]}}
+
+
+def write_volts(path, unit, *channels):
+    waveform = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "unit_string": unit}
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("g", name, np.zeros(9), waveform) for name in channels])
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    """A sound campaign in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    Path("config/campaigns").mkdir(parents=True)
+    Path("raw/lab").mkdir(parents=True)
+    Path("config/config.yaml").write_text("campaigns: [lab]\n")
+    Path("config/campaigns/lab.yaml").write_text(YAML)
+    Path("config/campaigns/lab.csv").write_text(CSV)
+    write_volts("raw/lab/a.tdms", "V", "laser")
+    write_volts("raw/lab/b.tdms", "V", "top", "low")
+    Path("raw/lab/table.csv").write_text("V,mm\n0,0\n10,50\n")
+    Path("raw/lab/truth.json").write_text(json.dumps(TRUTH))
+    write_manifest("raw/lab", ["a.tdms"])
+    return Path("raw/lab")
+
+
+def edit(path, old, new):
+    text = Path(path).read_text()
+    assert old in text
+    Path(path).write_text(text.replace(old, new))
+
+
+def problems(**options):
+    return [str(problem) for problem in check_config(**options)[1]]
+
+
+@pytest.mark.parametrize("campaign", [None, "lab", "config/campaigns/lab.yaml"])
+def test_a_sound_campaign(lab, campaign):
+    assert check_config(campaign=campaign) == (["lab: 2 records, 1 blocks, 1 foundations"], [])
+
+
+def test_the_shipped_campaigns(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    for path in Path("config/campaigns").glob("*.yaml"):
+        assert problems(campaign=str(path)) == []
+
+
+def missing_record(raw):
+    (raw / "a.tdms").unlink()
+    (raw / "manifest.csv").unlink()
+
+
+def truncated(raw):
+    whole = (raw / "b.tdms").read_bytes()
+    (raw / "b.tdms").write_bytes(whole[:-20])
+
+
+def no_truth(raw):
+    (raw / "truth.json").unlink()
+
+
+def no_raw(raw):
+    shutil.rmtree(raw)
+
+
+FILES = {
+    "missing record": (
+        missing_record,
+        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct the file "
+        "column of the campaign's CSV",
+    ),
+    "truncated record": (
+        truncated,
+        "config/campaigns/lab.csv:3: file: raw/lab/b.tdms: the file is truncated: its last segment is "
+        "incomplete; copy it again from the acquisition computer",
+    ),
+    "unknown channel": (
+        lambda raw: edit("config/campaigns/lab.csv", "top", "tip"),
+        "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: no channel 'tip'; its channels are top, low; "
+        "correct the channel column of the campaign's CSV",
+    ),
+    "channel not named": (
+        lambda raw: edit("config/campaigns/lab.csv", "top", ""),
+        "config/campaigns/lab.csv:3: channel: raw/lab/b.tdms: has the channels top, low; "
+        "name one in the channel column of the campaign's CSV",
+    ),
+    "unit of no sensor": (
+        lambda raw: write_volts(raw / "b.tdms", "kg", "top"),
+        "config/campaigns/lab.csv:3: laser: lasers: units: the channel's unit 'kg' is not known; "
+        "declare it as units of the laser: V, mV, mA, A, m, mm, um, rad, mrad, deg",
+    ),
+    "unit other than declared": (
+        lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),
+        "config/campaigns/lab.csv:2: laser: lasers: units: 'mA' is declared and the file states 'V'; "
+        "correct the one that is wrong, or name the channel that is meant",
+    ),
+    "no scale": (
+        lambda raw: edit("config/campaigns/lab.yaml", ", range_m: 0.05", ""),
+        "config/campaigns/lab.csv:2: laser: a voltage has no scale; "
+        "give one of range_m, sensitivity_per_mm, calibration to the laser",
+    ),
+    "calibration that turns back": (
+        lambda raw: edit(raw / "table.csv", "10,50", "10,50\n5,60"),
+        "config/campaigns/lab.yaml:10: lasers.table.calibration: raw/lab/table.csv: the columns don't rise "
+        "or fall throughout; give two lines or more, in order of the output",
+    ),
+    "no truth": (
+        no_truth,
+        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: No such file or directory; "
+        "restore the file, or remove the key truth",
+    ),
+    "truth is not JSON": (
+        lambda raw: (raw / "truth.json").write_text("{"),
+        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: is not JSON (Expecting property name "
+        "enclosed in double quotes: line 1 column 2 (char 1)); restore the file, or remove the key truth",
+    ),
+    "truth without a parameter": (
+        lambda raw: edit(raw / "truth.json", '"c"', '"d"'),
+        "config/campaigns/lab.yaml:3: truth: raw/lab/truth.json: a: does not hold the model and its "
+        "parameters run by run (KeyError: 'c'); restore the file, or remove the key truth",
+    ),
+    "manifest of other columns": (
+        lambda raw: (raw / "manifest.csv").write_text("name\n"),
+        "raw/lab/manifest.csv: has no columns file and sha256; write file,sha256,bytes first",
+    ),
+    "no raw folder": (
+        no_raw,
+        "config/campaigns/lab.yaml: raw: there is no folder raw/lab; put the records there",
+    ),
+}
+
+
+@pytest.mark.parametrize("mistake", FILES)
+def test_a_problem_of_the_files_is_told_with_its_line(lab, mistake):
+    spoil, line = FILES[mistake]
+    spoil(lab)
+    assert problems() == [line]
+
+
+def test_a_changed_record_is_told_by_its_checksum(lab):
+    listed = sha256(lab / "a.tdms")
+    write_volts(lab / "a.tdms", "V", "laser", "laser_2")
+    found = sha256(lab / "a.tdms")
+    edit("config/campaigns/lab.csv", "a.tdms,,", "a.tdms,laser,")
+    assert problems() == [
+        f"raw/lab/a.tdms: has the sha256 {found}, raw/lab/manifest.csv lists {listed}; "
+        "restore the file, or renew the manifest if the change is meant"
+    ]
+
+
+def test_problems_of_configuration_and_files_are_told_together(lab, capsys):
+    edit("config/campaigns/lab.yaml", "mass_kg: 5.84", "mass_kg: -5.84")
+    edit("config/campaigns/lab.csv", "top", "tip")
+    (lab / "table.csv").write_text("")
+    missing_record(lab)
+    assert cli.main(["check"]) == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert [line.split(": ")[:2] for line in told.err.splitlines()] == [
+        ["config/campaigns/lab.yaml:5", "blocks.tall.mass_kg"],
+        ["config/campaigns/lab.csv:2", "file"],
+        ["config/campaigns/lab.csv:3", "channel"],
+    ]
+    edit("config/campaigns/lab.yaml", "mass_kg: -5.84", "mass_kg: 5.84")
+    assert len(problems()) == 3  # the calibration table, now that the lasers are known
+
+
+def test_nothing_is_written(lab):
+    before = sorted(Path().rglob("*"))
+    assert cli.main(["check"]) == 0
+    assert sorted(Path().rglob("*")) == before

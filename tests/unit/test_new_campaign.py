@@ -1,0 +1,178 @@
+"""freerock inspect and new-campaign: what a folder of records tells, and what it leaves to be filled in."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+from openpyxl import Workbook
+
+from freerock import cli
+from freerock.config import FILL_IN, ConfigError, load_campaign
+from freerock.inspect_record import look_into, look_text
+from freerock.manifest import listed_checksums, sha256
+
+FOLDER = Path("stick/day 1")
+
+
+def write(path, rate, **channels):
+    """Channels as name=(unit, samples)."""
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                ChannelObject(
+                    "g",
+                    name,
+                    np.asarray(values, float),
+                    {"wf_increment": 1 / rate, "wf_start_offset": 0.0, "unit_string": unit},
+                )
+                for name, (unit, values) in channels.items()
+            ]
+        )
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    FOLDER.mkdir(parents=True)
+    write(FOLDER / "tall-1.tdms", 2000, laser=("V", [5, 4.5, np.nan, 4]))
+    write(FOLDER / "tall 1.tdms", 1000, laser=("V", [5, 4]), load=("N", [1, 2]))
+    write(FOLDER / "tall_2.tdms", 1000, upper=("V", [5, 4]), lower=("V", [1, 2]))
+    write(FOLDER / "gauge.tdms", 500, angle=("deg", [0, 1]))
+    (FOLDER / "broken.tdms").write_bytes(b"TDSm")
+    (FOLDER / "notes.docx").write_bytes(b"")
+    return FOLDER
+
+
+def test_inspect_tells_channels_units_rates_ranges_and_the_checksum(folder, capsys):
+    path = folder / "tall-1.tdms"
+    assert cli.main(["inspect", str(path), "--no-plot"]) == 0
+    assert capsys.readouterr().out == (
+        f"{path}: TDMS, {path.stat().st_size} bytes\n"
+        f"sha256 {sha256(path)}\n"
+        "\n"
+        "channel  unit  rate     duration  from  to  missing\n"
+        "laser    V     2000 Hz  0.002 s   4     5   1\n"
+    )
+    assert not Path("results").exists()
+
+
+def test_inspect_draws_the_same_picture_each_time(folder, capsys):
+    pictures = []
+    for _ in range(2):
+        assert cli.main(["inspect", str(folder / "tall_2.tdms")]) == 0
+        picture = Path(capsys.readouterr().out.splitlines()[-1].removeprefix("written: "))
+        pictures.append(picture.read_bytes())
+    assert picture == Path("results/inspect/tall_2.tdms.png")
+    assert pictures[0] == pictures[1]
+    assert pictures[0][:4] == b"\x89PNG"
+
+
+def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder):
+    table = "Zeit [s];Laser [V];Text\n" + "".join(
+        f"{i / 100:.2f};{i};x\n".replace(".", ",") for i in range(9)
+    )
+    (folder / "table.csv").write_text(table)
+    text = look_text(look_into(folder / "table.csv"))
+    assert "columns between semicolons, decimal comma" in text
+    book = Workbook()
+    rows = [["A1", None, "A2", None], ["t [s]", "a [deg]", "t [s]", "a [deg]"]]
+    for row in rows + [[0.01 * i, i, 0.02 * i, i] if i < 8 else [0.01 * i, i] for i in range(12)]:
+        book.active.append(row)
+    book.save(folder / "pairs.xlsx")
+    pairs = look_into(folder / "pairs.xlsx")
+    assert [(channel.rate_hz, channel.values.size) for channel in pairs.readable] == [
+        (pytest.approx(100), 12),
+        (pytest.approx(50), 8),
+    ]
+
+
+def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder, capsys):
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    told = capsys.readouterr()
+    assert f"left out: {folder}/broken.tdms: " in told.err
+    assert "freerock check lab" in told.out
+    assert Path("results/lab/quick_look.png").stat().st_size > 0
+    records = {path.name for path in folder.glob("*.tdms")} - {"broken.tdms"}
+    assert {path.name for path in Path("raw/lab").iterdir()} == {*records, "manifest.csv"}
+    assert listed_checksums("raw/lab") == {name: sha256(folder / name) for name in records}
+
+    lines = Path("config/campaigns/lab.csv").read_text().splitlines()
+    assert [line for line in lines[1:] if not line.startswith("#")] == [
+        "gauge,gauge.tdms,,block1,foundation1,laser1,,,,",
+        "tall_1,tall 1.tdms,laser,block1,foundation1,laser2,,,,",
+        "tall_1_2,tall-1.tdms,,block1,foundation1,laser2,,,,",
+        f"tall_2,tall_2.tdms,{FILL_IN},block1,foundation1,laser2,,,,",
+    ]
+    assert "# tall-1.tdms: laser (V, 2000 Hz, 0.0 s)" in lines
+    assert any(line.startswith("# left out: ") and "broken.tdms" in line for line in lines)
+    with pytest.raises(ConfigError) as caught:
+        load_campaign("config/campaigns/lab.yaml")
+    blanks = [str(problem) for problem in caught.value.problems]
+    marked = Path("config/campaigns/lab.yaml").read_text().count(f": {FILL_IN}") + 1
+    assert len(blanks) == marked
+    assert all(": is still to be filled in; give " in blank for blank in blanks)
+
+
+def test_filled_in_it_is_sound(folder):
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    values = {"title": "Tests", "origin": "measured", "height_m": "0.28", "width_m": "0.07"}
+    values |= {"mass_kg": "5.8", "beam": "horizontal", "position_m": "0.2", "range_m": "0.1"}
+    path = Path("config/campaigns/lab.yaml")
+    path.write_text(re.sub(rf"(\w+): {FILL_IN}", lambda m: f"{m[1]}: {values[m[1]]}", path.read_text()))
+    table = path.with_suffix(".csv")
+    table.write_text(table.read_text().replace(FILL_IN, "upper"))
+    assert cli.main(["check", "lab"]) == 0
+
+
+def test_channels_of_their_own_times_are_a_test_each(folder):
+    for path in folder.iterdir():
+        path.unlink()
+    book = Workbook()
+    rows = [["t [s]", "A1 [deg]", "t [s]", "A2 [deg]"]]
+    for row in rows + [[0.01 * i, i, 0.02 * i, i] for i in range(12)]:
+        book.active.append(row)
+    book.save(folder / "pairs.xlsx")
+    assert cli.main(["new-campaign", "wood", "--from", str(folder)]) == 0
+    table = Path("config/campaigns/wood.csv").read_text()
+    assert "pairs_A1,pairs.xlsx,A1,block1,foundation1,laser1," in table
+    assert "pairs_A2,pairs.xlsx,A2,block1,foundation1,laser1," in table
+    assert "  laser1: {units: deg}  # rotation" in Path("config/campaigns/wood.yaml").read_text()
+
+
+def test_records_already_in_place_stay_where_they_are(folder):
+    Path("raw").mkdir()
+    raw = folder.rename("raw/lab")
+    before = {path: path.read_bytes() for path in raw.iterdir()}
+    assert cli.main(["new-campaign", "lab", "--from", "raw/lab"]) == 0
+    assert {path: path.read_bytes() for path in raw.iterdir() if path.name != "manifest.csv"} == before
+
+
+@pytest.mark.parametrize("existing", ["config/campaigns/lab.yaml", "config/campaigns/lab.csv", "raw/lab/x"])
+def test_nothing_is_overwritten(folder, existing, capsys):
+    Path(existing).parent.mkdir(parents=True)
+    Path(existing).write_text("mine")
+    before = sorted(Path().rglob("*"))
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 1
+    what = existing.removesuffix("/x")
+    assert capsys.readouterr().err == (
+        f"{what}: exists already; choose another name, or move it away first\n"
+    )
+    assert sorted(path for path in Path().rglob("*") if path.name != cli.LOG) == before
+
+
+@pytest.mark.parametrize(
+    ("name", "source", "line"),
+    [
+        ("my lab", "stick/day 1", "my lab: is not a name; use letters, digits and _ only"),
+        ("studies", "stick/day 1", "studies: names the results of the studies; choose another name"),
+        ("lab", "nowhere", "nowhere: is no folder; name the folder of the record files"),
+        ("lab", "stick", "stick: holds no record that can be read; put files of .tdms, .lvm, .mat, .csv, "),
+    ],
+)
+def test_what_can_not_begin_a_campaign(folder, name, source, line, capsys):
+    assert cli.main(["new-campaign", name, "--from", source]) == 1
+    assert capsys.readouterr().err.startswith(line)
+    assert not Path("config").exists()
+    assert not Path("raw").exists()
