@@ -7,10 +7,9 @@ from snakemake.utils import min_version
 
 min_version("9.27")
 
-given = config.get("campaigns")  # by --config or by the workflow that uses this one as a module
-
-
-configfile: "config/config.yaml"
+# Campaigns given by --config or by the workflow that uses this one as a module. Without them freerock.config reads
+# config/config.yaml and tells its mistakes line by line, which the directive configfile would not.
+given = config.get("campaigns")
 
 
 include: "workflow/rules/common.smk"
