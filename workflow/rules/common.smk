@@ -5,6 +5,7 @@ from pathlib import Path
 from freerock.config import load_config
 from freerock.errors import FreerockError
 from freerock.manifest import listed_checksums
+from freerock.truth import read_truth
 from freerock.workflow import PACKAGE
 from freerock.workflow import code as files_run
 
@@ -14,6 +15,9 @@ SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 try:
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
+    for section in CAMPAIGNS.values():
+        if section.truth:
+            read_truth(f"{section.raw}/{section.truth}")
 except FreerockError as error:
     sys.exit(str(error))
 
