@@ -4,7 +4,7 @@ import ast
 import logging
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -72,6 +72,33 @@ def _files(name: str) -> Iterator[Path]:
         if not (folder / "__init__.py").is_file():
             return
         yield folder / "__init__.py"
+
+
+def make_each(tests: Sequence[str], make: Callable[[str], None], give_up: Callable[[str, str], None]) -> None:
+    """Make the product of each test of a job; what nobody foresaw in one of them does not stop the others.
+
+    A `FreerockError`, such as a full disk, and a lack of memory end the job.
+
+    Parameters
+    ----------
+    tests : sequence of str
+    make : callable
+        Takes a test and writes its product.
+    give_up : callable
+        Takes a test and a reason, and writes a product that holds this reason.
+    """
+    logger = logging.getLogger(PACKAGE.name)
+    for number, test in enumerate(tests, 1):
+        logger.info("%s (%d of %d)", test, number, len(tests))
+        try:
+            make(test)
+        except (FreerockError, MemoryError):
+            raise
+        except Exception as error:
+            logger.exception("%s failed", test)
+            give_up(
+                test, f"unforeseen: {type(error).__name__}: {error}; the log of the step has the traceback"
+            )
 
 
 def log_to(path: str | Path) -> logging.Logger:

@@ -19,6 +19,7 @@ from freerock.config import ConfigError, load_campaign, load_config, section_in
 from freerock.config_reference import MARK, files
 from freerock.laser import Laser
 from freerock.models import MODELS
+from freerock.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 
@@ -489,8 +490,8 @@ def test_accepted_campaign(campaign):
     assert [record.excluded for record in lab.records] == [False, False, True]
     assert lab.blocks["tall"].label == "tall"
     assert lab.blocks["tall"].block.width_m == 0.07
-    assert lab.attributes("b")["block_mass_kg"] == 5.84
-    assert "license" not in lab.attributes("b")
+    assert lab.attributes(lab.record("b"))["block_mass_kg"] == 5.84
+    assert "license" not in lab.attributes(lab.record("b"))
     assert json.loads(json.dumps(lab.model_dump())) == lab.model_dump(mode="json")
 
 
@@ -513,7 +514,7 @@ def test_palermo_campaign():
         assert palermo.blocks[record.block].block == block
         assert Laser(**palermo.lasers[record.laser].model_dump()) == laser
     assert palermo.origin == "simulated"
-    assert palermo.attributes("config2_marble")["origin"] == "simulated"
+    assert palermo.attributes(palermo.record("config2_marble"))["origin"] == "simulated"
     assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
 
 
@@ -577,7 +578,8 @@ def test_readme_and_schemas_agree_with_the_models():
 
 
 def test_shipped_files_name_their_schema_and_agree_with_it():
-    for path in [ROOT / "config/config.yaml", *(ROOT / "config/campaigns").glob("*.yaml")]:
+    shipped = [ROOT / "config/config.yaml"]
+    for path in [*shipped, *(ROOT / "config/campaigns").glob("*.yaml"), *(ROOT / "examples").glob("*.yaml")]:
         text = path.read_text(encoding="utf-8")
         named = re.match(r"# yaml-language-server: \$schema=(\S+)\n", text)[1]
         schema = json.loads((path.parent / named).read_text(encoding="utf-8"))
@@ -592,7 +594,7 @@ def test_shipped_files_name_their_schema_and_agree_with_it():
     [("5.84", "-5.84"), ("mass_kg", "mass"), ("0.05}", "0.05, range_m: 0}"), ("0.1,", "FILL_IN,")],
 )
 def test_the_schema_refuses_what_an_editor_should_mark(old, new):
-    schema = Draft202012Validator(config.json_schema()["campaign"])
+    schema = Draft202012Validator(config.json_schema(config.CampaignFile))
     assert list(schema.iter_errors(yaml.safe_load(YAML))) == []
     assert list(schema.iter_errors(yaml.safe_load(YAML.replace(old, new)))) != []
 
@@ -623,7 +625,8 @@ def test_every_key_is_described():
             for name, key in definition["properties"].items():
                 yield name, key.get("description")
 
-    found = [item for schema in config.json_schema().values() for item in descriptions(schema)]
+    models = (config.ConfigFile, config.CampaignFile, Scene)
+    found = [item for model in models for item in descriptions(config.json_schema(model))]
     assert len(found) > 40
     assert [name for name, description in found if not description] == []
 
@@ -643,7 +646,7 @@ def test_a_rotation_needs_no_beam():
 
 def test_schema_has_the_keys_of_the_example():
     keys = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
-    assert set(keys) <= set(config.json_schema()["campaign"]["properties"])
+    assert set(keys) <= set(config.json_schema(config.CampaignFile)["properties"])
 
 
 def test_configuration_loads_without_the_numerical_libraries():

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from pathlib import Path
 
 from freerock import twin
@@ -25,6 +26,7 @@ foundations:
 lasers:
   high: {beam: horizontal, position_m: 0.2, range_m: 0.1}
   low: {beam: horizontal, position_m: 0.1, range_m: 0.1}
+records_per_job: 1
 """
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 BLOCKS = {
@@ -71,14 +73,17 @@ class Checkout:
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
 
     def planned(self) -> dict:
-        """Number of jobs a run would have, by rule."""
+        """Number of jobs a run would have, by rule; those of record, fit and qc under these names."""
         done = self.snakemake("--dry-run")
         assert done.returncode == 0, done.stdout + done.stderr
         if "Nothing to be done" in done.stdout + done.stderr:
             return {}
         stats = (done.stdout + done.stderr).split("Job stats:")[1].split("total")[0]
-        jobs = {rule: int(number) for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M)}
-        return {rule: number for rule, number in jobs.items() if rule != "all"}
+        jobs = Counter()
+        for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M):
+            jobs[re.sub(r"^(record|fit|qc)_.*", r"\1", rule)] += int(number)
+        del jobs["all"]
+        return dict(jobs)
 
     def edit(self, path, old: str, new: str) -> None:
         text = (self / path).read_text(encoding="utf-8")

@@ -102,7 +102,8 @@ def test_bad_record_is_told_in_one_line(bad, test):
     assert product.attrs["verdict"] == "fail"
     assert product.attrs["reasons"] == line
     assert not product.children
-    assert (checkout / f"results/bad/logs/record_{test}.log").read_text().endswith(f"{line}\n")
+    log = checkout / f"results/bad/logs/record_{list(BAD).index(test) + 1}.log"
+    assert log.read_text().endswith(f"{line}\n")
 
 
 def test_others_finish_and_the_failed_one_is_named(tmp_path):

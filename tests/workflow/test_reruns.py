@@ -95,6 +95,15 @@ def test_new_record(checkout):
     assert checkout.planned() == OF_ONE_RECORD
 
 
+def test_records_that_share_a_job_rerun_together(checkout):
+    checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
+    assert checkout.snakemake().returncode == 0
+    assert checkout.planned() == {}
+    twin.write_record(checkout / "raw/small/third.tdms", simulated("squat", 7))
+    append(checkout, CSV, "third,third.tdms,,squat,mat,low,,,,\n")
+    assert checkout.planned() == OF_ONE_RECORD
+
+
 def test_record_replaced_or_taken_away(checkout):
     raw = checkout / "raw/small/squat_mat.tdms"
     twin.write_record(raw, simulated("squat", 7))

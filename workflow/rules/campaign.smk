@@ -1,4 +1,6 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "predictions", "foundations"]
+PRINTED = ["table1", "table2", "table3"]
+REPORTED = ["runs", "parameters", "choice", "restitution", *PRINTED]
 
 
 rule tables:
@@ -184,14 +186,15 @@ rule figure_valley:
 
 rule report:
     input:
-        raw=lambda w: filter(os.path.exists, map(campaign(w).file, tests(w))),
+        raw=lambda w: raw_files(campaign(w), campaign(w).records),
         records=products("records"),
         fits=products("fits"),
+        tables=lambda w: expand("results/{campaign}/tables/{table}.csv", campaign=w.campaign, table=REPORTED),
         foundation_effect=rules.figure_foundation_effect.output.png,
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
         valley=rules.figure_valley.output.png,
-        pages=lambda w: expand(rules.qc.output.png, campaign=w.campaign, test=tests(w)),
+        pages=lambda w: expand("results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)),
         code=code("report"),
     output:
         html=report(
@@ -210,9 +213,6 @@ rule report:
     params:
         campaign=lambda w: plain(campaign(w)),
         blocks=geometries,
-        release_angles_deg=release_angles,
-        published=published,
-        labels=labels,
     message:
         "{wildcards.campaign}: report"
     script:

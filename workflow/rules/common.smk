@@ -42,23 +42,6 @@ def campaign(wildcards):
     return CAMPAIGNS[wildcards.campaign]
 
 
-def record(wildcards):
-    """The line of the campaign's CSV file that a test stands on."""
-    return campaign(wildcards).record(wildcards.test)
-
-
-def raw_files(wildcards):
-    """The file of a record and the calibration tables of its lasers."""
-    sections = [campaign(wildcards).lasers[name] for name in record(wildcards).lasers]
-    tables = [f"{campaign(wildcards).raw}/{each.calibration}" for each in sections if each.calibration]
-    return [campaign(wildcards).file(wildcards.test), *tables]
-
-
-def checksum(wildcards):
-    """What the campaign's manifest lists for a record file: renewed there, the record is processed again."""
-    return CHECKSUMS[wildcards.campaign].get(record(wildcards).file, "")
-
-
 def plain(section, *without):
     """A section of the configuration as a rule's parameter: numbers and texts, in the order of its fields."""
     return section.model_dump(mode="json", exclude={*without})
@@ -66,6 +49,30 @@ def plain(section, *without):
 
 def geometry(section):
     return plain(section, "label", "release_angle_deg")
+
+
+def record_settings(section, record):
+    """What the step from a record file to runs needs to know of the record alone."""
+    return {
+        "file": record.file,
+        # renewed in the manifest, the record is processed again
+        "sha256": CHECKSUMS[section.name].get(record.file, ""),
+        "channels": list(record.channels),
+        "attributes": section.attributes(record),
+        "block": geometry(section.blocks[record.block]),
+        "lasers": [plain(section.lasers[name]) for name in record.lasers],
+        "overrides": record.overrides,
+        "exclusions": record.exclusions,
+        "excluded": record.reason if record.excluded else "",
+    }
+
+
+def raw_files(section, records):
+    """The files of some records and the calibration tables of their lasers, as far as they exist."""
+    names = {name: None for record in records for name in record.lasers}
+    tables = filter(None, (section.lasers[name].calibration for name in names))
+    files = [f"{section.raw}/{file}" for file in [*(record.file for record in records), *tables]]
+    return [file for file in files if os.path.exists(file)]  # missing: told by the script
 
 
 def geometries(wildcards):
@@ -83,7 +90,7 @@ def published(wildcards):
     return plain(section) if section else None
 
 
-def tests(wildcards):
+def tests_of(wildcards):
     """The tests of a campaign, or of one block where the rule has that wildcard."""
     block = wildcards.get("block")
     return [each.test for each in campaign(wildcards).records if block in (None, each.block)]
@@ -96,10 +103,13 @@ def blocks(wildcards):
 
 def products(kind):
     """Input function: the records or fits of the tests."""
-    return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests(w))
+    return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
+
+
+def printed_names(section):
+    """Printed names of the blocks and foundations of a campaign."""
+    return {name: each.label for name, each in {**section.blocks, **section.foundations}.items()}
 
 
 def labels(wildcards):
-    """Printed names of the blocks and foundations of a campaign."""
-    sections = {**campaign(wildcards).blocks, **campaign(wildcards).foundations}
-    return {name: section.label for name, section in sections.items()}
+    return printed_names(campaign(wildcards))

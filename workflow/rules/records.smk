@@ -1,85 +1,102 @@
-rule record:
-    input:
-        raw=lambda w: filter(os.path.exists, raw_files(w)),  # missing: told by the script
-        code=code("record"),
-    output:
-        record="results/{campaign}/records/{test}.nc",
-    log:
-        "results/{campaign}/logs/record_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/record_{test}.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        raw=lambda w: campaign(w).raw,
-        file=lambda w: record(w).file,
-        sha256=checksum,
-        channels=lambda w: record(w).channels,
-        attributes=lambda w: campaign(w).attributes(w.test),
-        block=lambda w: geometry(campaign(w).blocks[record(w).block]),
-        lasers=lambda w: [plain(campaign(w).lasers[name]) for name in record(w).lasers],
-        rotation=lambda w: plain(campaign(w).processing.rotation),
-        runs=lambda w: plain(campaign(w).processing.runs),
-        impacts=lambda w: plain(campaign(w).processing.impacts),
-        overrides=lambda w: record(w).overrides,
-        exclusions=lambda w: record(w).exclusions,
-        excluded=lambda w: record(w).reason if record(w).excluded else "",
-    message:
-        "{wildcards.campaign}/{wildcards.test}: volts to θ(t), runs and impacts"
-    script:
-        "../scripts/record.py"
+# Per record; a job takes on as many as the campaign's records_per_job says, in the order of its CSV file.
 
 
-rule fit:
-    input:
-        record=rules.record.output.record,
-        code=code("fit"),
-    output:
-        fits="results/{campaign}/fits/{test}.nc",
-    log:
-        "results/{campaign}/logs/fit_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/fit_{test}.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        block=lambda w: geometry(campaign(w).blocks[record(w).block]),
-        attributes=lambda w: campaign(w).attributes(w.test),
-        models=lambda w: campaign(w).fits.models,
-        free=lambda w: {m: list(free) for m, free in campaign(w).fits.freed.items()},
-        pooled=lambda w: campaign(w).fits.pooled,
-        options=lambda w: plain(campaign(w).fits, "models", "free", "paper_mode", "pooled"),
-        impacts=lambda w: plain(campaign(w).processing.impacts),
-    message:
-        "{wildcards.campaign}/{wildcards.test}: identifying the models"
-    script:
-        "../scripts/fit.py"
+for name, section in CAMPAIGNS.items():
+    for number, records in enumerate(section.batches, 1):
+        tests = [each.test for each in records]
+        told = f"{name}: {tests[0]}" + (f" to {tests[-1]}" if tests[1:] else "")
 
+        rule:
+            name:
+                f"record_{name}_{number}"
+            input:
+                raw=raw_files(section, records),
+                code=code("record"),
+            output:
+                records=[f"results/{name}/records/{test}.nc" for test in tests],
+            log:
+                f"results/{name}/logs/record_{number}.log",
+            benchmark:
+                f"results/{name}/benchmarks/record_{number}.tsv"
+            conda:
+                "../envs/freerock.yaml"
+            params:
+                records={each.test: record_settings(section, each) for each in records},
+                shared={
+                    "raw": section.raw,
+                    "rotation": plain(section.processing.rotation),
+                    "runs": plain(section.processing.runs),
+                    "impacts": plain(section.processing.impacts),
+                },
+            message:
+                f"{told}: volts to θ(t), runs and impacts"
+            script:
+                "../scripts/record.py"
 
-rule qc:
-    input:
-        record=rules.record.output.record,
-        fits=rules.fit.output.fits,
-        code=code("qc"),
-    output:
-        pdf="results/{campaign}/figures/qc_{test}.pdf",
-        png=report(
-            "results/{campaign}/figures/qc_{test}.png",
-            caption="../report/qc.rst",
-            category="{campaign}",
-            subcategory="Quality control",
-            labels={"figure": "Runs of {test}"},
-        ),
-        data="results/{campaign}/figures/qc_{test}.csv",
-    log:
-        "results/{campaign}/logs/qc_{test}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/qc_{test}.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        labels=labels,
-    message:
-        "{wildcards.campaign}/{wildcards.test}: a page per run"
-    script:
-        "../scripts/qc.py"
+        rule:
+            name:
+                f"fit_{name}_{number}"
+            input:
+                records=[f"results/{name}/records/{test}.nc" for test in tests],
+                code=code("fit"),
+            output:
+                fits=[f"results/{name}/fits/{test}.nc" for test in tests],
+            log:
+                f"results/{name}/logs/fit_{number}.log",
+            benchmark:
+                f"results/{name}/benchmarks/fit_{number}.tsv"
+            conda:
+                "../envs/freerock.yaml"
+            params:
+                records={
+                    each.test: {
+                        "attributes": section.attributes(each),
+                        "block": geometry(section.blocks[each.block]),
+                    }
+                    for each in records
+                },
+                shared={
+                    "models": list(section.fits.models),
+                    "free": {model: list(free) for model, free in section.fits.freed.items()},
+                    "pooled": section.fits.pooled,
+                    "options": plain(section.fits, "models", "free", "paper_mode", "pooled"),
+                    "impacts": plain(section.processing.impacts),
+                },
+            message:
+                f"{told}: identifying the models"
+            script:
+                "../scripts/fit.py"
+
+        rule:
+            name:
+                f"qc_{name}_{number}"
+            input:
+                records=[f"results/{name}/records/{test}.nc" for test in tests],
+                fits=[f"results/{name}/fits/{test}.nc" for test in tests],
+                code=code("qc"),
+            output:
+                pdf=[f"results/{name}/figures/qc_{test}.pdf" for test in tests],
+                png=[
+                    report(
+                        f"results/{name}/figures/qc_{test}.png",
+                        caption="../report/qc.rst",
+                        category=name,
+                        subcategory="Quality control",
+                        labels={"figure": f"Runs of {test}"},
+                    )
+                    for test in tests
+                ],
+                data=[f"results/{name}/figures/qc_{test}.csv" for test in tests],
+            log:
+                f"results/{name}/logs/qc_{number}.log",
+            benchmark:
+                f"results/{name}/benchmarks/qc_{number}.tsv"
+            conda:
+                "../envs/freerock.yaml"
+            params:
+                tests=tests,
+                labels=printed_names(section),
+            message:
+                f"{told}: a page per run"
+            script:
+                "../scripts/qc.py"

@@ -1,11 +1,15 @@
-"""Quality control of one record, a page per run."""
+"""Quality control of some records, a page per run."""
 
-from freerock.datasets import open_fits, open_record
-from freerock.figures.qc import qc
-from freerock.figures.style import save
-from freerock.workflow import log_to
+from freerock.steps.qc import make_pages
+from freerock.workflow import log_to, make_each
 
 log_to(snakemake.log[0])
-record, fits = open_record(snakemake.input.record), open_fits(snakemake.input.fits)
-drawn = qc(record, fits, snakemake.params.labels)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), record.attrs["origin"])
+pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
+inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))
+
+
+def make(test, reason=""):
+    make_pages(*inputs[test], pages[test].removesuffix(".png"), snakemake.params.labels, reason)
+
+
+make_each(list(pages), make, make)

@@ -1,92 +1,20 @@
-"""A record to θ(t), runs and impacts."""
+"""Record files to θ(t), runs and impacts."""
 
-from pathlib import Path
+from freerock.datasets import write_failure
+from freerock.steps.record import make_record
+from freerock.workflow import log_to, make_each
 
-import numpy as np
-
-from freerock.acquisition import read_record
-from freerock.datasets import provenance, write_failure, write_record
-from freerock.errors import FreerockError
-from freerock.faults import listed_faults
-from freerock.impacts import doubt_about, find_impacts
-from freerock.laser import Laser
-from freerock.manifest import check_manifest
-from freerock.models.block import Block
-from freerock.quantity import read_calibration
-from freerock.rotation import rotation
-from freerock.runs import find_runs, with_warning
-from freerock.workflow import log_to
-
-log = log_to(snakemake.log[0])
-params = snakemake.params
-path = Path(params.raw, params.file)
-block = Block(**params.block)
+log_to(snakemake.log[0])
+records, shared = snakemake.params.records, snakemake.params.shared
+outputs = dict(zip(records, snakemake.output.records, strict=True))
 
 
-def sensor(section):
-    table = section["calibration"] and read_calibration(Path(params.raw, section["calibration"]))
-    return Laser(**section | {"calibration": table})
+def make(test):
+    make_record(records[test] | shared, outputs[test])
 
 
-def channel(name):
-    """A channel by its name, "" for the only one: time, signal, unit, and what its reader found out."""
-    read = read_record(path, name or None)
-    if len(read.data_vars) > 1:
-        several = f"has the channels {', '.join(read.data_vars)}"
-        raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
-    (signal,) = read.data_vars.values()
-    told = {key: read.attrs[key] for key in ("reading", "time_base") if key in read.attrs}
-    return read["time"].values, signal.values, signal.attrs["units"], told
+def give_up(test, reason):
+    write_failure(outputs[test], reason, records[test]["attributes"])
 
 
-def process():
-    check_manifest(params.raw, [params.file])
-    lasers = [sensor(section) for section in params.lasers]
-    times, signals, units, told = zip(*map(channel, params.channels), strict=True)
-    if not all(np.array_equal(time, times[0]) for time in times):
-        raise FreerockError(path, "the two channels differ in their times", "name two of one group")
-    record = rotation(times[0], signals, lasers, block, units, **params.rotation)
-    record.attrs |= told[0]
-    time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-    known = block, record.attrs["zero_stderr_rad"], listed_faults(record)
-    by_hand = {"overrides": params.overrides, "exclusions": params.exclusions}
-    runs = find_runs(time, theta, sigma, flags, *known, **by_hand, **params.runs)
-    impacts = []
-    for run in runs:
-        during = (time >= run.release_s) & (time <= run.end_s)
-        held = {"theta0": run.theta0, "theta0_stderr": run.theta0_stderr}
-        impacts.append(
-            find_impacts(time[during], theta[during], sigma[during], block, **held, **params.impacts)
-        )
-    ratio = params.impacts["min_uplift_ratio"]
-    doubts = [doubt_about(found, min_uplift_ratio=ratio) for found in impacts]
-    return record, list(map(with_warning, runs, doubts)), impacts
-
-
-output = snakemake.output.record
-settings = dict(params.items())
-attributes = params.attributes | {"provenance": provenance([], settings)}
-try:
-    attributes["provenance"] = provenance(snakemake.input.raw, settings)
-    if params.excluded:
-        write_failure(output, f"excluded: {params.excluded}", attributes, verdict="warn")
-    else:
-        record, runs, impacts = process()
-        write_record(output, record, runs, impacts, attributes)
-        for key in ("reading", "time_base"):
-            if key in record.attrs:
-                log.info("%s: %s", key.replace("_", " "), record.attrs[key])
-        for fault in listed_faults(record):
-            log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
-        for run in runs:
-            log.info(
-                "run %d, released at %.3f s: %s",
-                run.number,
-                run.release_s,
-                ": ".join([run.verdict, *run.reasons]),
-            )
-except FreerockError as error:
-    where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
-    failure = FreerockError(where, error.what, error.remedy)
-    log.error(failure)
-    write_failure(output, failure, attributes)
+make_each(list(records), make, give_up)

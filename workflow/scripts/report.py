@@ -1,25 +1,15 @@
 """The report of a campaign and its provenance."""
 
+from pathlib import Path
+
 from freerock.datasets import open_fits, open_record, provenance, write_json
 from freerock.models.block import Block
 from freerock.report import write_report
-from freerock.tables import printed_tables, tidy_tables
+from freerock.tables import read_csv
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 inputs, params = snakemake.input, snakemake.params
-records = [open_record(path) for path in inputs.records]
-fits = [open_fits(path) for path in inputs.fits]
-blocks = {name: Block(**block) for name, block in params.blocks.items()}
-tidy = tidy_tables(records, fits)
-printed = printed_tables(
-    tidy,
-    records,
-    blocks,
-    release_angles_deg=params.release_angles_deg,
-    published=params.published,
-    labels=params.labels,
-)
 figures = [
     ("Effect of the foundation on the measured rotation", inputs.foundation_effect),
     *(("Measured rotation and the models fitted to it", path) for path in inputs.models),
@@ -30,16 +20,12 @@ made_by = provenance(inputs.raw, params.campaign)
 write_json(snakemake.output.provenance, made_by)
 write_report(
     snakemake.output.html,
-    title=params.campaign["title"],
-    summary=params.campaign["summary"],
-    origin=params.campaign["origin"],
-    **tidy,
-    fits=fits,
-    blocks=blocks,
-    tables=[(table["caption"], table["text"], table["notes"]) for table in printed.values()],
-    figures=figures,
-    pages=dict(zip((record.attrs["test"] for record in records), inputs.pages, strict=True)),
-    labels=params.labels,
-    debonding=params.campaign["fits"]["debonding"],
     provenance=made_by,
+    tables={Path(path).stem: read_csv(path) for path in inputs.tables},
+    blocks={name: Block(**block) for name, block in params.blocks.items()},
+    datasets=(
+        (open_record(record), open_fits(fit)) for record, fit in zip(inputs.records, inputs.fits, strict=True)
+    ),
+    figures=figures,
+    pages={Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
 )

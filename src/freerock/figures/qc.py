@@ -36,11 +36,10 @@ def qc(record, fits, labels=None):
         Columns run (empty: the whole record), series, time_s, value, unit; times on the record's clock, of
         a run since its release.
     """
-    names = [label(labels, record.attrs[key]) for key in ("block", "foundation")]
-    title = f"{record.attrs['test']}: {', '.join(names)}"
     runs = runs_of(record)
     if not runs:
-        return [_failed(record, title)], pd.DataFrame(columns=COLUMNS)
+        return failed(record, labels, record.attrs["reasons"], record.attrs["verdict"])
+    title = _title(record, labels)
     whole = _record_series(record)
     fitted = runs_of(fits)
     pages, parts = [], [whole]
@@ -49,6 +48,19 @@ def qc(record, fits, labels=None):
         pages.append(_page(record, title, number, run, whole, own))
         parts.append(own)
     return pages, pd.concat(parts, ignore_index=True)
+
+
+def failed(record, labels, reasons, verdict="fail"):
+    """The page of a record without runs, or one that can't be drawn: what and why; returns as `qc`."""
+    figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI, layout="none")
+    _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
+    footer(figure, record.attrs["origin"])
+    return [figure], pd.DataFrame(columns=COLUMNS)
+
+
+def _title(record, labels):
+    names = [label(labels, record.attrs[key]) for key in ("block", "foundation")]
+    return f"{record.attrs['test']}: {', '.join(names)}"
 
 
 def _series(run, series, time_s, value, unit):
@@ -218,10 +230,3 @@ def _header(figure, title, attrs, facts="", faults=""):
     for i, (line, shade) in enumerate(lines):
         write(0.01, 0.44 + 0.14 * i, line, color=shade)
     return 0.44 + 0.14 * len(lines)
-
-
-def _failed(record, title):
-    figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI, layout="none")
-    _header(figure, title, record.attrs)
-    footer(figure, record.attrs["origin"])
-    return figure
