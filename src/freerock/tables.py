@@ -31,9 +31,9 @@ PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's o
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [*IDENTITY, "origin", "theta0_deg", "start_s", "duration_s", "n_impacts", "sigma_theta_deg"]
 RUNS += ["verdict", "reasons"]
-PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit"]
+PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit", "success"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
-EPSILON += ["aic", "bic", "selected"]
+EPSILON += ["aic", "bic", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "reason"]
 NORMAL_95 = 1.959963984540054
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
@@ -138,7 +138,8 @@ def parameters_table(fits) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units.
+        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units; success tells
+        whether the fit may be used.
     """
     rows = []
     for tree in fits:
@@ -152,9 +153,10 @@ def parameters_table(fits) -> pd.DataFrame:
                         "parameter": parameter,
                         **{key: column[i] for key, column in numbers.items()},
                         "unit": UNITS[parameter.split("_")[0]],
+                        "success": bool(fit["success"].item()),
                     }
                 )
-    return pd.DataFrame(rows, columns=PARAMETERS)
+    return pd.DataFrame(rows, columns=PARAMETERS).astype({"success": bool})
 
 
 def epsilon_table(fits) -> pd.DataFrame:
@@ -169,7 +171,7 @@ def epsilon_table(fits) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model chosen
-        for that run (`choice_table`).
+        for that run (`choice_table`), success tells whether the fit may be used.
     """
     rows = []
     for tree in fits:
@@ -178,8 +180,10 @@ def epsilon_table(fits) -> pd.DataFrame:
             row = {key: fit[key].item() for key in scalars}
             row["final_time_s"] = row.pop("final_time")
             row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+            row["success"] = bool(fit["success"].item())
             rows.append({**_identity(tree, run), "model": model, **row})
-    frame = pd.DataFrame(rows, columns=EPSILON[:-1]).astype({"n_parameters": "Int64"})
+    columns = [column for column in EPSILON if column != "selected"]
+    frame = pd.DataFrame(rows, columns=columns).astype({"n_parameters": "Int64", "success": bool})
     chosen = {(row.test, row.run): row.model for row in choice_table(fits).itertuples()}
     selected = [chosen[row.test, row.run] == row.model for row in frame.itertuples()]
     return frame.assign(selected=selected)[EPSILON]
@@ -340,15 +344,14 @@ def table2(parameters, published=None) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns test, block, foundation, model, parameter, unit, value, stderr, published; SI units.
+        Columns test, block, foundation, model, parameter, unit, value, stderr, published, success; SI units.
     """
     frame = parameters[parameters["run"] == "pooled"]
     own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
-    return frame[
-        ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr", "published"]
-    ]
+    columns = ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr", "published"]
+    return frame[[*columns, "success"]]
 
 
 def table2_text(frame, labels=None) -> pd.DataFrame:
@@ -366,9 +369,8 @@ def table2_text(frame, labels=None) -> pd.DataFrame:
         labels,
         lambda row: {
             "Model": MODEL_LABELS[row.model],
-            "Parameter": _with_unit(SYMBOLS[row.parameter], row.unit),
-            "Identified": quantity(row.value, row.stderr)
-            + ("" if math.isfinite(row.stderr) else " (failed fit)"),
+            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
+            "Identified": quantity(row.value, row.stderr) + failed(row),
             "Published": quantity(row.published),
         },
     )
@@ -387,11 +389,12 @@ def table3(epsilon, published=None) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s.
+        Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
     """
     frame = epsilon[epsilon["run"] == "pooled"].reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
-    return frame[["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]]
+    columns = ["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
+    return frame[[*columns, "success"]]
 
 
 def table3_text(frame, labels=None) -> pd.DataFrame:
@@ -409,11 +412,16 @@ def table3_text(frame, labels=None) -> pd.DataFrame:
         labels,
         lambda row: {
             "Model": MODEL_LABELS[row.model],
-            "ε_θ / %": quantity(100 * row.epsilon_theta),
+            "ε_θ / %": quantity(100 * row.epsilon_theta) + failed(row),
             "Published / %": fixed(100 * row.published, 2),
             "t_f / s": fixed(row.final_time_s, 2),
         },
     )
+
+
+def failed(row) -> str:
+    """What is printed after a number of a fit that may not be used."""
+    return "" if row.success else " (failed fit)"
 
 
 def _grouped(frame, labels, cells) -> pd.DataFrame:
@@ -469,7 +477,7 @@ def recovered_text(frame) -> pd.DataFrame:
         {
             "Record": [row.test for row in rows],
             "Run": [str(row.run) for row in rows],
-            "Parameter": [_with_unit(SYMBOLS[row.parameter], row.unit) for row in rows],
+            "Parameter": [with_unit(SYMBOLS[row.parameter], row.unit) for row in rows],
             "Truth": [quantity(row.truth, digits=5) for row in rows],
             "Identified": [
                 quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95) for row in rows
@@ -620,11 +628,16 @@ def fixed(value, decimals) -> str:
     return f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "–"
 
 
-def _with_unit(symbol, unit) -> str:
+def with_unit(symbol, unit) -> str:
     """Symbol and unit, "k / (N m⁻²)"; the symbol alone for a pure number."""
-    if unit == "1":
-        return symbol
-    return f"{symbol} / ({re.sub(r'-[0-9]', lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)})"
+    return symbol if unit == "1" else f"{symbol} / ({unit_text(unit)})"
+
+
+def unit_text(unit) -> str:
+    """A unit with raised exponents, "N m⁻²"; nothing for a pure number."""
+    return (
+        "" if unit == "1" else re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
+    )
 
 
 # Writing
@@ -652,8 +665,9 @@ def read_csv(path) -> pd.DataFrame:
     path : path-like
         CSV file.
     """
-    frame = pd.read_csv(path, dtype={"run": str, "reasons": str})
-    return frame.fillna({column: "" for column in ("reasons",) if column in frame})
+    text = dict.fromkeys(("run", "reasons", "reason"), str)
+    frame = pd.read_csv(path, dtype=text, keep_default_na=False, na_values=[""])  # a block may be called NA
+    return frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
 
 
 def write_table(stem, frame, text, *, caption, notes=()):

@@ -1,27 +1,32 @@
+import base64
+import json
 import re
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 from fabricated import campaign, failed_record, fits, record
 from matplotlib.image import imsave
 
+from freerock.config import load_campaign
 from freerock.models.block import Block
-from freerock.report import fit_settings, restitution_comparison, write_report
+from freerock.report import charted, restitution_comparison, write_report
+from freerock.report.curves import BINS, MISSING, packed, run_curves
 from freerock.tables import (
-    choice_table,
-    epsilon_table,
     parameters_table,
+    printed_tables,
     read_csv,
     restitution_table,
     runs_table,
-    table2,
-    table2_text,
+    tidy_tables,
     write_csv,
 )
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 VOID = {"img", "meta", "br", "hr", "link", "input"}
+SHIPPED = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
+HOSTILE = "<script>alert(1)</script>&\"'"
 
 
 class Outline(HTMLParser):
@@ -29,7 +34,7 @@ class Outline(HTMLParser):
 
     def __init__(self, html):
         super().__init__()
-        self.html, self.open, self.tags, self.words = html, [], [], []
+        self.html, self.open, self.tags, self.words, self.scripts = html, [], [], [], []
         self.feed(html)
         assert not self.open
 
@@ -45,7 +50,9 @@ class Outline(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if self.open[-1:] != ["style"]:
+        if self.open[-1:] == ["script"]:
+            self.scripts.append(data)
+        elif self.open[-1:] != ["style"]:
             self.words.append(data)
 
     @property
@@ -53,39 +60,45 @@ class Outline(HTMLParser):
         return " ".join(" ".join(self.words).split())
 
 
-def make(folder, datasets, **changes):
+def settings(trees, **changes):
+    """The shipped campaign's section, for made-up records."""
+    config = load_campaign(SHIPPED).model_dump(mode="json")
+    shape = {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84, "release_angle_deg": 10.0}
+    names = [tree.attrs["test"] for tree in trees]
+    line = dict.fromkeys(("channel", "exclude", "override", "reason", "note"), "") | {"laser": "at_200mm"}
+    config |= {
+        "title": "Marble & <mats>",
+        "summary": "Two blocks.",
+        "raw": "raw",
+        "blocks": {"b1": {**shape, "label": "Slender"}, "b2": {**shape, "label": "Squat"}},
+        "foundations": {"marble": {"label": "Marble"}, "mat": {"label": "Soft mat"}},
+        "records": [line | {"test": test, "file": f"{test}.tdms"} for test in names],
+    }
+    return config | changes
+
+
+def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
     records, fitted = datasets
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
-    parameters = parameters_table(fitted)
-    table = table2(parameters)
-    frames = {
-        "runs": runs_table(records),
-        "parameters": parameters,
-        "epsilon": epsilon_table(fitted),
-        "choice": choice_table(fitted),
-        "restitution": restitution_table(records, fitted),
-    }
+    tidy = tidy_tables(records, fitted)
+    frames = tidy | {k: v["frame"] for k, v in printed_tables(tidy, records, shapes).items()}
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")
-        frames[name] = read_csv(folder / f"{name}.csv")
-    given = {
-        "title": "Marble & <mats>",
-        "summary": "Two blocks.",
-        "origin": "simulated",
-        **frames,
-        "fits": fitted,
-        "blocks": BLOCKS,
-        "tables": [("Table 2", table2_text(table), ["A note."])] if len(table) else [],
-        "figures": [("Figure 2", image)],
-        "pages": {records[0].attrs["test"]: image},
-        "labels": {"mat": "Soft mat"},
-        "provenance": {
-            "inputs": {"raw/b1.tdms": "0a1b"},
-            "config": {"fits": ["r", 1.5], "empty": "", "records": [{"test": "b1"}]},
+    write_report(
+        folder / "report.html",
+        provenance={
+            "inputs": {"raw/b1_marble.tdms": "0a1b"},
+            "config": settings(records, **changes),
+            "software": {"numpy": "2.0"},
+            "git": "abc-dirty",
         },
-    }
-    write_report(folder / "report.html", **given | changes)
+        tables={name: read_csv(folder / f"{name}.csv") for name in frames},
+        blocks=shapes,
+        datasets=zip(records, fitted, strict=True),
+        figures=[("Figure 2", image)] if figures is None else figures,
+        pages={records[0].attrs["test"]: folder / "figures/qc.png"},
+    )
     return Outline((folder / "report.html").read_text(encoding="utf-8"))
 
 
@@ -95,16 +108,26 @@ def page(tmp_path_factory):
 
 
 def test_report_needs_nothing_from_outside(page):
-    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe")]
+    assert not [tag for tag, _ in page.tags if tag in ("link", "iframe")]
+    assert not [attrs for tag, attrs in page.tags if tag == "script" and "src" in attrs]
     sources = [attrs[key] for _, attrs in page.tags for key in ("src", "href") if key in attrs]
     assert sources
-    assert all(re.match(r"#|data:image/png;base64,", source) for source in sources)
-    assert "url(" not in page.html
+    assert all(
+        re.match(r"#|data:image/png;base64,|figures/qc\.png$|image\.pdf$", source) for source in sources
+    )
+    (policy,) = [attrs["content"] for _, attrs in page.tags if attrs.get("http-equiv")]
+    assert policy.startswith("default-src 'none'")
 
 
-def test_report_escapes_what_it_is_given(page):
-    assert "Marble & <mats>" in page.text
-    assert not [tag for tag, _ in page.tags if tag == "mats"]
+def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
+    tree = record("b1_marble")
+    tree["run_1"].attrs["reasons"] = HOSTILE
+    line = {"test": "b1_marble", "file": HOSTILE, "laser": HOSTILE, "note": HOSTILE, "reason": HOSTILE}
+    label = {"b1": {"label": HOSTILE, "height_m": 0.28}}
+    changes = {"title": HOSTILE, "summary": HOSTILE, "records": [line], "blocks": label, "license": HOSTILE}
+    page = make(tmp_path, ([tree], [fits(tree)]), figures=[(HOSTILE, tmp_path / "image.png")], **changes)
+    assert page.html.count("<script>alert") == 0
+    assert page.text.count("alert(1)") > 8
 
 
 def test_report_shows_every_run_with_verdict_and_reasons(page):
@@ -115,34 +138,114 @@ def test_report_shows_every_run_with_verdict_and_reasons(page):
     assert "Soft mat" in page.text
 
 
-def test_links_lead_to_a_place_on_the_page(page):
+def test_every_row_of_every_table_leads_to_its_run_or_record(page):
     places = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
     links = {attrs["href"][1:] for _, attrs in page.tags if attrs.get("href", "").startswith("#")}
     assert links <= places
-    assert {"qc-b1_marble-1", "qc-b1_marble-2", "qc-b1_marble-3"} <= links
+    assert {"run-b1_marble-1", "run-b1_marble-2", "run-b1_marble-3", "record-b1_broken"} <= links
+    tables = re.findall(r'<table class="sorts">.*?<tbody>(.*?)</tbody>', page.html, re.S)
+    assert len(tables) == 6
+    for row in "".join(tables).split("<tr>")[1:]:
+        assert re.search('href="#(run|record|config)-', row)
+
+
+def test_a_number_of_table_2_leads_to_file_samples_and_settings(page):
+    (row,) = re.findall(r"<tr>(?:(?!</tr>).)*b1_marble(?:(?!</tr>).)*0.9570 ± 0.0012.*?</tr>", page.html)[:1]
+    target = re.search('href="#(record-b1_marble)"', row)[1]
+    section = re.search(f'<section class="record" id="{target}">(.*?)</section>', page.html, re.S)[1]
+    assert "raw/b1_marble.tdms" in section and "0a1b" in section
+    assert "samples 404 to 1200" in section
+    assert {"config-blocks-b1", "config-lasers-at_200mm", "config-processing", "config-fits"} <= set(
+        re.findall('href="#([^"]*)"', section)
+    )
+
+
+def test_curves_of_a_run_hold_its_highest_and_lowest_angle():
+    tree = record()
+    run = fits(tree)["run_1"]
+    curves = run_curves(tree, 1, run)
+    whole = np.frombuffer(base64.b64decode(curves["theta"]["measured"]["data"]), "<i2").astype(float)
+    theta = np.where(whole == MISSING, np.nan, whole) * curves["theta"]["measured"]["scale"]
+    measured = np.degrees(run["theta"].values)
+    assert len(theta) <= 2 * BINS
+    assert np.nanmax(theta) == pytest.approx(np.nanmax(measured), abs=1e-3)
+    assert np.nanmin(theta) == pytest.approx(np.nanmin(measured), abs=1e-3)
+    assert (
+        list(curves["theta"]) == list(curves["rate"]) == ["measured", "housner", "winkler", "hunt_crossley"]
+    )
+    assert [len(each) for each in curves["impacts"].values()] == [4] * 4
+    assert curves["impacts"]["measured"][0][:2] == pytest.approx([0.3, 0.94])
+
+
+def test_rate_of_a_model_is_the_derivative_of_its_angle():
+    tree = record()
+    run = fits(tree)["run_1"]
+    rate = run_curves(tree, 1, run)["rate"]["housner"]
+    peak = np.abs(np.frombuffer(base64.b64decode(rate["data"]), "<i2")).max() * rate["scale"]
+    model = np.degrees(np.gradient(run["housner"]["theta_model"].values, run["time"].values))
+    assert peak == pytest.approx(np.abs(model).max(), rel=0.02)
+
+
+def test_a_run_without_fits_has_its_measured_curve_alone():
+    assert list(run_curves(record(), 3)["theta"]) == ["measured"]
+
+
+def test_packing_keeps_gaps_and_five_digits():
+    values = np.array([1.0, np.nan, -20.0, 0.001])
+    got = packed(values)
+    whole = np.frombuffer(base64.b64decode(got["data"]), "<i2")
+    assert whole[1] == MISSING
+    np.testing.assert_allclose(whole[[0, 2, 3]] * got["scale"], values[[0, 2, 3]], atol=20 / 32000)
+    assert packed(np.zeros(2))["scale"] == 1.0
+
+
+def test_charts_are_for_the_worst_runs_then_for_the_first_of_each_record():
+    runs = runs_table(campaign()[0])
+    assert charted(runs, 1) == {("b1_marble", 3)}
+    some = charted(runs, 4)
+    assert {("b1_marble", 3), ("b1_mat", 3), ("b1_marble", 1), ("b1_mat", 1)} == some
+    assert len(charted(runs, 100)) == 9
+
+
+def test_runs_beyond_the_limit_are_told_and_linked(tmp_path, monkeypatch):
+    monkeypatch.setattr("freerock.report.MOST_CHARTED", 2)
+    page = make(tmp_path, campaign())
+    assert page.html.count('class="charts"') == 2
+    assert "2 of the 9 runs have charts here" in page.text
+    assert "No charts here: see the quality page" in page.text
+
+
+def test_charts_take_their_looks_from_the_figures(page):
+    (styles,) = [json.loads(each) for each in page.scripts if each.startswith('{"mark"')]
+    assert styles["mark"] == " – simulated"
+    assert styles["lines"]["housner"]["color"] == "#d55e00"
+    dashes = [tuple(line["dash"]) for line in styles["lines"].values()]
+    assert len(set(dashes[1:])) == len(dashes) - 1
 
 
 def test_images_have_size_and_description(page):
-    images = [attrs for tag, attrs in page.tags if tag in ("img", "image")]
-    assert len(images) == 2
-    assert all((image["width"], image["height"]) == ("30", "24") for image in images)
-    described = [attrs for tag, attrs in page.tags if tag == "img" or attrs.get("role") == "img"]
-    assert all(attrs.get("alt") or attrs.get("aria-label") for attrs in described)
+    (image,) = [attrs for tag, attrs in page.tags if tag == "img"]
+    assert (image["width"], image["height"], image["alt"]) == ("30", "24", "Figure 2")
 
 
-def test_each_run_shows_its_own_part_of_the_stacked_pages(page):
-    windows = [attrs["viewbox"] for _, attrs in page.tags if "viewbox" in attrs]
-    assert windows == ["0 0 30 8", "0 8 30 8", "0 16 30 8"]
+def test_figures_beyond_the_limit_are_linked(tmp_path, monkeypatch):
+    monkeypatch.setattr("freerock.report.MOST_FIGURES", 0)
+    page = make(tmp_path, campaign())
+    assert not [tag for tag, _ in page.tags if tag == "img"]
+    assert "image.pdf" in page.text
 
 
 def test_report_says_what_is_simulated(page, tmp_path):
     assert "Simulated records." in page.text
-    assert "imulated" not in make(tmp_path, campaign(), origin="measured").text
+    measured = make(tmp_path, campaign(), origin="measured")
+    assert "imulated" not in measured.text
+    assert not any('"mark":" – simulated"' in each for each in measured.scripts)
 
 
 def test_report_says_which_debonding_rule(page, tmp_path):
     assert "Debonding rule “geometric”" in page.text
-    other = make(tmp_path, campaign(), debonding="tensionless").text
+    chosen = settings([])["fits"] | {"debonding": "tensionless"}
+    other = make(tmp_path, campaign(), fits=chosen).text
     assert "and the foundation pushes" in other
     assert "dashpot may pull" not in other
 
@@ -154,8 +257,10 @@ def test_report_states_tolerance_error_and_sampling(page):
 
 
 def test_report_shows_nested_provenance(page):
-    assert "raw/b1.tdms 0a1b" in page.text
-    assert "config fits r, 1.5 records.1.test b1" in page.text
+    assert "raw/b1_marble.tdms 0a1b" in page.text
+    assert "free.hunt_crossley theta0, t0" in page.text
+    assert "git abc-dirty" in page.text
+    assert "state of the code: abc-dirty" in page.text
 
 
 def test_first_impact_is_compared_with_that_of_a_rigid_block():
@@ -179,15 +284,14 @@ def test_report_tells_how_late_the_first_impact_is(page):
 
 def test_report_tells_that_a_first_impact_is_early(tmp_path):
     stiff = {name: Block(4 * block.height_m, 4 * block.width_m, 1.0) for name, block in BLOCKS.items()}
-    page = make(tmp_path, campaign(), blocks=stiff)
+    page = make(tmp_path, campaign(), shapes=stiff)
     assert re.search(r"from [\d.]+ % earlier to [\d.]+ % earlier", page.text)
     assert "Where it comes earlier" in page.text
 
 
-def test_settings_of_every_fit_are_listed():
-    settings = fit_settings([fits(record(n_runs=2))])
-    assert len(settings) == 9
-    assert settings.groupby("model")["rtol"].first()["hunt_crossley"] == 1e-7
+def test_fits_of_every_run_are_listed(page):
+    assert page.html.count("<td>closed form</td>") == 4 + 7
+    assert page.text.count("k = (6.880 ± 0.012)·10⁶ N m⁻²") == 2 * (4 + 7)
 
 
 def test_report_of_a_campaign_in_which_every_record_failed(tmp_path):

@@ -78,7 +78,7 @@ def test_runs_are_ordered_by_number():
 def test_parameters_per_run_and_pooled(datasets):
     table = parameters_table(datasets[1])
     assert ",".join(table) == (
-        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,unit"
+        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,unit,success"
     )
     own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
     assert own["run"].tolist() == [1] * 3 + [2] * 3 + ["pooled"] * 4
@@ -92,7 +92,7 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
     table = epsilon_table(datasets[1])
     assert ",".join(table) == (
         "campaign,test,run,block,foundation,model,epsilon_theta,final_time_s,epsilon_holdout,n_parameters,"
-        "aic,bic,selected"
+        "aic,bic,selected,success"
     )
     assert set(table[table["selected"]]["model"]) == {"hunt_crossley"}
     assert table.groupby(["test", "run"])["selected"].sum().eq(1).all()

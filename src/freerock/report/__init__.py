@@ -1,100 +1,149 @@
 """The report of a campaign: one HTML file that opens without internet."""
 
 import base64
+import io
 import math
-import struct
+import os
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
+from typing import NamedTuple
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from PIL import Image
 
 from freerock.datasets import atomic
+from freerock.figures.style import MEASURED, MODEL_STYLES
+from freerock.models import MODELS
 from freerock.models.housner import housner_lobes
-from freerock.tables import MODEL_LABELS, SIMULATED_NOTE, fits_of, fixed, quantity
+from freerock.report.curves import run_curves
+from freerock.tables import (
+    MODEL_LABELS,
+    SIMULATED_NOTE,
+    SYMBOLS,
+    failed,
+    fits_of,
+    fixed,
+    quantity,
+    runs_of,
+    unit_text,
+    with_unit,
+)
 
-SETTINGS = ["test", "run", "model", "success", "message", "rtol", "integrator_error"]
-SETTINGS += ["averaged", "residual_over_sigma", "coloured", "white"]
+MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
+MOST_FIGURES = 12  # in the page, about 90 kB each; the others are linked
+COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
+
+HERE = Path(__file__).parent
+BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
+VERDICTS = ("fail", "warn", "ok")
+DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # as figures.style, for the screen
+MARKERS = {"measured": "circle", "housner": "diamond", "winkler": "square", "hunt_crossley": "triangle"}
+MARKERS |= {"general": "inverted_triangle"}
+
 COMPARISON = ["test", "r_fitted", "r_fitted_stderr", "r_first", "r_median", "r_low", "r_high"]
 COMPARISON += ["first_impact_s", "rigid_s"]
 
 
-def write_report(
-    path,
-    *,
-    title,
-    summary,
-    origin,
-    runs,
-    parameters,
-    epsilon,
-    choice,
-    restitution,
-    fits,
-    blocks,
-    tables,
-    figures,
-    pages,
-    labels=None,
-    debonding="geometric",
-    provenance=None,
-):
+class Cell(NamedTuple):
+    """A cell of a table: its text, what it is sorted by, where it leads to, and its CSS class."""
+
+    text: str
+    value: float | str = ""
+    href: str = ""
+    kind: str = ""
+
+
+def write_report(path, *, provenance, tables, blocks, datasets, figures=(), pages=None):
     """Write the report of a campaign.
 
     Parameters
     ----------
     path : path-like
         HTML file to write; replaced in one step.
-    title, summary : str
-        Of the campaign.
-    origin : str
-        "simulated" or "measured".
-    runs, parameters, epsilon, choice, restitution : pandas.DataFrame
-        The tidy tables of the campaign (`freerock.tables`).
-    fits : iterable of xarray.DataTree
-        Fit datasets, for the numerical settings.
+    provenance : mapping
+        inputs, config, software and git, as `freerock.datasets.provenance` gives them; config is the
+        campaign's section.
+    tables : mapping of str to pandas.DataFrame
+        The tidy tables runs, parameters, choice and restitution, and table1 to table3, as
+        `freerock.tables.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
-    tables : sequence of (str, pandas.DataFrame, sequence of str)
-        Caption, printed cells and footnotes of each table to show.
+    datasets : iterable of (xarray.DataTree, xarray.DataTree)
+        Record and fit dataset of each test; one pair is looked at after the other.
     figures : sequence of (str, path-like)
         Caption and PNG file of each figure to show.
-    pages : mapping of str to path-like
-        PNG file of the quality pages by record.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-    debonding : str
-        "geometric" or "tensionless", as the fits used it.
-    provenance : mapping, optional
-        What made the products; shown as it is, nested mappings and lists included.
+    pages : mapping of str to path-like, optional
+        File of the quality pages by record, linked relative to `path`.
     """
-    labels = labels or {}
-    compared = restitution_comparison(runs, parameters, restitution, blocks)
-    settings = fit_settings(fits)
-    rows = _run_rows(runs, epsilon, labels, pages)
-    environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent), autoescape=True, undefined=StrictUndefined
-    )
+    config, folder = provenance["config"], Path(path).parent
+    labels = {
+        name: each["label"] for kind in ("blocks", "foundations") for name, each in config[kind].items()
+    }
+    runs, restitution = tables["runs"], tables["restitution"]
+    listed = {each["test"]: each for each in config["records"]}
+    wanted = charted(runs, MOST_CHARTED)
+    pages = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
+    sections = [_section(*pair, listed, labels, provenance, wanted, pages) for pair in datasets]
+    compared = restitution_comparison(runs, tables["parameters"], restitution, blocks)
+    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
+    environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     html = environment.get_template("report.html.j2").render(
-        title=title,
-        summary=summary,
-        simulated=origin == "simulated",
+        config=config,
+        labels=labels,
+        simulated=config["origin"] == "simulated",
         simulated_note=SIMULATED_NOTE,
         counts=_counts(runs),
-        runs=rows,
-        reasons=[row for row in rows if row["reasons"]],
-        tables=tables,
-        choice=_choice_text(choice, labels),
-        figures=[_image(caption, file) for caption, file in figures],
-        pages=[_pages(test, file, rows) for test, file in pages.items()],
-        comparison=_comparison_text(compared),
-        facts=_facts(runs, settings, compared, blocks),
-        debonding=debonding,
-        settings=_settings_text(settings),
-        provenance=[(key, list(_flat(value))) for key, value in (provenance or {}).items()],
+        overview=_overview(runs, tables["choice"], labels),
+        reasons=[row for row in runs.itertuples() if row.reasons],
+        table1=_table1(tables["table1"], runs, labels),
+        table2=_table2(tables["table2"], labels),
+        table3=_table3(tables["table3"], labels),
+        choice=_choice(tables["choice"], labels),
+        comparison=_comparison(compared),
+        figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
+        sections=sections,
+        n_charted=len(wanted),
+        n_runs=int(runs["run"].notna().sum()),
+        facts=_facts(runs, sections, compared, blocks),
+        settings=[
+            (key, list(_parts(value, f"config-{key}"))) for key, value in config.items() if _shown(key)
+        ],
+        inputs=provenance["inputs"],
+        software=provenance["software"],
+        git=provenance["git"],
+        styles={
+            "mark": " – simulated" if config["origin"] == "simulated" else "",
+            "lines": _lines(),
+        },
+        scripts=_scripts() if wanted else [],
+        own_script=(HERE / "report.js").read_text(encoding="utf-8"),
     )
     with atomic(path) as part:
         Path(part).write_text(html, encoding="utf-8")
+
+
+def charted(runs, most) -> set:
+    """The runs whose charts go into the page: the worst verdicts first, then the first run of each record.
+
+    Parameters
+    ----------
+    runs : pandas.DataFrame
+        Tidy table.
+    most : int
+        How many at most.
+
+    Returns
+    -------
+    set of (str, int)
+        Test and run.
+    """
+    found = runs.dropna(subset=["run"]).astype({"run": int})
+    ranked = found.assign(rank=found["verdict"].map(VERDICTS.index)).sort_values(
+        ["rank", "run"], kind="stable"
+    )
+    return {(row.test, row.run) for row in ranked.head(most).itertuples()}
 
 
 def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFrame:
@@ -144,26 +193,15 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
     return pd.DataFrame(rows, columns=COMPARISON)
 
 
-def fit_settings(fits) -> pd.DataFrame:
-    """Integrator and sampling of the fits.
+# Tables
 
-    Parameters
-    ----------
-    fits : iterable of xarray.DataTree
-        Fit datasets.
 
-    Returns
-    -------
-    pandas.DataFrame
-        One row per fit: test, run, model, message, success and the diagnostics kept with it (those of
-        `freerock.identify.Fit`).
-    """
-    rows = [
-        {**fit.attrs, "test": tree.attrs["test"], "run": run, "model": model, "success": bool(fit["success"])}
-        for tree in fits
-        for run, model, fit in fits_of(tree)
-    ]
-    return pd.DataFrame(rows, columns=SETTINGS)
+def _number(text, value) -> Cell:
+    return Cell(text, float(value) if math.isfinite(value) else "")
+
+
+def _run_link(test, run) -> str:
+    return f"#record-{test}" if run in ("–", "pooled") else f"#run-{test}-{run}"
 
 
 def _counts(runs) -> str:
@@ -178,70 +216,217 @@ def _counts(runs) -> str:
     return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
 
 
-def _run_rows(runs, epsilon, labels, pages) -> list:
-    chosen = epsilon[epsilon["selected"].astype(bool)]
-    best = {(test, str(run)): model for test, run, model in chosen[["test", "run", "model"]].values}
+def _overview(runs, choice, labels) -> tuple:
+    needed = {(row.test, str(row.run)): row.model for row in choice.itertuples()}
+    heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     rows = []
-    for run in runs.itertuples():
-        number = "–" if pd.isna(run.run) else str(run.run)
+    for row in runs.itertuples():
+        run = "–" if pd.isna(row.run) else str(row.run)
         rows.append(
-            {
-                "test": run.test,
-                "anchor": _anchor(run.test, number) if run.test in pages else "",
-                "run": number,
-                "block": labels.get(run.block, run.block),
-                "foundation": labels.get(run.foundation, run.foundation),
-                "verdict": run.verdict,
-                "theta0": fixed(run.theta0_deg, 3),
-                "start": fixed(run.start_s, 3),
-                "duration": fixed(run.duration_s, 2),
-                "impacts": str(run.n_impacts),
-                "sigma": quantity(run.sigma_theta_deg, digits=2),
-                "selected": MODEL_LABELS.get(best.get((run.test, number)), "–"),
-                "reasons": run.reasons,
-            }
+            [
+                Cell(row.test, href=_run_link(row.test, run)),
+                Cell(run),
+                Cell(labels.get(row.block, row.block)),
+                Cell(labels.get(row.foundation, row.foundation)),
+                Cell(row.verdict, VERDICTS.index(row.verdict), kind=row.verdict),
+                _number(fixed(row.theta0_deg, 3), row.theta0_deg),
+                _number(fixed(row.start_s, 3), row.start_s),
+                _number(fixed(row.duration_s, 2), row.duration_s),
+                _number(str(row.n_impacts), row.n_impacts),
+                _number(quantity(row.sigma_theta_deg, digits=2), row.sigma_theta_deg),
+                Cell(MODEL_LABELS.get(needed.get((row.test, run)), "–")),
+            ]
         )
-    return rows
+    return [*heads, "Impacts", "σ / °", "Model"], rows
 
 
-def _choice_text(choice, labels) -> pd.DataFrame:
-    rows = list(choice.itertuples())
-    return pd.DataFrame(
-        {
-            "Record": [row.test for row in rows],
-            "Run": ["all" if row.run == "pooled" else str(row.run) for row in rows],
-            "Block": [labels.get(row.block, row.block) for row in rows],
-            "Foundation": [labels.get(row.foundation, row.foundation) for row in rows],
-            "Model": [MODEL_LABELS.get(row.model, "–") for row in rows],
-            "Reason": [row.reason for row in rows],
-        }
-    )
+def _table1(frame, runs, labels) -> tuple:
+    heads = ["Block", "2h / m", "2b / m", "h/b", "m / kg", "α nominal / °", "α measured / °", "Records"]
+    rows = []
+    for row in frame.itertuples():
+        given = (row.height_m, row.width_m, row.slenderness, row.mass_kg, row.alpha_nominal_deg)
+        tests = list(dict.fromkeys(runs[runs["block"] == row.block]["test"]))
+        first = (
+            Cell(f"{len(tests)}, from {tests[0]}", len(tests), f"#record-{tests[0]}") if tests else Cell("0")
+        )
+        rows.append(
+            [
+                Cell(labels.get(row.block, row.block), href=f"#config-blocks-{row.block}"),
+                *(_number(f"{value:.4g}" if math.isfinite(value) else "–", value) for value in given),
+                _number(quantity(row.alpha_deg, row.alpha_std_deg), row.alpha_deg),
+                first,
+            ]
+        )
+    return heads, rows
 
 
-def _anchor(test, run) -> str:
-    return f"qc-{test}" + ("" if run == "–" else f"-{run}")
+def _scene(row, labels) -> list:
+    """Record, block and foundation of a row."""
+    names = (labels.get(row.block, row.block), labels.get(row.foundation, row.foundation))
+    return [Cell(row.test, href=f"#record-{row.test}"), *map(Cell, names)]
 
 
-def _image(caption, file) -> dict:
-    data = Path(file).read_bytes()
-    width, height = struct.unpack(">II", data[16:24])  # in the header of every PNG
-    return {"caption": caption, "data": base64.b64encode(data).decode(), "width": width, "height": height}
-
-
-def _pages(test, file, rows) -> dict:
-    """The image of a record's quality pages, and where in it the page of each run lies."""
-    image, own = _image(test, file), [row["run"] for row in rows if row["test"] == test]
-    height = image["height"] / len(own)
-    pages = [
-        {
-            "anchor": _anchor(test, run),
-            "caption": test + ("" if run == "–" else f", run {run}"),
-            "top": f"{i * height:g}",
-            "height": f"{height:g}",
-        }
-        for i, run in enumerate(own)
+def _table2(frame, labels) -> tuple:
+    heads = ["Record", "Block", "Foundation", "Model", "Parameter", "Identified", "Published"]
+    return heads, [
+        [
+            *_scene(row, labels),
+            Cell(MODEL_LABELS[row.model]),
+            Cell(with_unit(SYMBOLS[row.parameter], row.unit)),
+            _number(quantity(row.value, row.stderr) + failed(row), row.value),
+            _number(quantity(row.published), row.published),
+        ]
+        for row in frame.itertuples()
     ]
-    return {**image, "test": test, "pages": pages}
+
+
+def _table3(frame, labels) -> tuple:
+    heads = ["Record", "Block", "Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
+    return heads, [
+        [
+            *_scene(row, labels),
+            Cell(MODEL_LABELS[row.model]),
+            _number(quantity(100 * row.epsilon_theta) + failed(row), row.epsilon_theta),
+            _number(fixed(100 * row.published, 2), row.published),
+            _number(fixed(row.final_time_s, 2), row.final_time_s),
+        ]
+        for row in frame.itertuples()
+    ]
+
+
+def _choice(choice, labels) -> tuple:
+    heads = ["Record", "Run", "Block", "Foundation", "Model", "Reason"]
+    return heads, [
+        [
+            Cell(row.test, href=_run_link(row.test, row.run)),
+            Cell("all" if row.run == "pooled" else str(row.run)),
+            *_scene(row, labels)[1:],
+            Cell(MODEL_LABELS.get(row.model, "–")),
+            Cell(row.reason),
+        ]
+        for row in choice.itertuples()
+    ]
+
+
+def _comparison(compared) -> tuple:
+    heads = ["Record", "Housner r, fitted", "r, first impact", "r per impact, median", "Range"]
+    return [*heads, "First impact / s", "First impact, rigid / s"], [
+        [
+            Cell(row.test, href=f"#record-{row.test}"),
+            _number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted),
+            _number(fixed(row.r_first, 3), row.r_first),
+            _number(fixed(row.r_median, 3), row.r_median),
+            Cell(f"{row.r_low:.3f} to {row.r_high:.3f}"),
+            _number(fixed(row.first_impact_s, 4), row.first_impact_s),
+            _number(fixed(row.rigid_s, 4), row.rigid_s),
+        ]
+        for row in compared.itertuples()
+    ]
+
+
+# Records and their runs
+
+
+def _section(record, fits, listed, labels, provenance, wanted, pages) -> dict:
+    """What the report says about a record: its file, what was found in it, fits, curves of its runs."""
+    attrs, test = record.attrs, record.attrs["test"]
+    line = listed.get(test, {})
+    file = f"{provenance['config']['raw']}/{line.get('file', '')}"
+    fitted, groups = runs_of(fits), {}
+    for run, model, fit in fits_of(fits):
+        groups.setdefault(run, []).append(_fit(model, fit))
+    time = record["time"].values if "time" in record else []
+    return {
+        "test": test,
+        "block": attrs["block"],
+        "foundation": attrs["foundation"],
+        "names": ", ".join(labels.get(attrs[kind], attrs[kind]) for kind in ("block", "foundation")),
+        "verdict": attrs["verdict"],
+        "reasons": attrs["reasons"],
+        "file": file,
+        "sha256": provenance["inputs"].get(file, ""),
+        "lasers": line.get("laser", "").split(";"),
+        "by_hand": {key: line[key] for key in ("exclude", "override", "reason", "note") if line.get(key)},
+        "samples": len(time),
+        "rate_hz": float(attrs.get("sampling_rate_hz", math.nan)),
+        "page": pages.get(test, ""),
+        "pooled": groups.get("pooled", []),
+        "runs": [
+            _run(test, number, run, time, groups.get(number, []))
+            | {"curves": run_curves(record, number, fitted.get(number)) if (test, number) in wanted else None}
+            for number, run in runs_of(record).items()
+        ],
+    }
+
+
+def _run(test, number, run, time, fits) -> dict:
+    instants = [run[name].item() for name in ("release", "start", "end")]
+    return {
+        "number": number,
+        "verdict": run.attrs["verdict"] + (", excluded" if run.attrs["excluded"] else ""),
+        "kind": run.attrs["verdict"],
+        "reasons": run.attrs["reasons"],
+        "theta0": quantity(*(math.degrees(run[name].item()) for name in ("theta0", "theta0_stderr"))),
+        "sigma": quantity(math.degrees(run["sigma_theta"].item()), digits=2),
+        "impacts": run.sizes.get("impact", 0),
+        "instants": [fixed(instant, 3) for instant in instants],
+        "samples": [int(time.searchsorted(instant)) for instant in instants],
+        "fits": fits,
+    }
+
+
+def _fit(model, fit) -> dict:
+    names, units = fit["parameter"].values.astype(str), fit["unit"].values.astype(str)
+    found = zip(names, fit["value"].values, fit["stderr"].values, units, strict=True)
+    told = fit.attrs
+    return {
+        "model": MODEL_LABELS[model],
+        "parameters": [
+            f"{_symbol(name)} = {quantity(value, stderr)}" + f" {unit_text(unit)}".rstrip()
+            for name, value, stderr, unit in found
+        ],
+        "epsilon": quantity(100 * fit["epsilon_theta"].item()),
+        "success": bool(fit["success"].item()),
+        "rtol": math.nan if model == "housner" else float(told["rtol"]),
+        "integrator_error": float(told["integrator_error"]),
+        "averaged": f"{told['averaged']:.0f}",
+        "residual": quantity(told["residual_over_sigma"]),
+        "colour": "coloured" if told["coloured"] else "white" if told["white"] else "not quite white",
+        "message": told["message"],
+    }
+
+
+def _symbol(name) -> str:
+    """Symbol of a parameter; of a joint fit with the number of the run."""
+    kind, _, run = name.partition("_")
+    return SYMBOLS[kind] + (f" of run {run}" if run else "")
+
+
+# Figures, settings, scripts
+
+
+def _figure(caption, file, folder, rank) -> dict:
+    image = {"caption": caption, "file": os.path.relpath(file.with_suffix(".pdf"), folder), "data": ""}
+    if rank >= MOST_FIGURES:
+        return image
+    with Image.open(file) as opened, io.BytesIO() as small:
+        opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", optimize=True)
+        size = dict(zip(("width", "height"), opened.size, strict=True))
+        return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
+
+
+def _shown(key) -> bool:
+    return key not in ("records", "title", "summary")
+
+
+def _parts(section, anchor):
+    """A section of the configuration as (anchor, name, pairs of key and text), one per named thing in it."""
+    named = isinstance(section, Mapping) and all(isinstance(each, Mapping) for each in section.values())
+    if named and section:
+        for name, each in section.items():
+            yield f"{anchor}-{name}", name, list(_flat(each))
+    else:
+        yield "", "", list(_flat(section))
 
 
 def _flat(value, key=""):
@@ -258,22 +443,30 @@ def _flat(value, key=""):
         yield key, str(value)
 
 
-def _comparison_text(compared) -> pd.DataFrame:
-    rows = list(compared.itertuples())
-    return pd.DataFrame(
-        {
-            "Record": [row.test for row in rows],
-            "Housner r, fitted": [quantity(row.r_fitted, row.r_fitted_stderr) for row in rows],
-            "r, first impact": [fixed(row.r_first, 3) for row in rows],
-            "r per impact, median": [fixed(row.r_median, 3) for row in rows],
-            "Range": [f"{row.r_low:.3f} to {row.r_high:.3f}" for row in rows],
-            "First impact / s": [fixed(row.first_impact_s, 4) for row in rows],
-            "First impact, rigid / s": [fixed(row.rigid_s, 4) for row in rows],
+def _lines() -> dict:
+    """Look of each curve on the screen, as figures.style has it on paper."""
+    styles = {"measured": MEASURED | {"color": "#999999"}} | {model: MODEL_STYLES[model] for model in MODELS}
+    return {
+        name: {
+            "color": style["color"],
+            "dash": DASHES.get(style["linestyle"])
+            if isinstance(style["linestyle"], str)
+            else style["linestyle"][1],
+            "width": 3 if name == "measured" else 1.5,
+            "marker": MARKERS[name],
+            "label": style["label"],
         }
-    )
+        for name, style in styles.items()
+    }
 
 
-def _facts(runs, settings, compared, blocks) -> dict:
+def _scripts():
+    """BokehJS as it comes with the Python package, which need not be imported for it."""
+    folder = Path(find_spec("bokeh").origin).parent / "server/static/js"
+    return [(folder / name).read_text(encoding="utf-8") for name in BOKEH]
+
+
+def _facts(runs, sections, compared, blocks) -> dict:
     """Numbers of the report's sentences, as text."""
     shifts_mm = [
         500 * blocks[run.block].width_m * (1 - math.cos(math.radians(run.theta0_deg)))
@@ -281,8 +474,19 @@ def _facts(runs, settings, compared, blocks) -> dict:
     ]
     known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
     later = 100 * (known["first_impact_s"] / known["rigid_s"] - 1)
-    integrated = settings[settings["model"] != "housner"]
+    fits = [
+        fit
+        for section in sections
+        for each in (section["runs"], [{"fits": section["pooled"]}])
+        for run in each
+        for fit in run["fits"]
+    ]
+    integrated = pd.DataFrame(
+        [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
+    )
+    rates = sorted({section["rate_hz"] for section in sections if math.isfinite(section["rate_hz"])})
     return {
+        "rates_hz": " to ".join(dict.fromkeys(f"{rate:.6g}" for rate in (*rates[:1], *rates[-1:]))),
         "shift_mm": quantity(max(shifts_mm, default=math.nan), digits=2),
         "latest": _later(later.max()),
         "earliest": _later(later.min()),
@@ -298,24 +502,3 @@ def _facts(runs, settings, compared, blocks) -> dict:
 
 def _later(percent) -> str:
     return f"{fixed(abs(percent), 1)} % {'later' if percent > 0 else 'earlier'}"
-
-
-def _settings_text(settings) -> pd.DataFrame:
-    rows = list(settings.itertuples())
-    return pd.DataFrame(
-        {
-            "Record": [row.test for row in rows],
-            "Run": [str(row.run) for row in rows],
-            "Model": [MODEL_LABELS[row.model] for row in rows],
-            "Tolerance": ["closed form" if row.model == "housner" else f"{row.rtol:g}" for row in rows],
-            "Integrator's shift / % of s.e.": [
-                quantity(100 * row.integrator_error, digits=2) for row in rows
-            ],
-            "Samples averaged": [f"{row.averaged:.0f}" for row in rows],
-            "Residual / σ": [quantity(row.residual_over_sigma) for row in rows],
-            "Residual is": [
-                "coloured" if row.coloured else "white" if row.white else "not quite white" for row in rows
-            ],
-            "Outcome": [row.message for row in rows],
-        }
-    )
