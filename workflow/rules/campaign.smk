@@ -186,7 +186,7 @@ rule figure_valley:
 
 rule report:
     input:
-        raw=lambda w: filter(os.path.exists, map(campaign(w).file, tests(w))),
+        raw=lambda w: raw_files(campaign(w), campaign(w).records),
         records=products("records"),
         fits=products("fits"),
         tables=lambda w: expand("results/{campaign}/tables/{table}.csv", campaign=w.campaign, table=REPORTED),
@@ -194,7 +194,7 @@ rule report:
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
         valley=rules.figure_valley.output.png,
-        pages=lambda w: expand(rules.qc.output.png, campaign=w.campaign, test=tests(w)),
+        pages=lambda w: expand("results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)),
         code=code("report"),
     output:
         html=report(
