@@ -22,7 +22,7 @@ from freerock.rotation import rotation
 from freerock.runs import find_runs
 
 BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)
-NOISE_V = 2e-3
+NOISE_V, COUNT_V = 2e-3, 21 / 2**16
 
 
 def motion(draw, rate_hz, n_runs):
@@ -45,7 +45,9 @@ def motion(draw, rate_hz, n_runs):
 
 def volts_of(theta, draw):
     s = displacement_from_rotation(theta, BLOCK, LASER)
-    return 5 + s / LASER.metres_per() + NOISE_V * draw.standard_normal(theta.size)
+    return (
+        np.rint((5 + s / LASER.metres_per() + NOISE_V * draw.standard_normal(theta.size)) / COUNT_V) * COUNT_V
+    )
 
 
 def analyse(time_s, volts):

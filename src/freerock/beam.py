@@ -17,20 +17,19 @@ if TYPE_CHECKING:
 def displacement_from_rotation(theta, block: Block, laser: "Laser"):
     """Displacement of the target along the beam, positive away from the sensor, of a block that has turned.
 
-    Origin under the base centre at rest, x to the right, y up. A block turned by θ > 0 about its right
-    corner (b, 0) has its left face on x = b - 2b/cos θ + y tan θ and its top on
-    y = 2h/cos θ + (b - x) tan θ; turned by θ < 0 about its left corner it has its left face on
-    x = -b - y tan|θ| and its top on y = 2h/cos θ + (b + x) tan|θ|. The right face mirrors the left one.
-    From there, with T = |θ|, for the left face at height Y and the top at X::
+    Origin under the base centre at rest, x to the right, y up. The half width is B, the corners turned about
+    lie at ±b (b < B where they are worn). A block turned by θ about a corner has its left face on
+    x = -B + y tan θ - w (1/cos θ - 1), w = B ± b, and its top on y = 2h/cos θ + (b ∓ x) tan|θ|, with the
+    upper sign for θ > 0, about the right corner. The right face mirrors the left one. From there, with
+    T = |θ|, for the left face at height Y and the top at X::
 
-        left face   s = Y tan T - 2b (1/cos T - 1)   (θ > 0)      s = -Y tan T   (θ < 0)
+        left face   s = Y tan θ - w (1/cos θ - 1),   w = B + b  (θ > 0),  w = B - b  (θ < 0)
         top         -s = 2h (1/cos T - 1) + a tan T,   a = b - X  (θ > 0),  a = b + X  (θ < 0)
 
-    The beam is on the left face while 2b sin θ <= Y <= 2b sin θ + 2h cos θ (θ > 0; the lower edge rises)
-    and Y <= 2h cos θ (θ < 0; the upper edge sinks). With |X| < b the vertical beam is on the top while
-    b - X <= 2b cos θ - 2h sin θ (θ > 0; mirrored for θ < 0). With |X| >= b the target is an outrigger level
-    with the top, as long as need be outwards, that begins at the block's edge: there the beam is on it
-    while 2h sin θ <= X - b (X, θ > 0; mirrored for X, θ < 0), and always when the other side goes down.
+    The beam is on the left face while w sin θ <= Y <= w sin θ + 2h cos θ. With |X| < B the vertical beam is
+    on the top while a <= (B + b) cos T - 2h sin T. With |X| >= B the target is an outrigger level with the
+    top, as long as need be outwards, that begins at the block's edge: there the beam is on it while
+    2h sin T + (B - b) cos T <= -a, and always when the other side goes down.
 
     Parameters
     ----------
@@ -49,7 +48,7 @@ def displacement_from_rotation(theta, block: Block, laser: "Laser"):
     t = np.abs(turn)
     rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
     if laser.beam == "horizontal":
-        s = laser.position_m * np.tan(turn) - np.where(turn > 0, block.width_m * rise, 0.0)
+        s = laser.position_m * np.tan(turn) - _width(turn, block) * rise
     else:
         s = -(block.height_m * rise + _lever(turn, block, laser) * np.tan(t))
     return np.where(_on_target(turn, block, laser), s, np.nan)
@@ -58,10 +57,10 @@ def displacement_from_rotation(theta, block: Block, laser: "Laser"):
 def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", side=None):
     """Rotation of the block from the displacement of its target, inverting `displacement_from_rotation`.
 
-    With T = tan(|θ|/2) the closed forms are quadratics in T, solved without loss of digits::
+    The closed forms are quadratics in the tangent of half the angle, solved without loss of digits::
 
-        horizontal  T = s / (Y + sqrt(Y² + s² - 4bs))   (s > 0)     T = s / (Y + sqrt(Y² + s²))   (s < 0)
-        top         T = q / (a ± sqrt(a² + q (4h + q))),  q = -s, the sign of the root that of a
+        horizontal  tan(θ/2) = s / (Y + sqrt(Y² + s² - 2ws))
+        top         tan(T/2) = q / (a ± sqrt(a² + q (4h + q))),  q = -s, the sign of the root that of a
 
     Parameters
     ----------
@@ -82,7 +81,7 @@ def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", sid
     with np.errstate(invalid="ignore", divide="ignore"):
         if laser.beam == "horizontal":
             y = laser.position_m
-            turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s**2 - 2 * block.width_m * np.maximum(s, 0.0))))
+            turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
         else:
             side = (
                 _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
@@ -102,17 +101,21 @@ def is_unsigned(block: Block, laser: "Laser") -> bool:
 def sensitivity(theta, block: Block, laser: "Laser"):
     """|ds/dθ|: displacement of the target per rotation [m/rad], by differentiating the closed forms."""
     turn = -np.asarray(theta, float) if mirrored(laser) else np.asarray(theta, float)
-    lift = np.sin(np.abs(turn))
     if laser.beam == "horizontal":
-        slope = laser.position_m - np.where(turn > 0, block.width_m * lift, 0.0)
+        slope = laser.position_m - _width(turn, block) * np.sin(turn)
     else:
-        slope = _lever(turn, block, laser) + block.height_m * lift
+        slope = _lever(turn, block, laser) + block.height_m * np.sin(np.abs(turn))
     return np.abs(slope) / np.cos(turn) ** 2
 
 
 def mirrored(laser: "Laser") -> bool:
     """Whether the beam meets the right face, which mirrors the left one."""
     return laser.beam == "horizontal" and laser.face == "right"
+
+
+def _width(turn, block):
+    """Horizontal distance w = B ± b of the face from the corner turned about."""
+    return block.width_m / 2 + np.copysign(block.b, turn)
 
 
 def _lever(turn, block, laser):
@@ -134,12 +137,11 @@ def _on_target(turn, block, laser):
         ends = np.array([np.nanmin(turn), -1e-12, 1e-12, np.nanmax(turn)])
         if _on_target(ends, block, laser).all():
             return np.isfinite(turn)
-    t = np.abs(turn)
-    lift = np.sin(t)
+    t, edge = np.abs(turn), block.width_m / 2
     if laser.beam == "horizontal":
-        foot = np.where(turn > 0, block.width_m * lift, 0.0)
+        foot = _width(turn, block) * np.sin(turn)
         return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
-    a = _lever(turn, block, laser)
-    if is_unsigned(block, laser):
-        return a <= block.width_m * np.cos(t) - block.height_m * lift
-    return (a > 0) | (block.height_m * lift <= -a)
+    a, lift = _lever(turn, block, laser), block.height_m * np.sin(t)
+    if abs(laser.position_m) < edge:
+        return a <= (edge + block.b) * np.cos(t) - lift
+    return (a > 0) | (lift + (edge - block.b) * np.cos(t) <= -a)

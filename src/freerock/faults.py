@@ -28,6 +28,7 @@ SPIKE_SAMPLES = 3  # what lasts longer is a dropout
 LONGEST_S = 0.25  # a jump that has not gone back by then is no dropout
 RESTLESS = 0.02  # more jumps than this share of the samples are no exception
 MERGED_S = 0.01  # invalid stretches this close are told as one
+PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
 NOISE_SAMPLES = 50_000  # suffice to know the noise
 
 
@@ -148,7 +149,13 @@ def _flag_excursions(valid, jumps, flags, step):
     """Flag jumps away and back: spikes and dropouts."""
     noise = noise_of(jumps)
     with np.errstate(invalid="ignore"):
-        bends = np.flatnonzero(np.abs(np.diff(jumps)) > (SPIKE - 1) * noise)
+        bends = np.concatenate(
+            [
+                start
+                + np.flatnonzero(np.abs(np.diff(jumps[start : start + PIECE + 1])) > (SPIKE - 1) * noise)
+                for start in range(0, jumps.size, PIECE)
+            ]
+        )
     if bends.size == 0 or bends.size > RESTLESS * jumps.size:
         return
     at = np.union1d(bends, bends + 1)
@@ -157,27 +164,24 @@ def _flag_excursions(valid, jumps, flags, step):
     rough = _median_of_finite(np.abs(jumps[around] - course[:, None]))
     size = np.abs(jumps[at] - course)
     sudden = (size > ROUGH * rough) & (size > (SPIKE - 3) * noise)
-    at, course = at[sudden], course[sudden]
+    at, course, size = at[sudden], course[sudden], size[sudden]
     longest = round(LONGEST_S / step)
-    sign, i = np.sign(jumps[at]), 0
-    while i < at.size:
-        start, before = at[i], valid[at[i]]
-        j, found = i + 1, None
-        while j < at.size and at[j] - start <= longest:
-            if sign[j] != sign[i]:
-                n = np.arange(1, min(at[j] - start, SPIKE_SAMPLES) + 2)  # along its course for so long
-                moved = before + course[i] * np.pad(n, (0, at[j] - start + 1 - n.size), mode="edge")
-                away = np.abs(valid[start + 1 : at[j] + 1] - moved[:-1]).min()
-                if abs(valid[at[j] + 1] - moved[-1]) < 0.5 * away and away > SPIKE * noise:
-                    found = j
-                    break
-            j += 1
-        if found is None:
-            i += 1
+    sign, done = np.sign(jumps[at]), -1
+    for i in np.flatnonzero(size > SPIKE * noise):
+        if i <= done:
             continue
-        n = at[found] - start
-        flags[start + 1 : at[found] + 1] |= FLAGS["spike" if n <= SPIKE_SAMPLES else "dropout"]
-        i = found + 1
+        start, before = at[i], valid[at[i]]
+        for j in range(i + 1, np.searchsorted(at, start + longest, "right")):
+            if sign[j] == sign[i]:
+                continue
+            n = np.arange(1, min(at[j] - start, SPIKE_SAMPLES) + 2)  # along its course for so long
+            moved = before + course[i] * np.pad(n, (0, at[j] - start + 1 - n.size), mode="edge")
+            away = np.abs(valid[start + 1 : at[j] + 1] - moved[:-1]).min()
+            if abs(valid[at[j] + 1] - moved[-1]) < 0.5 * away and away > SPIKE * noise:
+                n = at[j] - start
+                flags[start + 1 : at[j] + 1] |= FLAGS["spike" if n <= SPIKE_SAMPLES else "dropout"]
+                done = j
+                break
 
 
 def _median_of_finite(values):
@@ -225,8 +229,10 @@ def listed_faults(record) -> list[Fault]:
 def lost_at_large_angles(time_s, theta, flags) -> list[Fault]:
     """Stretches without a target that begin where the block was turning further than it is seen anywhere."""
     gone = (flags & (FLAGS["error_level"] | FLAGS["out_of_range"])) > 0
+    if not gone.any():
+        return []
     seen = np.flatnonzero(~gone & np.isfinite(theta))
-    if not gone.any() or seen.size == 0:
+    if seen.size == 0:
         return []
     step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
     ago = max(1, round(0.05 / step))

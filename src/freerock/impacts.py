@@ -20,6 +20,7 @@ from freerock.models.block import GRAVITY, Block
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
 PEAK_WINDOWS = (0.9, 0.7, 0.5, 0.35, 0.25)  # of the half lobe, on either side of its peak
 PEAK_DEGREE, LOW_PEAK_DEGREE, LOW_PEAK = 6, 4, 30.0  # a peak under 30 σ_θ can't carry the higher degree
+LOBE_SAMPLES = 200  # suffice
 TIME_WINDOWS, TIME_DEGREE = (0.25, 0.15, 0.1, 0.06), 3  # of the time from an impact to a peak
 RATE_BELOW, RATE_DEGREE = (
     0.7,
@@ -148,7 +149,8 @@ def find_impacts(
     """
     t, theta, sigma = (np.asarray(x, float) for x in np.broadcast_arrays(time_s, theta, sigma_theta))
     valid = np.isfinite(theta) & np.isfinite(sigma)
-    t, theta, sigma = t[valid], theta[valid], sigma[valid]
+    if not valid.all():
+        t, theta, sigma = t[valid], theta[valid], sigma[valid]
     noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(theta).max(initial=0.0))
     noise_known = bool(np.all(sigma == noise))
 
@@ -205,8 +207,9 @@ def _lobes(theta, threshold, min_samples):
 
 def _line_zero(t, theta):
     """Instant at which the straight line through a passage is zero."""
-    slope, level = np.polyfit(t - t[0], theta, 1)
-    return float(np.clip(t[0] - level / slope, t[0], t[-1])) if slope else float(t.mean())
+    mean, x = float(t.mean()), t - t.mean()
+    slope = float(x @ theta) / float(x @ x)
+    return min(max(mean - float(theta.mean()) / slope, t[0]), t[-1]) if slope else mean
 
 
 def _uplift_amplitude(t, theta, passages, block):
@@ -264,22 +267,42 @@ def _polynomial(x, y, noise, noise_known, degree):
 
     Unless known noise explains the residual, the residual gives the scale of the covariance.
     """
-    powers = np.vander(x, degree + 1, increasing=True) / noise[:, None]
-    _, covariance, singular = dposv(powers.T @ powers, np.eye(degree + 1))
+    powers = np.empty((degree + 1, x.size))
+    powers[0] = 1 / noise
+    for n in range(degree):
+        np.multiply(powers[n], x, out=powers[n + 1])
+    _, covariance, singular = dposv(powers @ powers.T, np.eye(degree + 1))
     if singular:
         return None
-    coefficients = covariance @ (powers.T @ (y / noise))
-    residual = y / noise - powers @ coefficients
+    coefficients = covariance @ (powers @ (y / noise))
+    residual = y / noise - coefficients @ powers
     freedom = x.size - degree - 1
     scatter = float(residual @ residual) / freedom
     adequate = scatter < 1 + 3 * math.sqrt(2 / freedom)
     return _Fit(coefficients, covariance * (1.0 if adequate and noise_known else scatter), adequate)
 
 
+def _averaged(t, y, noise, block):
+    """Means over equal times of more than `LOBE_SAMPLES`, less what a rigid lobe bends within such a time."""
+    if t.size <= LOBE_SAMPLES:
+        return t, y, noise
+    first = np.searchsorted(t, np.linspace(t[0], t[-1], LOBE_SAMPLES, endpoint=False))
+    first = first[np.diff(first, prepend=-1) > 0]
+    count = np.diff(np.append(first, t.size))
+    x = t - t[0]
+    mean_x, mean_xx, mean_y, mean_variance = (
+        np.add.reduceat(each, first) / count for each in (x, x * x, y, noise * noise)
+    )
+    bend = -np.sign(mean_y) * block.p**2 * np.sin(block.theta_cr - np.abs(mean_y))
+    y = mean_y - bend * (mean_xx - mean_x**2) / 2
+    return t[0] + mean_x, y, np.sqrt(mean_variance / count)
+
+
 def _fit_peak(t, y, noise, noise_known, block):
     """Highest point of a lobe y = |θ|; NaN with too few samples."""
     found = Peak(math.nan, math.nan, math.nan)
     degree = PEAK_DEGREE if y.max() > LOW_PEAK * noise.mean() else LOW_PEAK_DEGREE
+    t, y, noise = _averaged(t, y, noise, block)
     rigid, remainder = Peak(float(y.max()), 0.0, (t[0] + t[-1]) / 2), None
     for window in PEAK_WINDOWS:
         reach = window * (t[-1] - t[0]) / 2
@@ -343,8 +366,10 @@ def _side(motion, passage, peak, sign, block):
     """The part of a motion about a passage that lies on one side of it."""
     t, y, noise, noise_known = motion
     near = slice(*np.searchsorted(t, sorted((passage, peak.time_s))))
-    lobe = sign * _rigid_lobe(t[near], peak, block)
-    return _Side(sign, peak, t[near], y[near], y[near] - lobe, noise[near], noise_known)
+    if near.start == near.stop:
+        return _Side(sign, peak, t[near], y[near], y[near], noise[near], noise_known)
+    t, y, noise = _averaged(t[near], y[near], noise[near], block)
+    return _Side(sign, peak, t, y, y - sign * _rigid_lobe(t, peak, block), noise, noise_known)
 
 
 def _impact_time(sides, instant, block):

@@ -12,6 +12,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
+PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
 NEAR = 10.0  # in units of the stillness limit: levels this close are one level
 MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
@@ -87,23 +88,28 @@ def stationary_phases(
     step = (time_s[-1] - time_s[0]) / (time_s.size - 1)
     per_block = max(1, round(window_s / BLOCKS_PER_WINDOW / step))
     n_blocks = time_s.size // per_block
-    valid = np.isfinite(signal)
-    if n_blocks < BLOCKS_PER_WINDOW or not valid.any():
+    if n_blocks < BLOCKS_PER_WINDOW:
         return []
 
     # Means and scatter of blocks, then the spread of block means in windows; centred first to lose no digits.
-    centre = np.median(signal[valid])
-    shape = (n_blocks, per_block)
-    valid = valid[: n_blocks * per_block].reshape(shape)
-    blocks = np.where(valid, signal[: n_blocks * per_block].reshape(shape) - centre, 0.0)
-    count, total = valid.sum(axis=1), blocks.sum(axis=1)
+    count, total, square = np.zeros((3, n_blocks))
+    centre, together = 0.0, max(1, PIECE // per_block)
+    for i in range(0, n_blocks, together):
+        blocks = signal[i * per_block : min(i + together, n_blocks) * per_block].reshape(-1, per_block)
+        valid = np.isfinite(blocks)
+        if not count.any() and valid.any():
+            centre = float(blocks[valid][0])
+        blocks = np.where(valid, blocks - centre, 0.0)
+        part = slice(i, i + together)
+        count[part], total[part] = valid.sum(axis=1), blocks.sum(axis=1)
+        square[part] = np.einsum("ij,ij->i", blocks, blocks)
     filled = count > 0
-    means = total / np.maximum(count, 1)
-    scatter = np.sqrt(np.maximum((blocks**2).sum(axis=1) / np.maximum(count, 1) - means**2, 0.0))
-    windows = sliding_window_view(np.where(filled, means, np.nan), BLOCKS_PER_WINDOW)
-    spread = np.std(windows, axis=1)
     if not filled.any():
         return []
+    means = total / np.maximum(count, 1)
+    scatter = np.sqrt(np.maximum(square / np.maximum(count, 1) - means**2, 0.0))
+    windows = sliding_window_view(np.where(filled, means, np.nan), BLOCKS_PER_WINDOW)
+    spread = np.std(windows, axis=1)
     noise = np.percentile(scatter[filled], 5)
     limit = max(noise_factor * noise, floor_fraction * np.ptp(means[filled]))
 

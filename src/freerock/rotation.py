@@ -37,6 +37,8 @@ from freerock.quantity import BASE, in_base_units
 CHECK = "check the channel, the cable and the sensor's range"
 SURE = 5.0  # standard errors by which a rest level differs from another, a hum from none
 LARGEST = 1e9  # in any unit: beyond it nothing was measured
+NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
+PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
 FAINT = 0.1  # of the noise of one sample: a hum below this is not worth a word
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
 
@@ -230,7 +232,9 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     finite = np.isfinite(recorded)
     if not finite.any():
         raise FreerockError("laser signal", "no sample is a number", CHECK)
-    largest = float(np.abs(recorded[finite]).max())
+    numbers = recorded if finite.all() else recorded[finite]
+    low, high = float(numbers.min()), float(numbers.max())
+    largest = max(abs(low), abs(high))
     if largest > LARGEST:
         raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
     cutoff = ac_cutoff(step, recorded)
@@ -245,21 +249,22 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
         told = f"within {limits.low:g} to {limits.high:g} {unit}" if limits else "valid"
         what = f"no sample {told} ({shares(flags)})"
         raise FreerockError("laser signal", what, CHECK)
-    low, high = recorded[finite].min(), recorded[finite].max()
     if low == high:
         raise FreerockError("laser signal", f"constant at {low:.6g} {unit}", CHECK)
     clean = np.where(flags == 0, recorded, np.nan)
 
     phases = stationary_phases(time_s, clean, window_s=window_s)
-    suffix, hum, hum_stderr = SUFFIX[unit], None, 0.0
+    suffix, hum, hum_stderr, noise = SUFFIX[unit], None, 0.0, math.nan
+    if phases:
+        still = _inside(phases, time_s, clean, window_s / 2)
+        noise = _white_noise(*still, step)
     if phases and mains_hz is not None and mains_hz * step < 0.5:
-        times, deviation = _inside(phases, time_s, clean, window_s / 2)
-        hum = fit_hum(times, deviation, mains_hz, step)
-        noise = _white_noise(times, deviation, step)
+        hum = fit_hum(*still, mains_hz, step)
         if hum and hum.amplitude > max(SURE * hum.amplitude_stderr, FAINT) * noise:
+            hum_stderr = hum.stderr * noise
             clean -= hum.over(time_s[0], step, time_s.size)
             phases = stationary_phases(time_s, clean, window_s=window_s)
-            hum_stderr = hum.stderr * noise
+            noise = _white_noise(*_inside(phases, time_s, clean, window_s / 2), step)
         else:
             hum = None
     rest = [phase for phase in phases if phase.kind == "rest"]
@@ -269,7 +274,6 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
             "the block never stands still, so θ = 0 is unknown",
             "record the block at rest before the first or after the last release",
         )
-    noise = _white_noise(*_inside(phases, time_s, clean, window_s / 2), step)
 
     distance, slope = distance_from_output(clean, laser, quantity)
     beyond = np.isnan(distance) & (flags == 0)
@@ -324,9 +328,15 @@ def _single(time_s, reading, laser, block):
     if is_unsigned(block, laser):
         sigma = float(np.nanmax(reading.sigma))
         side = _lobe_sides(-reading.displacement, sigma, time_s, reading.rest_mid_s, laser)
-    theta = rotation_from_displacement(reading.displacement, block, laser, side)
-    with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
-        return theta, reading.sigma / sensitivity(theta, block, laser)
+    theta, sigma = np.empty((2, time_s.size))
+    sigma[:] = reading.sigma
+    for start in range(0, time_s.size, PIECE):
+        part = slice(start, start + PIECE)
+        of_part = None if side is None else side[part]
+        theta[part] = rotation_from_displacement(reading.displacement[part], block, laser, of_part)
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
+            sigma[part] /= sensitivity(theta[part], block, laser)
+    return theta, sigma
 
 
 def _pair(time_s, readings, lasers, block, max_disagreement_deg):
@@ -416,14 +426,16 @@ def _inside(phases, time_s, volts, margin_s):
     for phase in phases:
         part = slice(*np.searchsorted(time_s, (phase.start_s + margin_s, phase.end_s - margin_s)))
         valid = np.isfinite(volts[part])
-        times.append(time_s[part][valid])
-        deviations.append(volts[part][valid] - phase.level)
+        kept = slice(None) if valid.all() else valid
+        times.append(time_s[part][kept])
+        deviations.append(volts[part][kept] - phase.level)
     return np.concatenate(times), np.concatenate(deviations)
 
 
 def _white_noise(time_s, deviation, step):
     """Standard deviation of white noise [V] from differences of neighbours, those beyond 6 MADs left out."""
-    difference = np.diff(deviation)[np.diff(time_s) < 1.5 * step]
+    i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
+    difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * step]
     limit = 6 * np.median(np.abs(difference)) / 0.6745
     return float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import leastsq
 
 from freerock.errors import FreerockError
 from freerock.faults import FLAGS, VERDICTS, Fault
@@ -24,7 +24,8 @@ RANKS = ("ok", "warn", "fail")
 SURE = 4.0  # standard errors
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
-EARLY_SAMPLES = 500  # of the early motion suffice
+EARLY_SAMPLES = 300  # of the early motion suffice
+NOISE_SAMPLES = 50_000  # suffice to know the noise
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
 
 
@@ -353,8 +354,9 @@ def _core(phase, window_s):
 
 def _scatter(x):
     """Standard deviation, robust against outliers; NaN samples are left out."""
-    deviation = np.abs(x - np.nanmedian(x))
-    return float(1.4826 * np.nanmedian(deviation) or np.nanstd(x))
+    x = x[np.isfinite(x)]
+    x = x[:: max(1, x.size // NOISE_SAMPLES)]
+    return float(1.4826 * np.median(np.abs(x - np.median(x))) or np.std(x)) if x.size else math.nan
 
 
 def _end_of_motion(t, theta, still, start, until):
@@ -364,11 +366,12 @@ def _end_of_motion(t, theta, still, start, until):
     origin = max(0, min(first, still.start) - width)
     part = theta[origin : max(last, still.stop) + width]
     valid = np.isfinite(part)
-    sums, counts = (np.concatenate(([0.0], np.cumsum(each))) for each in (np.where(valid, part, 0.0), valid))
-    begin = np.maximum(np.arange(part.size) - width // 2, 0)
-    end = np.minimum(begin + width, part.size)
+    sums, counts = (
+        np.concatenate((np.zeros(width // 2 + 1), np.cumsum(each), np.full(width, each.sum())))
+        for each in (np.where(valid, part, 0.0), valid)
+    )
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = (sums[end] - sums[begin]) / (counts[end] - counts[begin])
+        mean = (sums[width:] - sums[:-width]) / (counts[width:] - counts[:-width])
     rest = mean[still.start - origin : still.stop - origin]
     noise = max(_scatter(rest), np.finfo(float).eps)
     moving = np.abs(mean[first - origin : last - origin] - np.nanmedian(rest)) > OUT_OF_NOISE * noise
@@ -412,7 +415,9 @@ def _release(t, theta, sigma, hold, end, held_s, finger_s):
         instant, instant_stderr, _, _ = _early_motion(*motion, theta0_stderr)
         if not abs(instant - guess) < max(finger_s, late - guess):
             return guess, math.nan, 0.0
-        release = instant
+        moved, release = abs(instant - release), instant
+        if moved < 0.1 * instant_stderr:
+            break
     _, _, top, top_stderr = _early_motion(*motion, math.inf)
     push = (top - theta0) / theta0
     return release, instant_stderr, push if abs(top - theta0) > SURE * top_stderr else 0.0
@@ -452,7 +457,8 @@ def _early_motion(t, theta, sigma, start, theta0, theta0_stderr):
         return by
 
     guess = (0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0)
-    fit = least_squares(residual, guess, slopes, x_scale="jac", method="lm")
-    scatter = max(1.0, 2 * fit.cost / (t.size - len(guess)))
-    stderr = np.sqrt(scatter * np.diag(np.linalg.pinv(fit.jac.T @ fit.jac)))
-    return start + fit.x[3], stderr[3], theta0 + fit.x[0], stderr[0]
+    x, *_ = leastsq(residual, guess, Dfun=slopes, full_output=True)
+    scatter = max(1.0, float(np.sum(residual(x) ** 2)) / (t.size - len(guess)))
+    by = slopes(x)
+    stderr = np.sqrt(scatter * np.diag(np.linalg.pinv(by.T @ by)))
+    return start + x[3], stderr[3], theta0 + x[0], stderr[0]
