@@ -30,10 +30,10 @@ rule tables:
     conda:
         "../envs/freerock.yaml"
     params:
-        blocks=geometries,
-        release_angles_deg=release_angles,
-        published=published,
-        labels=labels,
+        blocks=of_campaign(settings.geometries),
+        release_angles_deg=of_campaign(settings.release_angles),
+        published=lambda w: campaign(w).published and settings.plain(campaign(w).published),
+        labels=of_campaign(settings.labels),
         debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: tables"
@@ -62,7 +62,7 @@ rule figure_foundation_effect:
     conda:
         "../envs/freerock.yaml"
     params:
-        labels=labels,
+        labels=of_campaign(settings.labels),
     message:
         "{wildcards.campaign}: figure of the effect of the foundation"
     script:
@@ -90,7 +90,7 @@ rule figure_models:
     conda:
         "../envs/freerock.yaml"
     params:
-        labels=labels,
+        labels=of_campaign(settings.labels),
     message:
         "{wildcards.campaign}: figure of the models of {wildcards.block}"
     script:
@@ -119,8 +119,8 @@ rule figure_restitution:
     conda:
         "../envs/freerock.yaml"
     params:
-        blocks=geometries,
-        labels=labels,
+        blocks=of_campaign(settings.geometries),
+        labels=of_campaign(settings.labels),
     message:
         "{wildcards.campaign}: figure of the restitution of each impact"
     script:
@@ -175,8 +175,8 @@ rule figure_valley:
     conda:
         "../envs/freerock.yaml"
     params:
-        blocks=geometries,
-        labels=labels,
+        blocks=of_campaign(settings.geometries),
+        labels=of_campaign(settings.labels),
         debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: figure of the valleys of the discrepancy"
@@ -194,7 +194,9 @@ rule report:
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
         valley=rules.figure_valley.output.png,
-        pages=lambda w: expand("results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)),
+        pages=lambda w: expand(
+            "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
+        ),
         code=code("report"),
     output:
         html=report(
@@ -211,8 +213,8 @@ rule report:
     conda:
         "../envs/freerock.yaml"
     params:
-        campaign=lambda w: plain(campaign(w)),
-        blocks=geometries,
+        campaign=of_campaign(settings.plain),
+        blocks=of_campaign(settings.geometries),
     message:
         "{wildcards.campaign}: report"
     script:

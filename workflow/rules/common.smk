@@ -2,6 +2,7 @@ import os
 import sys
 from pathlib import Path
 
+from freerock import settings
 from freerock.config import load_config
 from freerock.errors import FreerockError
 from freerock.manifest import listed_checksums
@@ -42,31 +43,6 @@ def campaign(wildcards):
     return CAMPAIGNS[wildcards.campaign]
 
 
-def plain(section, *without):
-    """A section of the configuration as a rule's parameter: numbers and texts, in the order of its fields."""
-    return section.model_dump(mode="json", exclude={*without})
-
-
-def geometry(section):
-    return plain(section, "label", "release_angle_deg")
-
-
-def record_settings(section, record):
-    """What the step from a record file to runs needs to know of the record alone."""
-    return {
-        "file": record.file,
-        # renewed in the manifest, the record is processed again
-        "sha256": CHECKSUMS[section.name].get(record.file, ""),
-        "channels": list(record.channels),
-        "attributes": section.attributes(record),
-        "block": geometry(section.blocks[record.block]),
-        "lasers": [plain(section.lasers[name]) for name in record.lasers],
-        "overrides": record.overrides,
-        "exclusions": record.exclusions,
-        "excluded": record.reason if record.excluded else "",
-    }
-
-
 def raw_files(section, records):
     """The files of some records and the calibration tables of their lasers, as far as they exist."""
     names = {name: None for record in records for name in record.lasers}
@@ -75,19 +51,9 @@ def raw_files(section, records):
     return [file for file in files if os.path.exists(file)]  # missing: told by the script
 
 
-def geometries(wildcards):
-    return {name: geometry(section) for name, section in campaign(wildcards).blocks.items()}
-
-
-def release_angles(wildcards):
-    """Nominal release angle of each block that has one, in degrees."""
-    angles = {name: section.release_angle_deg for name, section in campaign(wildcards).blocks.items()}
-    return {name: angle for name, angle in angles.items() if angle}
-
-
-def published(wildcards):
-    section = campaign(wildcards).published
-    return plain(section) if section else None
+def of_campaign(settings):
+    """Input function: settings of a rule's campaign."""
+    return lambda w: settings(campaign(w))
 
 
 def tests_of(wildcards):
@@ -104,12 +70,3 @@ def blocks(wildcards):
 def products(kind):
     """Input function: the records or fits of the tests."""
     return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
-
-
-def printed_names(section):
-    """Printed names of the blocks and foundations of a campaign."""
-    return {name: each.label for name, each in {**section.blocks, **section.foundations}.items()}
-
-
-def labels(wildcards):
-    return printed_names(campaign(wildcards))

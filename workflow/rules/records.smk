@@ -4,6 +4,8 @@
 for name, section in CAMPAIGNS.items():
     for number, records in enumerate(section.batches, 1):
         tests = [each.test for each in records]
+        own, shared = settings.record_settings(section, records, CHECKSUMS[name])
+        own_fit, shared_fit = settings.fit_settings(section, records)
         told = f"{name}: {tests[0]}" + (f" to {tests[-1]}" if tests[1:] else "")
 
         rule:
@@ -21,13 +23,8 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             params:
-                records={each.test: record_settings(section, each) for each in records},
-                shared={
-                    "raw": section.raw,
-                    "rotation": plain(section.processing.rotation),
-                    "runs": plain(section.processing.runs),
-                    "impacts": plain(section.processing.impacts),
-                },
+                records=own,
+                shared=shared,
             message:
                 f"{told}: volts to θ(t), runs and impacts"
             script:
@@ -48,20 +45,8 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             params:
-                records={
-                    each.test: {
-                        "attributes": section.attributes(each),
-                        "block": geometry(section.blocks[each.block]),
-                    }
-                    for each in records
-                },
-                shared={
-                    "models": list(section.fits.models),
-                    "free": {model: list(free) for model, free in section.fits.freed.items()},
-                    "pooled": section.fits.pooled,
-                    "options": plain(section.fits, "models", "free", "paper_mode", "pooled"),
-                    "impacts": plain(section.processing.impacts),
-                },
+                records=own_fit,
+                shared=shared_fit,
             message:
                 f"{told}: identifying the models"
             script:
@@ -95,7 +80,7 @@ for name, section in CAMPAIGNS.items():
                 "../envs/freerock.yaml"
             params:
                 tests=tests,
-                labels=printed_names(section),
+                labels=settings.labels(section),
             message:
                 f"{told}: a page per run"
             script:
