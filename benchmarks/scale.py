@@ -16,6 +16,7 @@ import tempfile
 import time
 from collections import defaultdict
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,7 @@ def run(numbers: list[int]) -> None:
         )
         for step, (seconds, memory) in by_step.items():
             print(f"        {step:26s} {seconds / n:6.3f} s CPU per record, {memory:4.0f} MB")
-    for (n, wall), (more, longer) in zip(told, told[1:], strict=False):
+    for (n, wall), (more, longer) in pairwise(told):
         exponent = math.log(longer / wall) / math.log(more / n)
         print(f"{n} to {more} records: wall time grows with the power {exponent:.2f}")
 

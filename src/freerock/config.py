@@ -436,6 +436,9 @@ class CampaignFile(Section):
     lasers: dict[Name, LaserSection] = Field(
         min_length=1, description="one or more sensors, each by its name"
     )
+    records_per_job: int = Field(
+        4, ge=1, description="records that a job takes on; with hundreds of records 25 saves start-up time"
+    )
     processing: ProcessingSection = Field(ProcessingSection(), description="the steps from volts to impacts")
     fits: FitsSection = Field(FitsSection(), description="the identification of the models")
     published: PublishedSection | None = Field(
@@ -588,6 +591,12 @@ class Campaign(CampaignFile):
     name: Name = Field(description="the name of the campaign")
     records: tuple[Record, ...] = Field(description="the records")
 
+    @property
+    def batches(self) -> list[tuple[Record, ...]]:
+        """The records job by job, in the order of the CSV file."""
+        n = self.records_per_job
+        return [self.records[start : start + n] for start in range(0, len(self.records), n)]
+
     def record(self, test: str) -> Record:
         """The record of a test."""
         return next(record for record in self.records if record.test == test)
@@ -596,15 +605,14 @@ class Campaign(CampaignFile):
         """Path of the record file of a test."""
         return f"{self.raw}/{self.record(test).file}"
 
-    def attributes(self, test: str) -> dict:
+    def attributes(self, record: Record) -> dict:
         """What describes a record in its datasets: plain texts and numbers, nothing empty."""
-        record = self.record(test)
         block = self.blocks[record.block]
         attributes = {
-            "title": f"{self.title}: {test}",
+            "title": f"{self.title}: {record.test}",
             "summary": self.summary,
             "campaign": self.name,
-            "test": test,
+            "test": record.test,
             "block": record.block,
             "foundation": record.foundation,
             "origin": self.origin,

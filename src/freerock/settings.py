@@ -1,4 +1,4 @@
-"""What a step gets of the configuration: plain values, no more than it uses, so that nothing else reruns it."""
+"""What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it."""
 
 from collections.abc import Mapping, Sequence
 
