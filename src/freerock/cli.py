@@ -216,7 +216,7 @@ def _simulate_arguments(parser: argparse.ArgumentParser) -> None:
         "A scene with a laser becomes a record file (TDMS), as the virtual laboratory records it; any other\n"
         "becomes θ(t) of each model (CSV, PDF, PNG), on a moving ground or a resting one."
     )
-    parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see docs/simulate.md")
+    parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
     parser.add_argument("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
     parser.set_defaults(run=_simulate)
 

@@ -703,14 +703,10 @@ def load_section(model: type[Section], path: str | Path) -> Any:
     return section
 
 
-def json_schema() -> dict[str, Any]:
-    """JSON schemas of config.yaml ("config") and of a campaign's YAML file ("campaign")."""
-    models = {"config": ConfigFile, "campaign": CampaignFile}
-    return {
-        name: {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-        | _plain_schema(model.model_json_schema())
-        for name, model in models.items()
-    }
+def json_schema(model: type[Section]) -> dict[str, Any]:
+    """JSON schema of a YAML file that holds a section, for editors."""
+    dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return dialect | _plain_schema(model.model_json_schema())
 
 
 def _plain_schema(schema: Any) -> Any:

@@ -48,14 +48,18 @@ class GroundSection(Section):
 
     pulse: PulseSection | None = Field(None, description="an analytic pulse")
     file: str = Field(
-        "", description=f"a CSV file beside the scene with columns {', '.join(COLUMNS)} (the last optional)"
+        "",
+        validate_default=True,
+        description=f"a CSV file beside the scene with columns {', '.join(COLUMNS)} (the last optional)",
     )
 
     @field_validator("file")
     @classmethod
     def _one_of_the_two(cls, file, info):
-        if bool(file) == bool(info.data.get("pulse")):
+        if file and info.data.get("pulse"):
             raise Fault("has both a pulse and a file", "keep one of the two")
+        if not file and info.data.get("pulse", ...) is None:
+            raise Fault("has neither a pulse nor a file", "give one of the two")
         return file
 
 
@@ -207,7 +211,7 @@ def scene_text(scene: Scene, responses: "dict[str, Response]") -> str:
     for model, response in responses.items():
         known = np.abs(np.degrees(response.theta[np.isfinite(response.theta)]))
         largest = f"largest angle {known.max():.4g}°" if known.size else "no motion"
-        lines.append(f"{model}: {response.outcome}, {largest}, {len(response.impacts)} impacts")
+        lines.append(f"{model}: {response.outcome}, {largest}, impacts: {len(response.impacts)}")
     return "\n".join(lines)
 
 

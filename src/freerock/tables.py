@@ -23,7 +23,7 @@ MODEL_LABELS = {
     "hunt_crossley": "Hunt–Crossley",
     "general": "General",
 }
-SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀"}
+SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀", "width": "2b"}
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."

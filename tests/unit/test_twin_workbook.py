@@ -1,0 +1,55 @@
+"""The stand-in for a public workbook: its layout, its bytes, its label."""
+
+import math
+from pathlib import Path
+
+from openpyxl import load_workbook
+
+from freerock import twin_workbook
+from freerock.acquisition import read_record
+from freerock.config import load_campaign
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = ROOT / "raw/wooden_blocks" / twin_workbook.FILE
+
+
+def test_layout_second_sheet_three_rows_of_headings_and_pairs_of_columns():
+    book = load_workbook(SHIPPED, read_only=True)
+    first, sheet = book.worksheets
+    assert "SIMULATED" in first["A1"].value
+    heads = [[cell.value for cell in row] for row in sheet.iter_rows(max_row=4)]
+    assert (
+        heads[0][::2] == list(twin_workbook.BLOCKS) == ["A1", "A2", "A3", "B1", "B2", "B3", "C1", "C2", "C3"]
+    )
+    assert heads[1] == ["time", "θ"] * 9
+    assert heads[3] == [0, *heads[3][1:]]
+    book.close()
+
+
+def test_the_shipped_workbook_is_what_the_twin_writes(tmp_path):
+    twin_workbook.write_campaign(tmp_path)
+    for name in (twin_workbook.FILE, "truth.json", "manifest.csv"):
+        assert (tmp_path / name).read_bytes() == (SHIPPED.parent / name).read_bytes(), name
+
+
+def test_each_pair_is_a_channel_of_its_own_time():
+    for name, block in twin_workbook.BLOCKS.items():
+        record = read_record(SHIPPED, name)
+        assert record[name].attrs["units"] == "deg"
+        assert math.isclose(record.attrs["sampling_rate_hz"], twin_workbook.RATE_HZ, rel_tol=1e-9)
+        held = float(record[name].sel(time=slice(2.2, 3.2)).mean())
+        assert math.isclose(held, math.degrees(0.6 * block.theta_cr), abs_tol=5e-3)
+
+
+def test_the_campaign_tells_the_shapes_but_not_the_worn_corners():
+    wood = load_campaign(ROOT / "config/campaigns/wooden_blocks.yaml")
+    assert wood.origin == "simulated"
+    for name, block in twin_workbook.BLOCKS.items():
+        section = wood.blocks[name]
+        assert (section.height_m, section.width_m, section.mass_kg) == (
+            block.height_m,
+            block.width_m,
+            block.mass_kg,
+        )
+        assert section.contact_width_m is None
+    assert all("width" in free for model, free in wood.fits.freed.items() if model in wood.fits.models)
