@@ -4,8 +4,8 @@
 
 The University of Catania published the rotations of nine wooden blocks in free rocking (Zenodo record
 6670588) as an Excel workbook: on its second sheet, below three rows of headings, a pair of columns (time
-and θ) for each of the blocks A1 to C3. Nothing of that data is in here. Shapes, masses, foundation and motions are
-made up; only the layout is that of the workbook, so that the real one can take the place of this file.
+and θ) for each of the blocks A1 to C3. Nothing of that data is in here. Shapes, masses, foundation and
+motions are made up; only the layout is that of the workbook, so that the real one can take this file's place.
 """
 
 import json
