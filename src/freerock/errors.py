@@ -12,6 +12,11 @@ class FreerockError(Exception):
         The fault, with the offending value.
     remedy : str
         What the user does about it.
+
+    Examples
+    --------
+    >>> print(FreerockError("blocks.tall.mass_kg", "-5.8 is not greater than 0", "give the mass"))
+    blocks.tall.mass_kg: -5.8 is not greater than 0; give the mass
     """
 
     def __init__(self, where: str, what: str, remedy: str):

@@ -69,6 +69,11 @@ def understood(unit: str) -> str | None:
 
     The case counts between m and M (milli, mega) only where a word would not settle it: "mV" and "mA" are
     taken as written, "MV" is refused.
+
+    Examples
+    --------
+    >>> understood("Volts"), understood("µm"), understood("kg")
+    ('V', 'um', None)
     """
     unit = unit.strip()
     return unit if unit in UNITS else SPELLINGS.get(unit.lower()) if unit not in ("MV", "MA") else None

@@ -21,6 +21,12 @@ class Block:
     contact_width_m : float, optional
         Distance of the corners it rocks about [m] where they are worn or rounded; the full width if None.
         The inertia is that of the full width.
+
+    Examples
+    --------
+    >>> block = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+    >>> print(f"{math.degrees(block.theta_cr):.3f}° {block.p:.3f} rad/s {block.restitution_housner:.4f}")
+    14.036° 7.140 rad/s 0.9118
     """
 
     height_m: float

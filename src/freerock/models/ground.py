@@ -118,6 +118,11 @@ def pulse(
     ------
     FreerockError
         Unknown shape, or a period or length that is not positive.
+
+    Examples
+    --------
+    >>> pulse("sine", 0.5, x=3.0)([0.125, 0.5]).round(6).tolist()
+    [[3.0, 0.0], [0.0, 0.0]]
     """
     if shape not in PULSES:
         raise FreerockError("shape", f"unknown pulse {shape!r}", f"use one of {', '.join(PULSES)}")
