@@ -1,11 +1,9 @@
 """The shipped campaign, from record files to report."""
 
 import math
-import shutil
 
 import pandas as pd
 import pytest
-from small_campaign import ROOT, check_out
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
@@ -21,36 +19,25 @@ CONTRACT = {
 }
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    checkout = check_out(tmp_path_factory.mktemp("palermo"))
-    shutil.rmtree(checkout / "config")
-    for part in ("config", "raw"):
-        shutil.copytree(ROOT / part, checkout / part)
-    done = checkout.snakemake()
-    assert done.returncode == 0, done.stdout + done.stderr
-    return checkout / "results/palermo_virtual"
-
-
-def table(results, name):
-    return pd.read_csv(results / f"tables/{name}.csv", dtype={"run": str})
+def table(palermo, name):
+    return pd.read_csv(palermo / f"tables/{name}.csv", dtype={"run": str})
 
 
 @pytest.mark.parametrize("name", CONTRACT)
-def test_tables_have_the_columns_other_peoples_scripts_rely_on(results, name):
-    assert list(table(results, name).columns) == CONTRACT[name].split()
+def test_tables_have_the_columns_other_peoples_scripts_rely_on(palermo, name):
+    assert list(table(palermo, name).columns) == CONTRACT[name].split()
 
 
-def test_every_run_of_every_record_is_found_and_called_simulated(results):
-    runs = table(results, "runs")
+def test_every_run_of_every_record_is_found_and_called_simulated(palermo):
+    runs = table(palermo, "runs")
     assert (runs.groupby("test")["run"].agg("".join) == "123").all()
     assert runs["test"].nunique() == 6
     assert set(runs["origin"]) == {"simulated"}
     assert set(runs["verdict"]) == {"ok"}
 
 
-def test_hunt_crossley_is_nearer_than_winkler_and_winkler_than_housner_on_every_scene(results):
-    epsilon = table(results, "epsilon").pivot(index=["test", "run"], columns="model", values="epsilon_theta")
+def test_hunt_crossley_is_nearer_than_winkler_and_winkler_than_housner_on_every_scene(palermo):
+    epsilon = table(palermo, "epsilon").pivot(index=["test", "run"], columns="model", values="epsilon_theta")
     assert (epsilon["hunt_crossley"] < epsilon["winkler"]).all()
     assert (epsilon["winkler"] < epsilon["housner"]).all()
 
@@ -60,30 +47,30 @@ def test_hunt_crossley_is_nearer_than_winkler_and_winkler_than_housner_on_every_
     [("marble", 0.957, 0.006, 0.93, 0.95), ("aerstop", 0.905, 0.010, 0.82, 0.87)],
 )
 def test_fitted_restitution_is_that_of_table_2_and_above_that_of_the_impacts(
-    results, foundation, fitted, tolerance, impact_low, impact_high
+    palermo, foundation, fitted, tolerance, impact_low, impact_high
 ):
-    parameters = table(results, "parameters").query(f"test == 'config2_{foundation}' and parameter == 'r'")
+    parameters = table(palermo, "parameters").query(f"test == 'config2_{foundation}' and parameter == 'r'")
     assert len(parameters) == 4
     assert (parameters["value"] - fitted).abs().max() < tolerance
-    impacts = table(results, "restitution").query(
+    impacts = table(palermo, "restitution").query(
         f"test == 'config2_{foundation}' and source == 'experiment' and impact <= 6"
     )
     assert impacts["r"].between(impact_low, impact_high).all()
 
 
-def test_the_simulated_foundations_are_recovered(results):
-    recovered = table(results, "recovered")
+def test_the_simulated_foundations_are_recovered(palermo):
+    recovered = table(palermo, "recovered")
     assert len(recovered) == 36
     assert recovered["inside"].mean() >= 0.9
     assert recovered["error_percent"].abs().median() <= 1
     assert recovered["error_percent"].abs().max() <= 0.5
 
 
-def test_the_report_says_simulated_and_loads_nothing(results):
-    page = (results / "report.html").read_text(encoding="utf-8")
+def test_the_report_says_simulated_and_loads_nothing(palermo):
+    page = (palermo / "report.html").read_text(encoding="utf-8")
     assert '<p class="simulated">' in page
     assert "default-src 'none'" in page
-    assert (results / "report.html").stat().st_size < 6e6
+    assert (palermo / "report.html").stat().st_size < 6e6
 
 
 def test_first_impact_of_the_compliant_base_is_later_than_the_rigid_one():

@@ -107,9 +107,9 @@ def write_report(path, *, provenance, tables, blocks, datasets, figures=(), page
         n_charted=len(wanted),
         n_runs=int(runs["run"].notna().sum()),
         facts=_facts(runs, sections, compared, blocks),
-        settings=[
-            (key, list(_parts(value, f"config-{key}"))) for key, value in config.items() if _shown(key)
-        ],
+        settings=_settings(config),
+        models=[MODEL_LABELS[model] for model in config["fits"]["models"]],
+        free=_free(config["fits"]),
         inputs=provenance["inputs"],
         software=provenance["software"],
         git=provenance["git"],
@@ -415,14 +415,28 @@ def _figure(caption, file, folder, rank) -> dict:
         return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
 
 
-def _shown(key) -> bool:
-    return key not in ("records", "title", "summary")
+def _free(fits) -> list:
+    """What each model was free in besides its parameters, models alike taken together."""
+    alike = {}
+    for model in fits["models"]:
+        free = " and ".join(SYMBOLS[name] for name in fits["free"].get(model, ()))
+        alike.setdefault(free or "nothing", []).append(MODEL_LABELS[model])
+    return [(", ".join(models), free) for free, models in alike.items()]
+
+
+def _settings(config) -> list:
+    """Each section of the configuration with (anchor, name, pairs of key and text) of the things in it."""
+    sections = {key: value for key, value in config.items() if isinstance(value, Mapping)}
+    plain = {
+        key: value for key, value in config.items() if key not in (*sections, "records", "title", "summary")
+    }
+    return [("campaign", [("", "", list(_flat(plain)))])] + [
+        (key, list(_parts(value, f"config-{key}"))) for key, value in sections.items()
+    ]
 
 
 def _parts(section, anchor):
-    """A section of the configuration as (anchor, name, pairs of key and text), one per named thing in it."""
-    named = isinstance(section, Mapping) and all(isinstance(each, Mapping) for each in section.values())
-    if named and section:
+    if section and all(isinstance(each, Mapping) for each in section.values()):
         for name, each in section.items():
             yield f"{anchor}-{name}", name, list(_flat(each))
     else:

@@ -68,9 +68,9 @@ function charts(curves) {
   const drawn = {};
   const keep = (name, renderer) => (drawn[name] ??= []).push(renderer);
 
-  function chart(title, x, y, height, more) {
+  function chart(kind, title, x, y, height, more) {
     const figure = Bokeh.Plotting.figure({
-      title: title + STYLES.mark, x_axis_label: x, y_axis_label: y, height,
+      css_classes: [kind], title: title + STYLES.mark, x_axis_label: x, y_axis_label: y, height,
       sizing_mode: "stretch_width", tools: "box_zoom,pan,xwheel_zoom,reset,save",
       toolbar_location: "above", min_border_left: 70, ...more,
     });
@@ -80,8 +80,8 @@ function charts(curves) {
     return figure;
   }
   const visible = () => new Bokeh.DataRange1d({only_visible: true, range_padding: 0.08});
-  const inTime = (title, y, height) => chart(
-    title, "time since release / s", y, height, {x_range: range, y_range: visible(), window_axis: "x"});
+  const inTime = (kind, title, y, height) => chart(
+    kind, title, "time since release / s", y, height, {x_range: range, y_range: visible(), window_axis: "x"});
 
   function line(figure, x, prefix, name) {
     const {color, dash, width} = STYLES.lines[name];
@@ -93,7 +93,7 @@ function charts(curves) {
   }
 
   const names = Object.keys(curves.theta), models = names.filter(name => name !== "measured");
-  const motion = inTime("Rotation", "θ / °", 300);
+  const motion = inTime("motion", "Rotation", "θ / °", 300);
   names.forEach(name => line(motion, "time", "theta", name));
   const hits = curves.impacts.measured.map(impact => impact[0]);
   keep("measured", motion.scatter(hits, hits.map(() => 0), {
@@ -106,11 +106,11 @@ function charts(curves) {
 
   const figures = [motion];
   if (models.length) {
-    const residual = inTime("Model minus measured", "residual / °", 200);
+    const residual = inTime("residual", "Model minus measured", "residual / °", 200);
     models.forEach(name => line(residual, "time", "residual", name));
     figures.push(residual);
   }
-  const restitution = inTime("Restitution", "restitution r", 220);
+  const restitution = inTime("restitution", "Restitution", "restitution r", 220);
   for (const name of names) {
     const impacts = curves.impacts[name];
     if (!impacts.length) continue;
@@ -124,7 +124,7 @@ function charts(curves) {
         line_color: "#555555"}));
   }
   figures.push(restitution);
-  const phase = chart("Phase portrait", "θ / °", "angular rate / (°/s)", 380,
+  const phase = chart("phase", "Phase portrait", "θ / °", "angular rate / (°/s)", 380,
     {x_range: visible(), y_range: visible()});
   names.forEach(name => line(phase, `theta_${name}`, "rate", name));
   return {figures, phase, drawn, range};
@@ -188,7 +188,7 @@ function draw(section) {
   const layout = wide
     ? new Bokeh.Row({children: [left, made.phase], sizing_mode: "stretch_width"})
     : new Bokeh.Column({children: [left, made.phase], sizing_mode: "stretch_width"});
-  const canvas = element("div", {className: "canvas"});
+  const canvas = element("div", {className: wide ? "canvas wide" : "canvas"});
   place.append(element("form", {}, switches(made), window_(made)), canvas);
   section.bokeh = made;
   Bokeh.Plotting.show(layout, canvas);
