@@ -21,7 +21,8 @@ from freerock.models.housner import housner_lobes, housner_motion
 from freerock.rotation import rotation
 from freerock.runs import find_runs
 
-BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)
+BLOCK = Block(0.28, 0.07, 5.84)
+LASERS = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
 NOISE_V, COUNT_V = 2e-3, 21 / 2**16
 
 
@@ -43,16 +44,14 @@ def motion(draw, rate_hz, n_runs):
     return np.concatenate(parts), releases
 
 
-def volts_of(theta, draw):
-    s = displacement_from_rotation(theta, BLOCK, LASER)
-    return (
-        np.rint((5 + s / LASER.metres_per() + NOISE_V * draw.standard_normal(theta.size)) / COUNT_V) * COUNT_V
-    )
+def volts_of(theta, draw, laser=LASERS[0]):
+    volts = 5 + displacement_from_rotation(theta, BLOCK, laser) / laser.metres_per()
+    return np.rint((volts + NOISE_V * draw.standard_normal(theta.size)) / COUNT_V) * COUNT_V
 
 
-def analyse(time_s, volts):
-    """Runs of a channel, and the number of impacts."""
-    found = rotation(time_s, volts, LASER, BLOCK)
+def analyse(time_s, volts, lasers=LASERS[:1]):
+    """Runs of one laser or two, and the number of impacts."""
+    found = rotation(time_s, volts, lasers, BLOCK)
     t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     runs = find_runs(t, theta, sigma, flags, BLOCK, found.attrs["zero_stderr_rad"], listed_faults(found))
     number = 0
@@ -71,18 +70,20 @@ def speed(rate_hz=10_000.0, minutes=10, channels=4):
     theta = np.concatenate([theta, np.zeros(max(0, n - theta.size))])[:n]
     time_s = np.arange(n) / rate_hz
     analyse(time_s[: n // 50], volts_of(theta[: n // 50], draw))  # imports, caches
-    each = []
-    for _ in range(channels):
-        volts = volts_of(theta, draw)
-        started, busy = time.perf_counter(), time.process_time()
-        runs, number = analyse(time_s, volts)
-        each.append((time.perf_counter() - started, time.process_time() - busy))
-        told = f"{each[-1][0]:.2f} s, {each[-1][1]:.2f} s of processor"
-        print(f"{n} samples: {len(runs)} runs, {number} impacts in {told}", flush=True)
-    wall, busy = map(sum, zip(*each, strict=True))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    print(f"{channels} channels: {wall:.2f} s, {busy:.2f} s of processor (aim 5 s)")
-    print(f"largest memory {peak:.2f} GB (aim 1 GB)")
+    for kind, lasers in (("single lasers", LASERS[:1]), ("pairs of lasers", LASERS)):
+        wall = busy = 0.0
+        for _ in range(channels // len(lasers)):
+            volts = [volts_of(theta, draw, laser) for laser in lasers]
+            started, busy_before = time.perf_counter(), time.process_time()
+            runs, number = analyse(time_s, volts, lasers)
+            wall += time.perf_counter() - started
+            busy += time.process_time() - busy_before
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(
+            f"{channels} channels of {n} samples, {kind}: each {len(runs)} runs, {number} impacts; in all "
+            f"{wall:.2f} s, {busy:.2f} s of processor (aim 5 s), memory {peak:.2f} GB (aim 1 GB)",
+            flush=True,
+        )
 
 
 def segmentation(records=1000, rate_hz=1000.0):

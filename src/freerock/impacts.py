@@ -20,7 +20,7 @@ from freerock.models.block import GRAVITY, Block
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
 PEAK_WINDOWS = (0.9, 0.7, 0.5, 0.35, 0.25)  # of the half lobe, on either side of its peak
 PEAK_DEGREE, LOW_PEAK_DEGREE, LOW_PEAK = 6, 4, 30.0  # a peak under 30 σ_θ can't carry the higher degree
-LOBE_SAMPLES = 200  # suffice
+LOBE_SAMPLES = 300  # suffice
 TIME_WINDOWS, TIME_DEGREE = (0.25, 0.15, 0.1, 0.06), 3  # of the time from an impact to a peak
 RATE_BELOW, RATE_DEGREE = (
     0.7,
@@ -76,6 +76,13 @@ class _Fit(NamedTuple):
     coefficients: np.ndarray
     covariance: np.ndarray
     adequate: bool
+
+
+class _Rigid(NamedTuple):
+    """What of a block its rigid lobes hang on."""
+
+    theta_cr: float
+    p: float
 
 
 def restitution_from_peaks(before, before_stderr, after, after_stderr, block: Block):
@@ -158,27 +165,33 @@ def find_impacts(
     passages = [_line_zero(t[i : j + 1], theta[i : j + 1]) for (_, i), (j, _) in pairwise(lobes)]
     uplift = _uplift_amplitude(t, theta, passages, block)
 
-    columns = []
-    before = _release(t, theta, theta0, theta0_stderr, block) if passages else None
-    for (start, _), (first, last), passage in zip(lobes, lobes[1:], passages, strict=False):
+    columns, rigid = [], _Rigid(block.theta_cr, block.p)
+    if passages:
+        before = _release(t, theta, theta0, theta0_stderr, rigid)
+        bounds = [lobes[0][0], *np.searchsorted(t, passages), lobes[-1][1] + 1]
+        previous = _averaged(t, theta, noise, slice(*bounds[:2]), rigid)
+    for (first, last), passage, until in zip(
+        lobes[1:], passages, bounds[2:] if passages else (), strict=True
+    ):
         if last == len(t) - 1:
             break  # the record ends before the lobe does
-        inside = slice(first, last + 1)
-        after = _fit_peak(t[inside], np.abs(theta[inside]), noise[inside], noise_known, block)
-        lowest = max(min_amplitude_sigmas * noise[inside].mean(), min_uplift_ratio * uplift)
-        if not lowest <= after.height < block.theta_cr:
+        one = noise[first : last + 1].mean()
+        lobe = _averaged(t, theta, noise, slice(np.searchsorted(t, passage), until), rigid)
+        inside = slice(*np.searchsorted(lobe.t, (t[first], t[last] + np.finfo(float).eps)))
+        after = _fit_peak(*(each[inside] for each in lobe), noise_known, one, rigid)
+        if not max(min_amplitude_sigmas * one, min_uplift_ratio * uplift) <= after.height < rigid.theta_cr:
             break
-        sign, around = np.sign(theta[first]), slice(start, last + 1)
-        motion = t[around], sign * theta[around], noise[around], noise_known
-        sides = [_side(motion, passage, *way, block) for way in ((before, -1), (after, 1))]
-        instant = _impact_time(sides, passage, block)
-        rates = _rate_ratio(sides, instant[0], uplift, block)
-        if not columns and (theta0 is None or abs(theta0) >= block.theta_cr):
+        sign, sides = np.sign(theta[first]), []
+        for part, peak, way in ((previous, before, -1), (lobe, after, 1)):
+            sides.append(_side(part, passage, peak, way, noise_known, rigid))
+        instant = _impact_time(sides, passage, rigid)
+        rates = _rate_ratio(sides, instant[0], uplift, rigid)
+        if not columns and (theta0 is None or abs(theta0) >= rigid.theta_cr):
             before, rates = Peak(math.nan, math.nan, math.nan), (math.nan, math.nan)
-        r = restitution_from_peaks(before.height, before.stderr, after.height, after.stderr, block)
+        r = restitution_from_peaks(before.height, before.stderr, after.height, after.stderr, rigid)
         peaks = -sign * before.height, before.stderr, sign * after.height, after.stderr
         columns.append((*instant, *peaks, *r, *rates))
-        before = after
+        before, previous = after, lobe
     return Impacts(*np.array(columns).reshape(-1, 10).T, theta_uplift=uplift)
 
 
@@ -282,27 +295,38 @@ def _polynomial(x, y, noise, noise_known, degree):
     return _Fit(coefficients, covariance * (1.0 if adequate and noise_known else scatter), adequate)
 
 
-def _averaged(t, y, noise, block):
-    """Means over equal times of more than `LOBE_SAMPLES`, less what a rigid lobe bends within such a time."""
+class _Lobe(NamedTuple):
+    """|θ| between two passages, and the standard deviation of its noise."""
+
+    t: np.ndarray
+    y: np.ndarray
+    noise: np.ndarray
+
+
+def _averaged(t, theta, noise, part, block):
+    """A lobe in no more than `LOBE_SAMPLES` means, less what its rigid part bends within the time of one."""
+    t, theta, noise = t[part], theta[part], noise[part]
+    y = theta if theta.sum() > 0 else -theta
     if t.size <= LOBE_SAMPLES:
-        return t, y, noise
-    first = np.searchsorted(t, np.linspace(t[0], t[-1], LOBE_SAMPLES, endpoint=False))
-    first = first[np.diff(first, prepend=-1) > 0]
-    count = np.diff(np.append(first, t.size))
+        return _Lobe(t, y, noise)
+    edges = np.searchsorted(t, np.linspace(t[0], t[-1], LOBE_SAMPLES + 1))
+    edges[-1] = t.size
+    count = np.diff(edges)
+    first, count = edges[:-1][count > 0], count[count > 0]
     x = t - t[0]
-    mean_x, mean_xx, mean_y, mean_variance = (
+    mean_x, mean_xx, mean_y, variance = (
         np.add.reduceat(each, first) / count for each in (x, x * x, y, noise * noise)
     )
-    bend = -np.sign(mean_y) * block.p**2 * np.sin(block.theta_cr - np.abs(mean_y))
-    y = mean_y - bend * (mean_xx - mean_x**2) / 2
-    return t[0] + mean_x, y, np.sqrt(mean_variance / count)
+    bend = block.p**2 * np.sin(block.theta_cr - mean_y)
+    return _Lobe(t[0] + mean_x, mean_y + bend * (mean_xx - mean_x**2) / 2, np.sqrt(variance / count))
 
 
-def _fit_peak(t, y, noise, noise_known, block):
-    """Highest point of a lobe y = |θ|; NaN with too few samples."""
+def _fit_peak(t, y, noise, noise_known, noise_of_one, block):
+    """Highest point of a lobe y = |θ|, noise of means and of one sample; NaN with too few samples."""
     found = Peak(math.nan, math.nan, math.nan)
-    degree = PEAK_DEGREE if y.max() > LOW_PEAK * noise.mean() else LOW_PEAK_DEGREE
-    t, y, noise = _averaged(t, y, noise, block)
+    if t.size < LOW_PEAK_DEGREE + 4:
+        return found
+    degree = PEAK_DEGREE if y.max() > LOW_PEAK * noise_of_one else LOW_PEAK_DEGREE
     rigid, remainder = Peak(float(y.max()), 0.0, (t[0] + t[-1]) / 2), None
     for window in PEAK_WINDOWS:
         reach = window * (t[-1] - t[0]) / 2
@@ -362,14 +386,12 @@ class _Side(NamedTuple):
         return fit.coefficients[0] + self.sign * lobe, rate, *variance, fit.adequate
 
 
-def _side(motion, passage, peak, sign, block):
-    """The part of a motion about a passage that lies on one side of it."""
-    t, y, noise, noise_known = motion
-    near = slice(*np.searchsorted(t, sorted((passage, peak.time_s))))
-    if near.start == near.stop:
-        return _Side(sign, peak, t[near], y[near], y[near], noise[near], noise_known)
-    t, y, noise = _averaged(t[near], y[near], noise[near], block)
-    return _Side(sign, peak, t, y, y - sign * _rigid_lobe(t, peak, block), noise, noise_known)
+def _side(lobe, passage, peak, sign, noise_known, block):
+    """The part of a lobe between a passage and its peak."""
+    near = slice(*np.searchsorted(lobe.t, sorted((passage, peak.time_s))))
+    t, y, noise = (each[near] for each in lobe)
+    remainder = y - _rigid_lobe(t, peak, block)
+    return _Side(sign, peak, t, sign * y, sign * remainder, noise, noise_known)
 
 
 def _impact_time(sides, instant, block):

@@ -217,8 +217,10 @@ def _even_step(time_s, signals):
             "give two arrays of one equal length, of at least two samples",
         )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    even = time_s[0] + step * np.arange(time_s.size)
-    if not (step > 0 and np.all(np.abs(time_s - even) < step)):
+    apart = np.arange(time_s.size, dtype=float)
+    apart *= -step
+    apart += time_s
+    if not (step > 0 and time_s[0] - step < apart.min() and apart.max() < time_s[0] + step):
         raise FreerockError(
             "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"
         )
@@ -281,7 +283,8 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
         flags[beyond] = FLAGS["out_of_range"]
     mid, level = [phase.mid_s for phase in rest], np.array([phase.level for phase in rest])
     level_m, slope_m = distance_from_output(level, laser, quantity)
-    displacement = laser.sign * (distance - np.interp(time_s, mid, level_m))
+    displacement = np.subtract(distance, np.interp(time_s, mid, level_m), out=distance)
+    displacement *= laser.sign
     per_angle = 1.0
     if quantity != "rotation":
         about_zero = sensitivity(np.array([-1e-12, 1e-12]), block, laser).min()
@@ -350,16 +353,21 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
     apart = one.position_m - other.position_m
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
-    turn = np.arctan((first.displacement - second.displacement) / apart)
-    theta = -turn if mirrored(one) else turn
-    alone = displacement_from_rotation(theta, block, one)
-    both = np.isfinite(alone) & np.isfinite(displacement_from_rotation(theta, block, other))
-    theta = np.where(both, theta, np.nan)
-    sigma = np.hypot(first.sigma, second.sigma) / abs(apart) * np.cos(theta) ** 2
-    translation = first.displacement - alone
-
-    with np.errstate(divide="ignore", invalid="ignore"):
-        error = np.abs(translation) / sensitivity(theta, block, one)
+    theta, sigma, translation, error = np.empty((4, time_s.size))
+    sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
+    for start in range(0, time_s.size, PIECE):
+        part = slice(start, start + PIECE)
+        displacement = first.displacement[part]
+        angle = np.arctan((displacement - second.displacement[part]) / apart)
+        angle = -angle if mirrored(one) else angle
+        alone = displacement_from_rotation(angle, block, one)
+        both = np.isfinite(alone) & np.isfinite(displacement_from_rotation(angle, block, other))
+        theta[part] = angle = np.where(both, angle, np.nan)
+        sigma[part] *= np.cos(angle) ** 2
+        translation[part] = displacement - alone
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error[part] = np.abs(translation[part]) / sensitivity(angle, block, one)
+    with np.errstate(invalid="ignore"):
         wrong = (error > math.radians(max_disagreement_deg)) & (error > SURE * sigma)
     faults, step = [], time_s[1] - time_s[0]
     if wrong.any():
@@ -372,7 +380,7 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
             faults.append(
                 Fault("lasers_disagree", float(time_s[part[0]]), float(time_s[part[-1]]), note, angle)
             )
-    return theta, np.where(both, sigma, np.nan), translation, faults
+    return theta, sigma, translation, faults
 
 
 def _moved_rests(rest, time_s, clean, noise, step, unit, per_output):
