@@ -1,8 +1,12 @@
-"""Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes."""
+"""Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes.
+
+`python -m freerock.manifest raw/NAME` lists the files that are there now, after a change that is meant.
+"""
 
 import csv
 import hashlib
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from freerock.errors import FreerockError
@@ -83,3 +87,21 @@ def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     with atomic(manifest) as partial, open(partial, "w", newline="", encoding="utf-8") as stream:
         csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
     return manifest
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Renew the manifest of the folder given on the command line; returns the exit code."""
+    try:
+        if len(arguments) != 1 or not Path(arguments[0]).is_dir():
+            raise FreerockError("freerock.manifest", "no folder given", "name one, as raw/palermo_virtual")
+        folder = Path(arguments[0])
+        listed = listed_checksums(folder) or {path.name: "" for path in folder.iterdir() if path.is_file()}
+        print(write_manifest(folder, [file for file in listed if file != "manifest.csv"]))
+    except FreerockError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
