@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import subprocess
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
@@ -125,6 +125,7 @@ EXTRA = {
     **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high"], IN_UNIT),
 }
 BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "unit")}
+SAMPLES = {"time", "sample"}  # dimensions of what runs over time
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 
@@ -179,9 +180,9 @@ def write_record(
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
     root = xr.Dataset(
-        {str(name): (variable.dims, variable.values) for name, variable in record.data_vars.items()},
+        {str(name): (_dims(variable), variable.values) for name, variable in record.data_vars.items()},
         {"time": ("time", record["time"].values, _clock(start_time))}
-        | {name: record[name].variable for name in record.coords if name != "time"},
+        | {name: (_dims(record[name]), record[name].values) for name in record.coords if name != "time"},
         _root("record", "volts to rotation, runs and impacts", attrs)
         | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
     )
@@ -229,26 +230,47 @@ def write_fits(
     """
     groups = {"/": xr.Dataset(attrs=_root("fits", "models identified", attrs))}
     for number, models in fits.items():
-        groups |= _fits(f"run_{number}", "time", models, {"run": number})
+        groups |= _fits(f"run_{number}", models, {"run": number})
     if pooled:
-        groups |= _fits("pooled", "sample", pooled, {"comment": "all runs jointly, one after the other"})
+        groups |= _fits("pooled", pooled, {"comment": "all runs jointly, one after the other"})
     _write(path, groups)
 
 
-def open_record(path: str | Path) -> xr.DataTree:
-    """Read the dataset of a record into memory.
+def open_record(path: str | Path, samples: bool = True) -> xr.DataTree:
+    """Read the dataset of a record into memory; without samples, all but what runs over time.
 
     Raises
     ------
     FreerockError
         No such file, damaged, or not the dataset of a record.
     """
-    return _open(path, "record")
+    return _open(path, "record", samples)
 
 
-def open_fits(path: str | Path) -> xr.DataTree:
-    """Read the dataset of a record's fits into memory; raises as `open_record`."""
-    return _open(path, "fits")
+def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:
+    """Read the dataset of a record's fits into memory, as `open_record` does."""
+    return _open(path, "fits", samples)
+
+
+def one_of_each(paths: Iterable[str | Path], scenes: Iterable, opened: Callable) -> list[xr.DataTree]:
+    """One product of each scene: its first with a run, or its first where none has.
+
+    Parameters
+    ----------
+    paths : iterable of path
+        Products of one kind.
+    scenes : iterable of hashable
+        What each shows, such as block and foundation.
+    opened : callable
+        `open_record` or `open_fits`; called until every scene has been found.
+    """
+    found = {}
+    for path, scene in zip(paths, scenes, strict=True):
+        if scene not in found or not found[scene].children:
+            tree = opened(path)
+            if scene not in found or tree.children:
+                found[scene] = tree
+    return list(found.values())
 
 
 def runs_in(record: xr.DataTree) -> list["Run"]:
@@ -332,6 +354,7 @@ def _root(product: str, done: str, attrs: Mapping) -> dict:
         "title": f"{attrs['campaign']}: {attrs['test']}",
         "keywords": "rocking, rigid block, free rocking test, restitution, Housner, Winkler, Hunt-Crossley",
         **attrs,
+        "summary": attrs.get("summary") or f"A {ORIGINS[attrs['origin']]}.",
         "id": f"{attrs['campaign']}/{attrs['test']}/{product}",
         "freerock_product": product,
         "source": ORIGINS[attrs["origin"]],
@@ -360,11 +383,10 @@ def _impacts(impacts: "Impacts") -> dict:
     }
 
 
-def _fits(group: str, dimension: str, models: Mapping, attrs: Mapping) -> dict:
-    """Datasets of a run and of its models."""
+def _fits(group: str, models: Mapping, attrs: Mapping) -> dict:
+    """Datasets of a run and of its models; each group has its own time, so that none is a dimension."""
     first = next(iter(models.values()))
-    arrays = {"time": (dimension, first.time), "theta": (dimension, first.theta)}
-    groups = {group: xr.Dataset(arrays, attrs=attrs)}
+    groups = {group: xr.Dataset({"theta": ("sample", first.theta)}, {"time": ("sample", first.time)}, attrs)}
     for model, fit in models.items():
         if not np.array_equal(fit.time, first.time):
             raise ValueError(f"{group}: the fits must share their time axis")
@@ -378,7 +400,7 @@ def _fits(group: str, dimension: str, models: Mapping, attrs: Mapping) -> dict:
         arrays |= {
             name: ("parameter", getattr(fit, name)) for name in ("value", "stderr", "ci95_low", "ci95_high")
         }
-        arrays |= {name: (dimension, getattr(fit, name)) for name in ("theta_model", "residual")}
+        arrays |= {name: ("sample", getattr(fit, name)) for name in ("theta_model", "residual")}
         arrays |= {
             name: ((), getattr(fit, name)) for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic")
         }
@@ -391,6 +413,11 @@ def _fits(group: str, dimension: str, models: Mapping, attrs: Mapping) -> dict:
             {"model": model, "message": fit.message, **fit.diagnostics},
         )
     return groups
+
+
+def _dims(variable: xr.DataArray) -> list[str]:
+    """Dimensions of a variable; names of faults are no coordinate, for which CF asks numbers."""
+    return ["fault_number" if name == "fault" else str(name) for name in variable.dims]
 
 
 def _clock(start_time: str | None) -> dict:
@@ -406,7 +433,7 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
         dataset.attrs = _plain(dataset.attrs)
         for name, variable in dataset.variables.items():
             variable.attrs = _describe(str(name), dataset, simulated) | variable.attrs
-            if {"time", "sample"} & set(variable.dims):
+            if SAMPLES & set(variable.dims):
                 variable.encoding = {"zlib": True, "complevel": 4, "shuffle": True}
             if name in SINGLE_PRECISION and variable.dims:
                 variable.encoding["dtype"] = np.float32
@@ -445,7 +472,7 @@ def _plain(attrs: Mapping) -> dict:
     return plain
 
 
-def _open(path: str | Path, product: str) -> xr.DataTree:
+def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:
     import netCDF4
 
     remedy = "delete the file and run snakemake again"
@@ -454,7 +481,7 @@ def _open(path: str | Path, product: str) -> xr.DataTree:
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
-            tree = xr.DataTree.from_dict(dict(_groups(file)))
+            tree = xr.DataTree.from_dict(dict(_groups(file, samples)))
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
         raise FreerockError(path, f"is not a readable netCDF file ({error})", remedy) from error
     if tree.attrs.get("freerock_product") != product:
@@ -462,17 +489,25 @@ def _open(path: str | Path, product: str) -> xr.DataTree:
     return tree
 
 
-def _groups(group) -> Iterator[tuple[str, xr.Dataset]]:
-    """Path and content of a netCDF group and of those in it; several times faster than xarray's own way."""
+def _groups(group, samples: bool, axis: str = "sample") -> Iterator[tuple[str, xr.Dataset]]:
+    """Path and content of a netCDF group and of those in it; several times faster than xarray's own way.
+
+    Samples are numbered by their time, where it does not fall back.
+    """
     variables, coordinates = {}, set(group.variables) & set(group.dimensions)
+    if samples and "sample" in group.dimensions and np.all(np.diff(group["time"][...]) > 0):
+        axis = "time"
     for name, variable in group.variables.items():
+        if not samples and SAMPLES & set(variable.dimensions):
+            continue
         attrs = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
         coordinates |= set(attrs.pop("coordinates", "").split())
         values = np.asarray(variable[...], str if variable.dtype is str else None)
-        variables[name] = xr.Variable(variable.dimensions, values, attrs)
+        dimensions = [axis if each == "sample" else each for each in variable.dimensions]
+        variables[name] = xr.Variable(dimensions, values, attrs)
     attrs = {key: group.getncattr(key) for key in group.ncattrs() if key != "coordinates"}
     data = {name: variables[name] for name in variables if name not in coordinates}
     present = {name: variables[name] for name in variables if name in coordinates}
     yield group.path, xr.Dataset(data, present, attrs)
     for inner in group.groups.values():
-        yield from _groups(inner)
+        yield from _groups(inner, samples, axis)

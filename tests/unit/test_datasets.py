@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import fields, replace
@@ -14,10 +15,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock import datasets
+from freerock import datasets, predict, tables
 from freerock.datasets import (
     atomic,
     impacts_in,
+    one_of_each,
     open_fits,
     open_record,
     provenance,
@@ -371,7 +373,66 @@ def test_every_variable_is_documented(folder):
         assert written <= documented
 
 
+@pytest.mark.parametrize(
+    "columns",
+    [
+        *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
+        *(predict.PREDICTIONS, predict.FOUNDATIONS),
+    ],
+    ids="|".join,
+)
+def test_every_column_of_the_tidy_tables_is_documented(columns):
+    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
+    assert set(columns) <= set(re.findall(r"`(\w+)`", text.split("## tables")[1]))
+
+
+def test_plain_xarray_opens_the_products(folder):
+    record = xr.open_datatree(folder / "record_a.nc", decode_times=False)
+    assert record["theta"].sel(time=0.5).item() == pytest.approx(0.17 * np.cos(3.5))
+    fits = xr.open_datatree(folder / "fits_a.nc")
+    assert fits["run_1/winkler"]["value"].sel(parameter="k").item() == 1.0
+
+
+@pytest.mark.skipif(not shutil.which("ncdump"), reason="no ncdump here: apt-get install netcdf-bin")
+@pytest.mark.parametrize("product", ["record", "fits"])
+def test_ncdump_shows_the_head_of_a_product(folder, product):
+    done = subprocess.run(["ncdump", "-h", folder / f"{product}_a.nc"], capture_output=True, text=True)
+    assert done.returncode == 0
+    assert "group: run_2" in done.stdout
+
+
+@pytest.mark.skipif(
+    not shutil.which("compliance-checker"),
+    reason="no compliance-checker here: pip install compliance-checker",
+)
+@pytest.mark.parametrize("product", ["record", "fits", "failure"])
+def test_compliance_checker_finds_no_error(folder, product):
+    path = folder / f"{product}_a.nc"
+    if product == "failure":
+        write_failure(path, FreerockError("a.tdms", "is cut off", "record it again"), ATTRS)
+    suites = ["cf:1.11", "acdd:1.3"]
+    command = ["compliance-checker", "--test=cf:1.11", "--test=acdd:1.3", "--format=json", "-o", "-", path]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
+    found = json.loads(done.stdout[done.stdout.index("{") :])
+    assert found["cf:1.11"]["high_priorities"] and found["acdd:1.3"]["high_priorities"]
+    missed = {text for suite in suites for each in found[suite]["high_priorities"] for text in each["msgs"]}
+    assert missed <= {"standard_name"}
+
+
 def test_every_field_of_runs_and_impacts_is_written():
     in_attributes = {"number", "verdict", "reasons", "excluded", "overridden"}
     assert {field.name for field in fields(Run)} == set(datasets.RUN) | in_attributes
     assert {field.name for field in fields(Impacts)} == set(datasets.IMPACTS)
+
+
+def test_one_product_of_each_scene_is_opened_the_first_with_a_run():
+    opened = []
+
+    def open_product(path):
+        opened.append(path)
+        return xr.DataTree.from_dict({"/": None, "/run_1": xr.Dataset()} if path != "a" else {"/": None})
+
+    found = one_of_each(["a", "b", "c", "d"], ["x", "x", "x", "y"], open_product)
+    assert opened == ["a", "b", "d"]
+    assert [list(tree.children) for tree in found] == [["run_1"], ["run_1"]]
+    assert not one_of_each(["a"], ["x"], open_product)[0].children

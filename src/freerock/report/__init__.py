@@ -397,9 +397,9 @@ def _fit(model, fit) -> dict:
 
 
 def _symbol(name) -> str:
-    """Symbol of a parameter; of a joint fit with the number of the run."""
-    kind, _, run = name.partition("_")
-    return SYMBOLS[kind] + (f" of run {run}" if run else "")
+    """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
+    kind, _, number = name.partition("_")
+    return SYMBOLS[kind] + (f" of {'impact' if kind == 'r' else 'run'} {number}" if number else "")
 
 
 # Figures, settings, scripts
@@ -419,7 +419,7 @@ def _free(fits) -> list:
     """What each model was free in besides its parameters, models alike taken together."""
     alike = {}
     for model in fits["models"]:
-        free = " and ".join(SYMBOLS[name] for name in fits["free"].get(model, ()))
+        free = " and ".join(SYMBOLS.get(name, name.replace("_", " ")) for name in fits["free"].get(model, ()))
         alike.setdefault(free or "nothing", []).append(MODEL_LABELS[model])
     return [(", ".join(models), free) for free, models in alike.items()]
 
