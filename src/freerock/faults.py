@@ -15,9 +15,10 @@ from freerock.phases import stretches
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 VERDICTS = {  # of a run during which a fault lasts; flagged samples are judged by their share
     "aliasing": "warn",
+    "sampling_rate": "warn",
     "lasers_disagree": "warn",
 }
-NAMES = (*FLAGS, "ac_coupling", "hum", "drift", "rest_shift", "aliasing", "lasers_disagree")
+NAMES = (*FLAGS, "ac_coupling", "hum", "drift", "rest_shift", "aliasing", "sampling_rate", "lasers_disagree")
 
 EQUAL = 5  # fewer equal samples in a row say nothing
 BY_CHANCE = 1e-4  # chance of so many equal samples in a row somewhere in the record

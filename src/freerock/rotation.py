@@ -28,7 +28,7 @@ from freerock.faults import (
     lost_at_large_angles,
     shares,
 )
-from freerock.hum import MOST_SEGMENTS, SEGMENT_S, fit_hum, other_line
+from freerock.hum import MOST_SEGMENTS, SEGMENT_S, fit_hum, mains_ratio, other_line
 from freerock.laser import Laser, distance_from_output
 from freerock.models.block import Block
 from freerock.phases import stationary_phases, stretches
@@ -38,6 +38,8 @@ CHECK = "check the channel, the cable and the sensor's range"
 SURE = 5.0  # standard errors by which a rest level differs from another, a hum from none
 LARGEST = 1e9  # in any unit: beyond it nothing was measured
 NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
+MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
+RATE_SAMPLES = 1 << 18  # suffice to see a hum
 PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
 FAINT = 0.1  # of the noise of one sample: a hum below this is not worth a word
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
@@ -256,11 +258,13 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     clean = np.where(flags == 0, recorded, np.nan)
 
     phases = stationary_phases(time_s, clean, window_s=window_s)
-    suffix, hum, hum_stderr, noise = SUFFIX[unit], None, 0.0, math.nan
+    suffix, hum, hum_stderr, noise, wrong_rate = SUFFIX[unit], None, 0.0, math.nan, []
     if phases:
         still = _inside(phases, time_s, clean, window_s / 2)
         noise = _white_noise(*still, step)
-    if phases and mains_hz is not None and mains_hz * step < 0.5:
+    if phases and mains_hz is not None:
+        wrong_rate = _wrong_rate(phases, time_s, clean, step, window_s / 2, mains_hz)
+    if phases and mains_hz is not None and mains_hz * step < 0.5 and not wrong_rate:
         hum = fit_hum(*still, mains_hz, step)
         if hum and hum.amplitude > max(SURE * hum.amplitude_stderr, FAINT) * noise:
             hum_stderr = hum.stderr * noise
@@ -296,9 +300,10 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     if hum:
         note = f"{hum.frequency_hz:.2f} Hz, {hum.amplitude:.3g} {unit}, removed"
         faults.append(Fault("hum", *whole, note, hum.amplitude * per_output))
-    line = other_line(_segments(phases, time_s, clean, step, window_s / 2), step, mains_hz)
+    faults += wrong_rate
+    line = other_line(_segments(phases, time_s, clean, step, window_s / 2), step, mains_hz if hum else None)
     if line and line[1] > FAINT * noise:
-        note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, no harmonic of the mains: folded, or a vibration"
+        note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     faults += _moved_rests(rest, time_s, clean, noise, step, unit, per_output)
     step_between = float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4
@@ -418,14 +423,31 @@ def _segments(phases, time_s, clean, step, margin_s):
     """Whole stretches of the still phases, of one length; of a rest after a motion, its second half only."""
     n = round(SEGMENT_S / step)
     found = []
-    for phase in phases:
-        swung = phase.kind != "held" and phase.start_s > time_s[0] + margin_s
-        start = phase.mid_s if swung else phase.start_s + margin_s
-        first, last = np.searchsorted(time_s, (start, phase.end_s - margin_s))
+    for first, last in _quiet(phases, time_s, margin_s):
         found += [slice(i, i + n) for i in range(first, last - n + 1, n)]
     kept = found[:: -(-len(found) // MOST_SEGMENTS) or 1]
     parts = [clean[part] for part in kept if np.isfinite(clean[part]).all()]
     return np.array(parts).reshape(-1, n)
+
+
+def _quiet(phases, time_s, margin_s):
+    """First and last sample of the still phases; of a rest after a motion, of its second half."""
+    for phase in phases:
+        swung = phase.kind != "held" and phase.start_s > time_s[0] + margin_s
+        start = phase.mid_s if swung else phase.start_s + margin_s
+        yield np.searchsorted(time_s, (start, phase.end_s - margin_s)).tolist()
+
+
+def _wrong_rate(phases, time_s, clean, step, margin_s, mains_hz):
+    """A hum of the mains at another frequency than theirs, by the longest quiet stretch."""
+    first, last = max(_quiet(phases, time_s, margin_s), key=lambda ends: ends[1] - ends[0])
+    part = slice(first, min(last, first + RATE_SAMPLES))
+    seen = mains_ratio(time_s[part], clean[part], mains_hz)
+    if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
+        return []
+    hum, rate = f"{seen[0] * mains_hz:.2f} Hz", f"{1 / step / seen[0]:.5g} Hz and not {1 / step:.5g} Hz"
+    note = f"the mains hum at {hum}: the sampling rate is {rate}, or this is no hum"
+    return [Fault("sampling_rate", float(time_s[0]), float(time_s[-1]), note)]
 
 
 def _inside(phases, time_s, volts, margin_s):

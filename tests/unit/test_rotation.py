@@ -13,6 +13,7 @@ from freerock.laser import Laser, distance_from_output
 from freerock.models.block import Block
 from freerock.quantity import Calibration
 from freerock.rotation import rotation
+from freerock.runs import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.08, 0.1)
@@ -167,6 +168,46 @@ def test_a_line_that_is_no_hum_is_told():
     found = rotation(TIME, volts() + 0.003 * np.sin(2 * np.pi * 1123.0 * TIME), HIGH, BLOCK)
     (fault,) = listed_faults(found)
     assert fault.name == "aliasing" and fault.note.startswith("12")
+
+
+def test_a_line_on_a_harmonic_of_the_mains_is_no_hum_without_a_fundamental():
+    found = rotation(TIME, volts() + 0.003 * np.sin(2 * np.pi * 800.0 * TIME), HIGH, BLOCK)
+    (fault,) = listed_faults(found)
+    assert fault.name == "aliasing" and fault.note.startswith("200.0 Hz")
+
+
+@pytest.mark.parametrize("ratio", [0.9, 0.99, 1.05])
+def test_a_sampling_rate_that_the_hum_contradicts_is_told(ratio):
+    found = rotation(TIME, volts() + 0.005 * np.sin(2 * np.pi * 50 * ratio * TIME), HIGH, BLOCK)
+    told = {fault.name: fault.note for fault in listed_faults(found)}
+    assert set(told) in ({"sampling_rate"}, {"sampling_rate", "aliasing"})
+    rate = told["sampling_rate"].split("the sampling rate is ")[1].split()[0]
+    assert float(rate) == pytest.approx(RATE / ratio, rel=2e-4)
+    assert rotation(TIME, volts(), HIGH, BLOCK, mains_hz=None).sizes["fault"] == 0
+
+
+def test_gaps_are_dropouts():
+    """As a reader leaves them: not a number; in a rest, in a hold and while the block rocks."""
+    gone = [slice(1000, 1100), slice(5000, 5003), slice(6500, 6520)]
+    signal = volts()
+    for part in gone:
+        signal[part] = np.nan
+    found = rotation(TIME, signal, HIGH, BLOCK)
+    assert np.array_equal(np.flatnonzero(found.flags), np.concatenate([np.r_[part] for part in gone]))
+    told = [(fault.name, fault.start_s, fault.note) for fault in listed_faults(found)]
+    assert told == [
+        ("dropout", 1.0, "100 samples"),
+        ("dropout", 5.0, "3 samples"),
+        ("dropout", 6.5, "20 samples"),
+    ]
+    whole = rotation(TIME, volts(), HIGH, BLOCK)
+    valid = found.flags.values == 0
+    np.testing.assert_allclose(found.theta[valid], whole.theta[valid], atol=1e-5)
+    names = ("time", "theta", "sigma_theta", "flags")
+    (run,), (other,) = (find_runs(*(each[name].values for name in names), BLOCK) for each in (found, whole))
+    assert run.release_s == pytest.approx(other.release_s, abs=0.002)
+    assert run.theta0 == pytest.approx(other.theta0, rel=1e-4)
+    assert run.verdict != "ok" and any("invalid (dropout)" in reason for reason in run.reasons)
 
 
 def test_an_ac_coupled_channel_is_refused():

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from freerock.acquisition.timebase import mains_ratio, on_grid, regular_grid
+from freerock.acquisition.timebase import on_grid, regular_grid
 from freerock.errors import FreerockError
 
 RATE = 2000
@@ -139,28 +139,3 @@ def test_time_that_runs_backwards_is_refused():
 )
 def test_stamps_without_a_grid(time, told):
     assert refusal(time) == told
-
-
-def test_mains_ratio():
-    """z-scores over 150 records of hum in noise, with samples missing."""
-    random, scores = np.random.default_rng(3), []
-    for _ in range(150):
-        ratio = random.uniform(0.9, 1.1)
-        hum = 0.02 * np.cos(2 * np.pi * 50 * ratio * TIME + random.uniform(0, 2 * np.pi))
-        signal = 3 - TIME + hum + 0.02 * random.standard_normal(TIME.size)
-        signal[500:600] = np.nan
-        seen, stderr = mains_ratio(TIME, signal, 50)
-        assert stderr < 1e-3
-        scores.append((seen - ratio) / stderr)
-    assert abs(np.mean(scores)) < 0.25
-    assert 0.83 < np.std(scores) < 1.17
-
-
-def test_no_hum_no_ratio():
-    random = np.random.default_rng(4)
-    for _ in range(100):
-        rocking = 2 * np.abs((3 * TIME) % 2 - 1) * np.exp(-TIME)
-        assert mains_ratio(TIME, rocking + 0.01 * random.standard_normal(TIME.size), 50) is None
-    assert mains_ratio(TIME, np.full(TIME.size, np.nan), 50) is None
-    assert mains_ratio(TIME, np.full(TIME.size, 2.5), 50) is None
-    assert mains_ratio(np.arange(200) / 100, np.sin(np.arange(200.0)), 50) is None

@@ -1,4 +1,4 @@
-"""Time stamps of a record: a uniform grid for them, or why there is none; its rate against the mains.
+"""Time stamps of a record: a uniform grid for them, or why there is none.
 
 A grid is right when the samples were taken evenly and only their stamps are coarse, jittery or missing.
 """
@@ -15,8 +15,6 @@ GAP = 1.5  # sampling intervals between two stamps from which a sample is missin
 ROUNDED_SHARE = 0.01  # rarer than that, an odd interval is a fault and not rounding
 ROUNDED_STAMPS = 10  # different stamps that show rounding at least
 NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth telling
-MAINS_SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
-MAINS_FALSE_ALARM = 1e-6
 
 SPLIT = "split it into one file per recording"
 
@@ -106,59 +104,6 @@ def on_grid(where, grid: Grid, values) -> np.ndarray:
     return placed
 
 
-def mains_ratio(time_s, signal, mains_hz: float) -> tuple[float, float] | None:
-    """Frequency of the mains hum in a signal over the nominal one: the declared sampling rate over the true.
-
-    The hum is the highest line of the periodogram (Hann window) within MAINS_SEARCH of the nominal frequency.
-    It counts as seen when noise of the level around it would be as high with a probability below
-    MAINS_FALSE_ALARM. The maximum of the windowed periodogram, with weights w over centred times t, has the
-    variance 2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the amplitude A in white noise of variance
-    σ² (for even weights the Cramér–Rao bound).
-
-    Parameters
-    ----------
-    time_s : array, shape (n,)
-        Evenly spaced instants [s].
-    signal : array, shape (n,)
-        Any unit; NaN where missing. A phase at rest shows the hum best.
-    mains_hz : float
-        Nominal frequency [Hz].
-
-    Returns
-    -------
-    (float, float) or None
-        Ratio and its standard error; None when no hum is visible. The mains themselves stay within about
-        0.4 % of the nominal frequency.
-    """
-    time, signal = np.asarray(time_s, float), np.asarray(signal, float)
-    seen = np.isfinite(signal)
-    if seen.sum() < 16:
-        return None
-    window = np.hanning(time.size)
-    signal = np.interp(time, time[seen], signal[seen])  # across gaps, lest their edges hide the hum
-    weighted = window * (signal - (window @ signal) / window.sum())
-    window = np.where(seen, window, 0.0)
-    step = (time[-1] - time[0]) / (time.size - 1)
-    frequency = np.fft.rfftfreq(time.size, step)
-    power = np.abs(np.fft.rfft(weighted)) ** 2
-    band = np.flatnonzero(np.abs(frequency - mains_hz) < MAINS_SEARCH * mains_hz)
-    if band.size < 16 or frequency[-1] < (1 + MAINS_SEARCH) * mains_hz:
-        return None
-    noise = np.median(power[band]) / math.log(2)
-    peak = band[np.argmax(power[band])]
-    if not power[peak] > noise * math.log(band.size / MAINS_FALSE_ALARM):
-        return None
-
-    centred = time - (window @ time) / window.sum()
-    near = _demodulated(weighted, centred, frequency[peak])
-    offset = _maximum(*near, 1 / (time[-1] - time[0]))
-    amplitude = 2 * math.sqrt(_power(*near, offset)) / window.sum()
-    variance = noise / (window @ window)
-    spread = 2 * variance * ((window * centred) @ (window * centred))
-    stderr = math.sqrt(spread) / (amplitude * (window @ centred**2)) / (2 * math.pi)
-    return float((frequency[peak] + offset) / mains_hz), float(stderr / mains_hz)
-
-
 def _times(n):
     return "once" if n == 1 else f"{n} times"
 
@@ -228,26 +173,3 @@ def _pieces(where, time, steps):
 
 def _gaps(n):
     return "1 gap" if n == 1 else f"{n} gaps"
-
-
-def _demodulated(weighted, time, frequency_hz, blocks=4096):
-    """Signal shifted down by a frequency and summed in blocks, with the blocks' mean times."""
-    edges = np.unique(np.linspace(0, time.size, blocks + 1).astype(int))[:-1]
-    shifted = np.add.reduceat(weighted * np.exp(-2j * np.pi * frequency_hz * time), edges)
-    return np.add.reduceat(time, edges) / np.diff(np.append(edges, time.size)), shifted
-
-
-def _power(time, shifted, offset_hz):
-    return abs(shifted @ np.exp(-2j * np.pi * offset_hz * time)) ** 2
-
-
-def _maximum(time, shifted, bin_hz):
-    """Offset of the highest power [Hz], within one bin of 0, by ternary search."""
-    low, high = -bin_hz, bin_hz
-    while high - low > 1e-7 * bin_hz:
-        third = (high - low) / 3
-        if _power(time, shifted, low + third) < _power(time, shifted, high - third):
-            low += third
-        else:
-            high -= third
-    return (low + high) / 2

@@ -25,7 +25,7 @@ from freerock.runs import find_runs
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS, Noise, Release, VirtualRecord, simulate_record
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
-NOISE_V = 2e-3
+NOISE_V, HUM_V = 2e-3, 5e-3
 SILENT = Noise(white_v=0.0, hum_v=0.0, drift_v=0.0, bits=32)
 RATES_HZ = (1000.0, 2000.0, 5000.0)
 BITS = (16, 24)
@@ -40,6 +40,7 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
     "rest_shift": ("shift [V]", (0.01, 0.03, 0.1)),
     "hum": ("amplitude [V]", (0.001, 0.005, 0.05)),
     "aliasing": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "sampling_rate": ("error of the rate", (0.01, 0.03, 0.1)),
     "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
 }
 COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
@@ -127,7 +128,9 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw) -> tuple[Ca
         return spoil.slid(at, value * draw.choice([-1, 1])), run["hold_start_s"], run["rest_s"]
     if fault == "hum":
         return spoil.tone(draw.uniform(49.95, 50.05), value), *always
-    folded = 50.0 * draw.randint(1, int(rate / 100) - 1) + draw.uniform(8.0, 42.0)  # off the mains' harmonics
+    if fault == "sampling_rate":
+        return spoil.tone(50 * (1 + value * draw.choice([-1, 1])), HUM_V), *always
+    folded = draw.uniform(60.0, rate / 2 - 10.0)
     return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
 
 
@@ -149,6 +152,7 @@ _COMPANIONS = {  # what a fault brings along, rightly
     "dropout": ("spike",),
     "drift": ("rest_shift",),
     "rest_shift": ("drift",),
+    "sampling_rate": ("aliasing",),
 }
 
 

@@ -1,0 +1,70 @@
+"""The hum of the mains: steady, wandering, or telling that the sampling rate is not what the file states."""
+
+import numpy as np
+import pytest
+
+from freerock.hum import fit_hum, mains_ratio
+
+RATE = 2000
+TIME = np.arange(4000) / RATE
+
+
+def test_mains_ratio():
+    """z-scores over 150 records of hum in noise, with samples missing."""
+    random, scores = np.random.default_rng(3), []
+    for _ in range(150):
+        ratio = random.uniform(0.9, 1.1)
+        hum = 0.02 * np.cos(2 * np.pi * 50 * ratio * TIME + random.uniform(0, 2 * np.pi))
+        signal = 3 - TIME + hum + 0.02 * random.standard_normal(TIME.size)
+        signal[500:600] = np.nan
+        seen, stderr = mains_ratio(TIME, signal, 50)
+        assert stderr < 1e-3
+        scores.append((seen - ratio) / stderr)
+    assert abs(np.mean(scores)) < 0.25
+    assert 0.83 < np.std(scores) < 1.17
+
+
+def test_no_hum_no_ratio():
+    random = np.random.default_rng(4)
+    for _ in range(100):
+        rocking = 2 * np.abs((3 * TIME) % 2 - 1) * np.exp(-TIME)
+        assert mains_ratio(TIME, rocking + 0.01 * random.standard_normal(TIME.size), 50) is None
+    assert mains_ratio(TIME, np.full(TIME.size, np.nan), 50) is None
+    assert mains_ratio(TIME, np.full(TIME.size, 2.5), 50) is None
+    assert mains_ratio(np.arange(200) / 100, np.sin(np.arange(200.0)), 50) is None
+
+
+def wandering_hz(seed, time):
+    """Mains frequency that walks by some hundredths of a hertz within minutes."""
+    random = np.random.default_rng(seed)
+    knots = np.arange(0, time[-1] + 60, 30.0)
+    return 50 + np.interp(time, knots, np.clip(np.cumsum(random.normal(0, 0.01, knots.size)), -0.03, 0.03))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_hum_that_wanders_is_followed(seed):
+    """Ten minutes, still for 2 s of every 8 s."""
+    step = 1 / 500
+    time = np.arange(0, 600, step)
+    phase = 2 * np.pi * np.cumsum(wandering_hz(seed, time)) * step
+    hum = 0.02 * np.cos(phase) + 0.005 * np.cos(3 * phase + 1)
+    noise = 0.01 * np.random.default_rng(seed).standard_normal(time.size)
+    still = time % 8 < 2
+    found = fit_hum(time[still], (hum + noise)[still], 50, step)
+    assert found.phase.shape[1] > 30
+    assert found.amplitude == pytest.approx(0.02, rel=0.03)
+    left = hum - found.over(time[0], step, time.size)
+    assert np.std(left) < 0.15 * np.std(hum)
+
+
+def test_steady_hum_is_fitted_as_steady():
+    step = 1 / 500
+    time = np.arange(0, 600, step)
+    hum = 0.02 * np.cos(2 * np.pi * 50.03 * time)
+    for seed in range(20):
+        noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
+        still = time % 8 < 2
+        found = fit_hum(time[still], (hum + noise)[still], 50, step)
+        assert found.phase.shape == (2, 2)
+        left = hum - found.over(time[0], step, time.size)
+        assert np.std(left) < 2 * found.stderr * 0.05
