@@ -219,7 +219,7 @@ def scene_figure(frame: "pd.DataFrame") -> "Figure":
     """θ(t) of each model, below the acceleration of the ground where it moves."""
     from matplotlib.figure import Figure
 
-    from freerock.figures.style import MODEL_STYLES, legend_above, styled
+    from freerock.figures.style import MODEL_STYLES, footer, legend_above, styled
 
     ground = [name for name in frame if name.startswith("ground") and frame[name].any()]
     with styled():
@@ -235,6 +235,7 @@ def scene_figure(frame: "pd.DataFrame") -> "Figure":
                 axes[-1].plot(frame["time_s"], frame[f"theta_deg_{model}"], **style)
         axes[-1].set(xlabel="time / s", ylabel="θ / °")
         legend_above(axes[-1])
+        footer(figure, "simulated")
     return figure
 
 
