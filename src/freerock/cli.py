@@ -243,6 +243,26 @@ def _simulate(chosen: argparse.Namespace) -> None:
     print(f"\nwritten: {stem}.csv, .pdf, .png (simulated)")
 
 
+def _compare_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = (
+        "example:\n  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv"
+    )
+    parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
+    parser.add_argument("b", metavar="B", help="results to compare with them")
+    parser.add_argument("--csv", metavar="FILE", help="write every parameter of either to a table")
+    parser.set_defaults(run=_compare)
+
+
+def _compare(chosen: argparse.Namespace) -> None:
+    from freerock.comparison import compare_results, comparison_text
+    from freerock.tables import write_csv
+
+    found = compare_results(chosen.a, chosen.b)
+    print(comparison_text(found, chosen.a, chosen.b))
+    if chosen.csv:
+        write_csv(found.parameters, chosen.csv)
+
+
 COMMANDS = {
     "inspect": ("show what is in a record file", _inspect_arguments),
     "new-campaign": ("begin a campaign from a folder of record files", _new_campaign_arguments),
@@ -252,6 +272,7 @@ COMMANDS = {
         "simulate a scene: a virtual record, or θ(t) of models on a shake table",
         _simulate_arguments,
     ),
+    "compare": ("tell what changed between two analyses of a campaign", _compare_arguments),
 }
 
 if __name__ == "__main__":
