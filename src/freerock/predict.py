@@ -1,6 +1,7 @@
 """Does a law identified on some runs hold for others? Predictions, and whether blocks share a foundation."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -18,9 +19,11 @@ FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "sha
 SIGNIFICANT = 0.01
 
 
-def _estimates(fits) -> list:
-    """Successful fits of single runs; with a restitution per impact there is nothing to carry over."""
-    rows = []
+def _estimates(fits) -> Iterator[tuple]:
+    """Successful fits of single runs, with the run's group and the fit's.
+
+    With a restitution per impact there is nothing to carry over.
+    """
     for tree in fits:
         for run, model, fit in fits_of(tree):
             if run == "pooled" or not fit["success"].item():
@@ -30,20 +33,20 @@ def _estimates(fits) -> list:
             n = len(MODELS[model])
             if "r_2" in value:
                 continue
-            rows.append(
-                {
-                    **{key: str(tree.attrs[key]) for key in IDENTITY if key != "run"},
-                    "run": run,
-                    "model": model,
-                    "parameters": {name: value[name] for name in MODELS[model]},
-                    "covariance": fit["covariance"].values[:n, :n],
-                    "release": {"theta0": fit["theta_model"].values[0]}
-                    | {name: value[name] for name in ("theta0", "t0", "width") if name in value},
-                    "time": tree[f"run_{run}"]["time"].values,
-                    "theta": tree[f"run_{run}"]["theta"].values,
-                }
-            )
-    return rows
+            estimate = {
+                **{key: str(tree.attrs[key]) for key in IDENTITY if key != "run"},
+                "run": run,
+                "model": model,
+                "parameters": {name: value[name] for name in MODELS[model]},
+                "covariance": fit["covariance"].values[:n, :n],
+                "release": {name: value[name] for name in ("theta0", "t0", "width") if name in value},
+            }
+            yield estimate, tree[f"run_{run}"], fit
+
+
+def _geometric_means(estimates) -> dict:
+    logs = [[math.log(value) for value in each["parameters"].values()] for each in estimates]
+    return dict(zip(estimates[0]["parameters"], np.exp(np.mean(logs, axis=0)).tolist(), strict=True))
 
 
 def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
@@ -54,8 +57,8 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
 
     Parameters
     ----------
-    fits : iterable of xarray.DataTree
-        Fit datasets.
+    fits : callable
+        Returns an iterator over the fit datasets; called twice, and one dataset is held at a time.
     blocks : mapping of str to freerock.models.block.Block
         The campaign's blocks by name.
     debonding : str
@@ -67,33 +70,32 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
         Columns `PREDICTIONS`: basis is "other runs" (of the same record) or the name of another block on the
         same foundation, n_runs their number, epsilon_theta a fraction.
     """
-    rows, estimates = [], _estimates(fits)
-    for own in estimates:
-        alike = [e for e in estimates if (e["model"], e["foundation"]) == (own["model"], own["foundation"])]
-        bases = {"other runs": [e for e in alike if e["test"] == own["test"] and e["run"] != own["run"]]}
-        for other in alike:
-            if other["block"] != own["block"]:
-                bases.setdefault(other["block"], []).append(other)
-        for basis, others in bases.items():
-            if not others:
-                continue
-            parameters = {
-                name: math.exp(np.mean([math.log(e["parameters"][name]) for e in others]))
-                for name in MODELS[own["model"]]
-            }
+    tests, blocks_on, rows = {}, {}, []
+    for estimate, _, _ in _estimates(fits()):
+        scene = estimate["model"], estimate["foundation"]
+        tests.setdefault((*scene, estimate["test"]), []).append(estimate)
+        blocks_on.setdefault(scene, {}).setdefault(estimate["block"], []).append(estimate)
+    means = {
+        scene: {block: (_geometric_means(own), len(own)) for block, own in every.items()}
+        for scene, every in blocks_on.items()
+    }
+    for own, run, fit in _estimates(fits()):
+        scene = own["model"], own["foundation"]
+        others = [each for each in tests[*scene, own["test"]] if each["run"] != own["run"]]
+        bases = {"other runs": (_geometric_means(others), len(others))} if others else {}
+        bases |= {block: mean for block, mean in means[scene].items() if block != own["block"]}
+        release = {"theta0": fit["theta_model"].values[0]} | own["release"]
+        time_s, measured = run["time"].values, run["theta"].values
+        for basis, (parameters, n_runs) in bases.items():
             theta = simulate_fitted(
-                own["model"],
-                blocks[own["block"]],
-                own["release"] | parameters,
-                own["time"],
-                debonding=debonding,
+                own["model"], blocks[own["block"]], release | parameters, time_s, debonding=debonding
             )
             rows.append(
                 {
                     **{key: own[key] for key in (*IDENTITY, "model")},
                     "basis": basis,
-                    "n_runs": len(others),
-                    "epsilon_theta": epsilon_theta(own["time"], theta, own["theta"]),
+                    "n_runs": n_runs,
+                    "epsilon_theta": epsilon_theta(time_s, theta, measured),
                 }
             )
     return pd.DataFrame(rows, columns=PREDICTIONS)
@@ -119,7 +121,7 @@ def shared_foundation(fits) -> pd.DataFrame:
         likelihood ratio is that of all parameters of the model together. shared tells whether the F test
         leaves it standing (p ≥ 0.01).
     """
-    frame = pd.DataFrame(_estimates(fits))
+    frame = pd.DataFrame([estimate for estimate, _, _ in _estimates(fits)])
     rows = []
     if frame.empty:
         return pd.DataFrame(rows, columns=FOUNDATIONS)

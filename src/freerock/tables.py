@@ -30,13 +30,14 @@ PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's o
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [*IDENTITY, "origin", "theta0_deg", "start_s", "duration_s", "n_impacts", "sigma_theta_deg"]
-RUNS += ["verdict", "reasons"]
+RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit", "success"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "reason"]
 NORMAL_95 = 1.959963984540054
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
+RESTITUTION += ["block", "foundation", "peak_before_deg"]
 
 
 # The datasets' groups
@@ -119,11 +120,13 @@ def runs_table(records) -> pd.DataFrame:
                     "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
                     "verdict": run.attrs["verdict"],
                     "reasons": run.attrs["reasons"],
+                    "excluded": bool(run.attrs["excluded"]),
                 }
             )
         if not runs:
             verdict = {key: tree.attrs[key] for key in ("origin", "verdict", "reasons")}
-            rows.append({**_identity(tree, pd.NA), **verdict, "n_impacts": 0})
+            left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
+            rows.append({**_identity(tree, pd.NA), **verdict, "n_impacts": 0, "excluded": left_out})
     return pd.DataFrame(rows, columns=RUNS).astype({"run": "Int64", "n_impacts": "Int64"})
 
 
@@ -227,13 +230,9 @@ def restitution_table(records, fits) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `RESTITUTION`; source is "experiment" or a model, impact counts from 1, time_s is since the
-        release [s], r the restitution from the peaks before and after the impact.
+        release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
+        |θ| before it.
     """
-    return impacts_table(records, fits)[RESTITUTION]
-
-
-def impacts_table(records, fits) -> pd.DataFrame:
-    """As `restitution_table`, with block, foundation and peak_before_deg, the peak |θ| before the impact."""
     parts = []
     for tree in records:
         for number, run in runs_of(tree).items():
@@ -255,16 +254,15 @@ def impacts_table(records, fits) -> pd.DataFrame:
         for tree, run, source, node, release in parts
         if node.sizes.get("impact", 0)
     ]
-    columns = [*RESTITUTION, "block", "foundation", "peak_before_deg"]
     if not frames:
-        return pd.DataFrame(columns=columns)
+        return pd.DataFrame(columns=RESTITUTION)
     frame = pd.concat(frames, ignore_index=True)
     ranks = {"test": list(dict.fromkeys(frame["test"])), "source": ["experiment", *MODELS]}
     order = frame.sort_values(
         ["test", "run", "source", "impact"],
         key=lambda column: column.map(ranks[column.name].index) if column.name in ranks else column,
     )
-    return order[columns].reset_index(drop=True)
+    return order[RESTITUTION].reset_index(drop=True)
 
 
 # Printed tables
@@ -448,7 +446,7 @@ def recovered_table(parameters, truth) -> pd.DataFrame:
     Parameters
     ----------
     parameters : pandas.DataFrame
-        From `parameters_table`.
+        From `parameters_table` or `read_csv`.
     truth : mapping of (str, int, str) to float
         True value by test, run and parameter of the Hunt–Crossley model, SI units.
 
@@ -458,8 +456,9 @@ def recovered_table(parameters, truth) -> pd.DataFrame:
         Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
         truth lies in the 95 % interval).
     """
-    keys = zip(parameters["test"], parameters["run"], parameters["parameter"], strict=True)
-    true = pd.Series([truth.get(key, math.nan) for key in keys], parameters.index, float)
+    known = {(test, str(run), name): value for (test, run, name), value in truth.items()}
+    keys = zip(parameters["test"], parameters["run"].astype(str), parameters["parameter"], strict=True)
+    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
     chosen = (parameters["model"] == "hunt_crossley") & true.notna()
     frame = parameters[chosen].assign(
         truth=true,

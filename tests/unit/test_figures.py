@@ -17,7 +17,7 @@ from freerock.figures.qc import qc
 from freerock.figures.restitution import restitution
 from freerock.figures.valley import valley
 from freerock.models.block import Block
-from freerock.tables import restitution_table
+from freerock.tables import restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}
@@ -76,8 +76,12 @@ def test_models_without_fits_says_so(datasets):
     assert "no fitted run" in texts(figure)
 
 
+def drawn_restitution(records, fitted, labels=None):
+    return restitution(runs_table(records), restitution_table(records, fitted), BLOCKS, labels)
+
+
 def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
-    figure, data = restitution(*datasets, BLOCKS, LABELS)
+    figure, data = drawn_restitution(*datasets, LABELS)
     assert len(figure.axes) == 4
     assert figure.axes[2].lines[0].get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
     shown = {tuple(row) for row in data[["test", "run"]].values}
@@ -88,7 +92,7 @@ def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets
 
 def test_restitution_without_any_impact():
     broken = failed_record()
-    figure, data = restitution([broken], [fits(broken)], BLOCKS)
+    figure, data = drawn_restitution([broken], [fits(broken)])
     assert data.empty
     assert len(figure.axes) == 1
 
@@ -118,7 +122,7 @@ def test_qc_of_a_failed_record_tells_the_reason():
 def test_footer_says_that_a_record_is_simulated(origin, said):
     tree = record(origin=origin, n_runs=1)
     fitted = fits(tree)
-    figures = [foundation_effect([tree])[0], models([fitted])[0], restitution([tree], [fitted], BLOCKS)[0]]
+    figures = [foundation_effect([tree])[0], models([fitted])[0], drawn_restitution([tree], [fitted])[0]]
     for figure in [*figures, *qc(tree, fitted)[0]]:
         assert (style.FOOTER in texts(figure)) is said
 
@@ -126,7 +130,7 @@ def test_footer_says_that_a_record_is_simulated(origin, said):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect(records, LABELS)[0], models(fitted[:2], LABELS)[0]]
-    figures += [restitution(records, fitted, BLOCKS, LABELS)[0], qc(records[0], fitted[0])[0][2]]
+    figures += [drawn_restitution(records, fitted, LABELS)[0], qc(records[0], fitted[0])[0][2]]
     for figure in figures:
         figure.draw_without_rendering()
         labels = [ax.get_ylabel() for ax in figure.axes if ax.get_subplotspec().is_first_col()]
@@ -140,7 +144,7 @@ def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
 
 def test_same_figure_same_bytes(tmp_path, datasets):
     for name in ("one", "two"):
-        style.save(*restitution(*datasets, BLOCKS), tmp_path / name)
+        style.save(*drawn_restitution(*datasets), tmp_path / name)
     for suffix in (".pdf", ".png", ".csv"):
         assert (tmp_path / f"one{suffix}").read_bytes() == (tmp_path / f"two{suffix}").read_bytes()
     assert len(list(tmp_path.iterdir())) == 6

@@ -46,7 +46,7 @@ def tree(block, factors, stderr=1e-3, success=True, foundation="marble", width_m
 
 
 def test_other_runs_of_the_same_law_predict_a_run():
-    table = predictions([tree("a", [1.0, 1.0, 1.0])], BLOCKS)
+    table = predictions(lambda: [tree("a", [1.0, 1.0, 1.0])], BLOCKS)
     assert list(table) == PREDICTIONS
     assert table["basis"].tolist() == ["other runs"] * 3
     assert table["n_runs"].tolist() == [2] * 3
@@ -54,7 +54,7 @@ def test_other_runs_of_the_same_law_predict_a_run():
 
 
 def test_another_foundation_predicts_worse_and_other_blocks_are_told_apart():
-    table = predictions([tree("a", [1.0, 1.5]), tree("b", [1.0])], BLOCKS)
+    table = predictions(lambda: [tree("a", [1.0, 1.5]), tree("b", [1.0])], BLOCKS)
     assert set(table["basis"]) == {"other runs", "a", "b"}
     own = table.set_index(["test", "run", "basis"])["epsilon_theta"]
     assert own["a_marble", 1, "b"] < 1e-12  # its one run has the same k and λ
@@ -64,11 +64,11 @@ def test_another_foundation_predicts_worse_and_other_blocks_are_told_apart():
 
 
 def test_a_freed_width_goes_into_the_prediction():
-    assert predictions([tree("a", [1.0, 1.0], width_m=0.066)], BLOCKS)["epsilon_theta"].max() < 1e-12
+    assert predictions(lambda: [tree("a", [1.0, 1.0], width_m=0.066)], BLOCKS)["epsilon_theta"].max() < 1e-12
 
 
 def test_failed_fits_neither_predict_nor_are_predicted():
-    assert predictions([tree("a", [1.0, 1.0], success=False)], BLOCKS).empty
+    assert predictions(lambda: [tree("a", [1.0, 1.0], success=False)], BLOCKS).empty
 
 
 @pytest.mark.parametrize("shift, shared", [(1.0, True), (1.2, False)])

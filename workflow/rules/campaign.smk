@@ -1,5 +1,5 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "predictions", "foundations"]
-PRINTED = ["table1", "table2", "table3"]
+PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
 REPORTED = ["runs", "parameters", "choice", "restitution", *PRINTED]
 
 
@@ -13,16 +13,18 @@ rule tables:
             "results/{{campaign}}/tables/{table}.csv",
             table=TIDY,
         ),
-        printed=report(
-            expand(
-                "results/{{campaign}}/tables/{table}{suffix}",
-                table=["table1", "table2", "table3"],
-                suffix=[".csv", ".md", ".tex"],
-            ),
-            caption="../report/tables.rst",
-            category="{campaign}",
-            subcategory="Tables",
-        ),
+        printed=[
+            report(
+                f"results/{{campaign}}/tables/{table}{suffix}",
+                caption="../report/tables.rst",
+                category="{campaign}",
+                subcategory="Tables",
+                labels={"table": title, "format": suffix[1:]},
+            )
+            for table, title in PRINTED.items()
+            for suffix in (".csv", ".md", ".tex")
+        ],
+        numbers="results/{campaign}/tables/numbers.tex",
     log:
         "results/{campaign}/logs/tables.log",
     benchmark:
@@ -62,6 +64,7 @@ rule figure_foundation_effect:
     conda:
         "../envs/freerock.yaml"
     params:
+        scenes=scenes,
         labels=of_campaign(settings.labels),
     message:
         "{wildcards.campaign}: figure of the effect of the foundation"
@@ -90,6 +93,7 @@ rule figure_models:
     conda:
         "../envs/freerock.yaml"
     params:
+        scenes=scenes,
         labels=of_campaign(settings.labels),
     message:
         "{wildcards.campaign}: figure of the models of {wildcards.block}"
@@ -99,8 +103,8 @@ rule figure_models:
 
 rule figure_restitution:
     input:
-        records=products("records"),
-        fits=products("fits"),
+        runs="results/{campaign}/tables/runs.csv",
+        restitution="results/{campaign}/tables/restitution.csv",
         code=code("figure_restitution"),
     output:
         pdf="results/{campaign}/figures/restitution.pdf",
@@ -129,7 +133,7 @@ rule figure_restitution:
 
 rule recovered:
     input:
-        fits=products("fits"),
+        parameters="results/{campaign}/tables/parameters.csv",
         truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
         code=code("recovered"),
     output:
@@ -175,6 +179,7 @@ rule figure_valley:
     conda:
         "../envs/freerock.yaml"
     params:
+        scenes=scenes,
         blocks=of_campaign(settings.geometries),
         labels=of_campaign(settings.labels),
         debonding=lambda w: campaign(w).fits.debonding,

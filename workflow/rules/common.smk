@@ -67,6 +67,13 @@ def blocks(wildcards):
     return list(dict.fromkeys(each.block for each in campaign(wildcards).records))
 
 
+def scenes(wildcards):
+    """What block stood on what foundation in each of these tests, as one word that can be compared."""
+    block = wildcards.get("block")
+    records = campaign(wildcards).records
+    return [f"{each.block} on {each.foundation}" for each in records if block in (None, each.block)]
+
+
 def products(kind):
     """Input function: the records or fits of the tests."""
     return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))

@@ -1,11 +1,11 @@
 """Figure: the effect of the foundation on each block."""
 
-from freerock.datasets import open_record
+from freerock.datasets import one_of_each, open_record
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.style import save
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
-records = [open_record(path) for path in snakemake.input.records]
+records = one_of_each(snakemake.input.records, snakemake.params.scenes, open_record)
 drawn = foundation_effect(records, snakemake.params.labels)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"])

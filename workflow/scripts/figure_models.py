@@ -1,11 +1,11 @@
 """Figure: measured against modelled rotation of one block."""
 
-from freerock.datasets import open_fits
+from freerock.datasets import one_of_each, open_fits
 from freerock.figures.models import models
 from freerock.figures.style import save
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
-fits = [open_fits(path) for path in snakemake.input.fits]
+fits = one_of_each(snakemake.input.fits, snakemake.params.scenes, open_fits)
 drawn = models(fits, snakemake.params.labels)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"])

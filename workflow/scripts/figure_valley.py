@@ -1,6 +1,6 @@
 """Figure: valleys of the discrepancy around the identified parameters."""
 
-from freerock.datasets import open_fits
+from freerock.datasets import one_of_each, open_fits
 from freerock.figures.style import save
 from freerock.figures.valley import valley
 from freerock.models.block import Block
@@ -8,7 +8,7 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 params = snakemake.params
-fits = [open_fits(path) for path in snakemake.input.fits]
+fits = one_of_each(snakemake.input.fits, params.scenes, open_fits)
 blocks = {name: Block(**block) for name, block in params.blocks.items()}
 drawn = valley(fits, blocks, params.labels, params.debonding)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"])

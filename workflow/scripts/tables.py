@@ -5,19 +5,21 @@ from pathlib import Path
 from freerock.datasets import open_fits, open_record
 from freerock.models.block import Block
 from freerock.predict import predictions, shared_foundation
-from freerock.tables import printed_tables, tidy_tables, write_csv, write_table
+from freerock.tables import numbers_tex, printed_tables, tidy_tables, write_csv, write_table, write_text
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
-options, folder = dict(snakemake.params.items()), Path(snakemake.output.tidy[0]).parent
-records = [open_record(path) for path in snakemake.input.records]
-fits = [open_fits(path) for path in snakemake.input.fits]
+inputs, options = snakemake.input, dict(snakemake.params.items())
+records = [open_record(path, samples=False) for path in inputs.records]
+fits = [open_fits(path, samples=False) for path in inputs.fits]
 options["blocks"] = {name: Block(**block) for name, block in options["blocks"].items()}
+debonding, folder = options.pop("debonding"), Path(snakemake.output.tidy[0]).parent
 
 tidy = tidy_tables(records, fits)
-tidy["predictions"] = predictions(fits, options["blocks"], options.pop("debonding"))
+tidy["predictions"] = predictions(lambda: map(open_fits, inputs.fits), options["blocks"], debonding)
 tidy["foundations"] = shared_foundation(fits)
 for name, frame in tidy.items():
     write_csv(frame, folder / f"{name}.csv")
 for name, table in printed_tables(tidy, records, **options).items():
     write_table(folder / name, **table)
+write_text(snakemake.output.numbers, numbers_tex(tidy))

@@ -11,7 +11,7 @@ from freerock.tables import quantity, runs_of
 
 @styled()
 def models(fits, labels=None):
-    """θ(t) of the first fitted run of each record beside the models fitted to it, residuals below.
+    """θ(t) of the first fitted run of each dataset beside the models fitted to it, residuals below.
 
     Parameters
     ----------

@@ -1,23 +1,21 @@
 """Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from freerock.figures.style import MODEL_STYLES, footer, label, styled
 from freerock.models import MODELS
-from freerock.tables import impacts_table, usable_runs
 
 MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 
 
 @styled()
-def restitution(records, fits, blocks, labels=None):
+def restitution(runs, impacts, blocks, labels=None):
     """Restitution of each impact against the peak before it, one panel per block and foundation.
 
     Parameters
     ----------
-    records, fits : sequence of xarray.DataTree
-        Record and fit datasets; failed and excluded runs are left out.
+    runs, impacts : pandas.DataFrame
+        Tidy tables runs and restitution, see `freerock.tables`; failed and excluded runs are left out.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     labels : mapping of str to str, optional
@@ -27,14 +25,11 @@ def restitution(records, fits, blocks, labels=None):
     -------
     figure : matplotlib.figure.Figure
     data : pandas.DataFrame
-        Columns of `freerock.tables.impacts_table`.
+        Columns of the table restitution.
     """
-    data = impacts_table(records, fits)
-    usable = {(tree.attrs["test"], number) for tree in records for number in usable_runs(tree)}
-    kept = [key in usable for key in zip(data["test"], data["run"], strict=True)]
-    data = data[np.array(kept, bool)]
-    rows = list(dict.fromkeys(tree.attrs["block"] for tree in records))
-    columns = list(dict.fromkeys(tree.attrs["foundation"] for tree in records))
+    usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"]]
+    data = impacts.merge(usable[["test", "run"]])
+    rows, columns = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
 
     figure = Figure(figsize=(max(3.5 * len(columns), 4.5), 0.5 + 2.0 * len(rows)))
     axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex="row", sharey="row")
@@ -47,7 +42,7 @@ def restitution(records, fits, blocks, labels=None):
     for ax in axes[-1]:
         ax.set_xlabel("peak |θ| before the impact / °")
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
-    footer(figure, records[0].attrs["origin"])
+    footer(figure, runs["origin"].iloc[0])
     return figure, data
 
 
