@@ -153,7 +153,7 @@ IMPORTS = {  # what starting the job of a step costs: its script's imports
 PARTS = {  # function of a step's module -> part of the cost
     "record": {
         "provenance": "reading",
-        "check_manifest": "reading",
+        "check_file": "reading",
         "read_record": "reading",
         "rotation": "processing",
         "find_runs": "processing",

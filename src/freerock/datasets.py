@@ -9,6 +9,7 @@ import platform
 import subprocess
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -317,7 +318,7 @@ def provenance(inputs: Iterable[str | Path], config: Mapping) -> dict:
     return {
         "inputs": {Path(path).as_posix(): sha256(path) for path in inputs},
         "config": dict(config),
-        "software": {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE},
+        "software": _software(),
         "git": _git_state(),
     }
 
@@ -329,6 +330,12 @@ def write_json(path: str | Path, data: Mapping) -> None:
         partial.write_text(text + "\n", encoding="utf-8")
 
 
+@cache
+def _software() -> dict:
+    return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
+
+
+@cache
 def _git_state() -> str:
     here = Path(__file__).resolve()
     try:

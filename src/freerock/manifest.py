@@ -61,21 +61,25 @@ def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> No
         A file is missing or has another checksum; the manifest has other columns.
     """
     folder = Path(folder)
-    manifest, listed = folder / "manifest.csv", listed_checksums(folder)
+    listed = listed_checksums(folder)
     for file in listed if files is None else files:
         if file not in listed:
             continue
-        path = folder / file
-        if not path.is_file():
-            raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
-        found = sha256(path)
-        if found != listed[file]:
-            raise FreerockError(
-                path,
-                f"has the sha256 {found}, {manifest} lists {listed[file]}",
-                "restore the file, or renew the manifest if the change is meant",
-            )
+        check_file(folder, file, listed[file])
 
+
+def check_file(folder: str | Path, file: str, listed: str) -> None:
+    """Refuse a raw file whose SHA-256 is not the one listed; raises as `check_manifest`."""
+    path, manifest = Path(folder, file), Path(folder, "manifest.csv")
+    if not path.is_file():
+        raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
+    found = sha256(path)
+    if found != listed:
+        raise FreerockError(
+            path,
+            f"has the sha256 {found}, {manifest} lists {listed}",
+            "restore the file, or renew the manifest if the change is meant",
+        )
 
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     """Write manifest.csv for files of a folder, named relative to it; returns its path."""

@@ -12,7 +12,7 @@ from freerock.errors import FreerockError
 from freerock.faults import listed_faults
 from freerock.impacts import doubt_about, find_impacts
 from freerock.laser import Laser
-from freerock.manifest import check_manifest
+from freerock.manifest import check_file
 from freerock.models.block import Block
 from freerock.quantity import read_calibration
 from freerock.rotation import rotation
@@ -64,7 +64,8 @@ def _files(settings):
 
 
 def _process(settings, path):
-    check_manifest(settings["raw"], [settings["file"]])
+    if settings["sha256"]:
+        check_file(settings["raw"], settings["file"], settings["sha256"])
     block = Block(**settings["block"])
     lasers = [_sensor(section, settings["raw"]) for section in settings["lasers"]]
     times, signals, units, told = zip(*(_channel(path, name) for name in settings["channels"]), strict=True)
