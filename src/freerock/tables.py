@@ -628,8 +628,9 @@ def fixed(value, decimals) -> str:
 
 
 def with_unit(symbol, unit) -> str:
-    """Symbol and unit, "k / (N m⁻²)"; the symbol alone for a pure number."""
-    return symbol if unit == "1" else f"{symbol} / ({unit_text(unit)})"
+    """Symbol and unit, "k / (N m⁻²)" or "t₀ / s"; the symbol alone for a pure number."""
+    text = unit_text(unit)
+    return f"{symbol} / ({text})" if " " in text else f"{symbol} / {text}" if text else symbol
 
 
 def unit_text(unit) -> str:
@@ -685,8 +686,13 @@ def write_table(stem, frame, text, *, caption, notes=()):
     """
     write_csv(frame, f"{stem}.csv")
     for suffix, render in ((".md", markdown), (".tex", latex)):
-        with atomic(f"{stem}{suffix}") as part, open(part, "w", encoding="utf-8") as file:
-            file.write(render(text, caption, notes))
+        write_text(f"{stem}{suffix}", render(text, caption, notes))
+
+
+def write_text(path, text):
+    """Write a text, replacing the file in one step."""
+    with atomic(path) as part:
+        part.write_text(text, encoding="utf-8")
 
 
 def markdown(text, caption, notes=()) -> str:
@@ -736,6 +742,57 @@ def latex(text, caption, notes=()) -> str:
             "",
         ]
     )
+
+
+def numbers_tex(tidy) -> str:
+    r"""Every fitted number as a LaTeX macro, for the text of a paper.
+
+    Parameters
+    ----------
+    tidy : mapping of str to pandas.DataFrame
+        From `tidy_tables`.
+
+    Returns
+    -------
+    str
+        A file to `\input`: `\frRecords`, `\frRuns`, and of each fit its parameters with standard error and
+        unit, discrepancy and t_f, as `\frConfigTwoMarbleHuntCrossleyK`; of a single run with `RunOne` before
+        the model. The numbers of a fit that may not be used are the words "failed fit".
+    """
+    runs, named = tidy["runs"], {}
+
+    def macro(parts, text):
+        name = "fr" + "".join(map(_letters, parts))
+        while name in named:  # names that differ by signs alone
+            name += "X"
+        named[name] = _tex(text)
+
+    macro(["Records"], runs["test"].nunique())
+    macro(["Runs"], runs["run"].notna().sum())
+    for row in tidy["parameters"].itertuples():
+        value = f"{quantity(row.value, row.stderr)} {unit_text(row.unit)}".rstrip()
+        macro([*_fit_name(row), row.parameter], value if row.success else "failed fit")
+    for row in tidy["epsilon"].itertuples():
+        epsilon = f"{quantity(100 * row.epsilon_theta)} %"
+        macro([*_fit_name(row), "epsilon"], epsilon if row.success else "failed fit")
+        macro([*_fit_name(row), "final_time"], f"{fixed(row.final_time_s, 2)} s")
+    notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
+    lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
+    return "\n".join([*notes, *lines, ""])
+
+
+def _fit_name(row) -> list:
+    return [row.test, *(["run", str(row.run)] if row.run != "pooled" else []), row.model]
+
+
+DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+
+
+def _letters(name) -> str:
+    """A name in letters alone, as LaTeX's macros want it: "config2_marble" is ConfigTwoMarble."""
+    spelled = re.sub(r"\d", lambda digit: f"_{DIGITS[int(digit[0])]}_", name)
+    words = re.findall("[a-zA-Z]+", spelled)
+    return "".join(word[0].upper() + word[1:] for word in words)
 
 
 TEX = {

@@ -1,4 +1,5 @@
 import math
+import re
 import shutil
 import subprocess
 
@@ -14,6 +15,7 @@ from freerock.tables import (
     epsilon_table,
     latex,
     markdown,
+    numbers_tex,
     parameters_table,
     quantity,
     recovered_table,
@@ -26,6 +28,7 @@ from freerock.tables import (
     table2_text,
     table3,
     table3_text,
+    tidy_tables,
     usable_runs,
     write_csv,
     write_table,
@@ -42,7 +45,7 @@ def datasets():
 def test_runs_have_the_columns_of_the_contract(datasets):
     assert ",".join(runs_table(datasets[0])) == (
         "campaign,test,run,block,foundation,origin,theta0_deg,start_s,duration_s,n_impacts,sigma_theta_deg,"
-        "verdict,reasons"
+        "verdict,reasons,excluded"
     )
 
 
@@ -58,6 +61,7 @@ def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
     runs = runs_table(datasets[0])
     excluded = runs[(runs["test"] == "b1_marble") & (runs["run"] == 3)]
     assert "slid" in excluded["reasons"].item()
+    assert set(runs.loc[runs["excluded"], "run"]) == {3}
     failed = runs[runs["test"] == "b1_broken"]
     assert failed["run"].isna().all()
     assert failed["verdict"].item() == "fail"
@@ -103,7 +107,9 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
 
 def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
-    assert ",".join(table) == "campaign,test,run,source,impact,time_s,r,r_stderr"
+    assert ",".join(table) == (
+        "campaign,test,run,source,impact,time_s,r,r_stderr,block,foundation,peak_before_deg"
+    )
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
     assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
     assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]
@@ -238,6 +244,29 @@ def test_latex_leaves_names_alone():
     assert r"wet\_felt & 3.20 \\" in text
 
 
+def test_numbers_are_macros_of_letters_alone(datasets):
+    tidy = tidy_tables(*datasets)
+    tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
+    lines = numbers_tex(tidy).splitlines()
+    assert lines[0].startswith("% The records are simulated")
+    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
+    assert len(set(names)) == len(names) == 2 + len(tidy["parameters"]) + 2 * len(tidy["epsilon"])
+    assert r"\newcommand{\frRuns}{9}" in lines
+    assert r"\newcommand{\frBOneMarbleHousnerR}{0.9570 $\pm$ 0.0012}" in lines
+    k = r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ N m$^{-2}$"
+    assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines
+    assert r"\newcommand{\frBTwoMatHousnerR}{failed fit}" in lines
+
+
+def test_names_that_differ_by_signs_alone_get_macros_of_their_own(datasets):
+    tidy = tidy_tables(*datasets)
+    for frame in (tidy["parameters"], tidy["epsilon"]):
+        frame["test"] = frame["test"].replace({"b1_marble": "b_1", "b1_mat": "b1"})
+    names = re.findall(r"\\newcommand\{(.*?)\}", numbers_tex(tidy))
+    assert len(set(names)) == len(names)
+    assert r"\frBOneHousnerRX" in names
+
+
 def has_latex():
     return (
         shutil.which("pdflatex")
@@ -262,8 +291,9 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
         ("recovered", recovered, recovered_text(recovered)),
     ):
         write_table(tmp_path / name, frame, text, caption="Of θ₀ ± 5 %", notes=["A note."])
-    names = ("table1", "table2", "table3", "recovered")
-    inputs = "\n".join(rf"\input{{{name}}}" for name in names)
+    names = ("numbers", "table1", "table2", "table3", "recovered")
+    (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
+    inputs = "\n".join(rf"\input{{{name}}}" for name in names) + r"\frBOneMarbleRunTwoHuntCrossleyK"
     (tmp_path / "all.tex").write_text(
         rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{inputs}\end{{document}}"
     )
