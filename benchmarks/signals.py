@@ -1,8 +1,9 @@
-"""Speed and memory of the way from a recorded channel to impacts, and how well runs are found.
+"""The way from a recorded channel to impacts: speed, memory, how well runs are found, honesty of the errors.
 
-python benchmarks/signals.py                 # both parts
+python benchmarks/signals.py                 # all parts
 python benchmarks/signals.py speed           # 10 min at 10 kHz, 4 channels: aim 5 s, 1 GB
 python benchmarks/signals.py segmentation    # 1000 records of 1 to 12 runs: every run, none invented
+python benchmarks/signals.py errors          # restitutions and θ(t) against truth, in standard errors
 """
 
 import math
@@ -12,7 +13,7 @@ import time
 
 import numpy as np
 
-from freerock.beam import displacement_from_rotation
+from freerock.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
 from freerock.faults import listed_faults
 from freerock.impacts import find_impacts
 from freerock.laser import Laser
@@ -103,7 +104,54 @@ def segmentation(records=1000, rate_hz=1000.0):
     print(f"{late} released more than two samples off, the worst {worst * 1e3:.2f} ms")
 
 
+def errors(records=2000, sigma=math.radians(0.01)):
+    """Housner's motion in white noise at 1 to 10 kHz, down to peaks of ten standard deviations."""
+    scores, heights = [], []
+    for seed in range(records):
+        draw = np.random.RandomState(seed)
+        block = Block(draw.choice([0.14, 0.28, 0.42]), 0.07, 5.84)
+        r, theta0 = draw.uniform(0.75, 0.96), block.theta_cr * draw.uniform(0.5, 0.8)
+        rate_hz = draw.choice([1e3, 2e3, 5e3, 1e4])
+        lobes = housner_lobes(block, r, theta0, until=6.0)
+        time_s = (draw.uniform() + np.arange(round(6 * rate_hz))) / rate_hz
+        theta = housner_motion(lobes, time_s, theta0, rates=False)[0] + sigma * draw.standard_normal(
+            time_s.size
+        )
+        found = find_impacts(time_s, theta, sigma, block, theta0=theta0)
+        scores.append((found.restitution - r) / found.restitution_stderr)
+        heights.append(lobes.peak[1 : found.time_s.size + 1] / sigma)
+    score, height = np.concatenate(scores), np.concatenate(heights)
+    for low, high in ((0, np.inf), (0, 20), (20, 100), (100, np.inf)):
+        each = score[(height >= low) & (height < high) & np.isfinite(score)]
+        told = (
+            f"bias {each.mean():+.3f} standard errors, coverage of 95 %: {np.mean(np.abs(each) < 1.96):.1%}"
+        )
+        print(f"{each.size} restitutions, peaks of {low} to {high} σ: {told}", flush=True)
+
+    for laser in (*LASERS, Laser("vertical", -0.15, 0.1), Laser("vertical", 0.0, 0.1)):
+        scores, exact = [], 0.0
+        for seed in range(20):
+            draw = np.random.RandomState(seed)
+            theta, _ = motion(draw, 2000.0, 3)
+            time_s = np.arange(theta.size) / 2000
+            s = displacement_from_rotation(theta, BLOCK, laser)
+            exact = max(
+                exact, np.nanmax(np.abs(rotation_from_displacement(s, BLOCK, laser, np.sign(theta)) - theta))
+            )
+            hum = 5e-3 * np.sin(2 * np.pi * 50.02 * time_s)
+            found = rotation(time_s, volts_of(theta, draw, laser) + hum, laser, BLOCK)
+            away = np.abs(theta) > math.radians(0.2)
+            theta, measured = (np.abs(x) if is_unsigned(BLOCK, laser) else x for x in (theta, found.theta))
+            scores.append(((measured - theta) / found.sigma_theta).values[away])
+        score = np.concatenate(scores)
+        score = score[np.isfinite(score)]
+        where = f"{laser.beam} beam at {laser.position_m} m"
+        print(
+            f"θ of a {where}: variance {score.var():.4f} of {score.size} scores, geometry to {exact:.1e} rad"
+        )
+
+
 if __name__ == "__main__":
-    parts = {"speed": speed, "segmentation": segmentation}
+    parts = {"speed": speed, "segmentation": segmentation, "errors": errors}
     for part in sys.argv[1:] or parts:
         parts[part]()

@@ -172,7 +172,7 @@ def _classify(phases, spans, signal, stride, limit):
 
 
 def _rocks(signal, level, limit) -> bool:
-    """Whether a signal rocks freely about a level: peaks of falling height between passages of the level."""
+    """Whether a signal rocks freely about a level: peaks that fall, on each side, between passages of it."""
     deviation = signal[np.isfinite(signal)] - level
     away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)
     side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
@@ -181,6 +181,10 @@ def _rocks(signal, level, limit) -> bool:
     if not side.any():
         return False
     start = np.flatnonzero(np.concatenate(([True], side[1:] != side[:-1])))
-    peaks = np.maximum.reduceat(height, start)[side[start] != 0]
-    peaks = peaks[np.argmax(peaks) :][:MIN_PEAKS]
-    return peaks.size == MIN_PEAKS and bool(np.all(np.diff(peaks) <= 0))
+    peaks, side = np.maximum.reduceat(height, start)[side[start] != 0], side[start][side[start] != 0]
+    first = np.argmax(peaks)
+    peaks, side = peaks[first:][:MIN_PEAKS], side[first:][:MIN_PEAKS]
+    if peaks.size < MIN_PEAKS:
+        return False
+    apart = 1 if side[0] == side[1] else 2  # the two sides may be seen at different scales
+    return bool(np.all(peaks[apart:] <= peaks[:-apart]))

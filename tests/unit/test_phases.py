@@ -67,6 +67,16 @@ def test_unsigned_signal():
     assert kinds(phases) == ["rest", "held", "rest", "held", "rest"]
 
 
+def test_sides_of_different_scale():
+    """As a beam on an outrigger sees them."""
+    time, signal, _ = record(np.random.default_rng(2), [(1.0, 2.0), (-1.0, 2.0)], noise=0.0, zero=0.0)
+    for scale in (0.5, 2.0):
+        seen = np.where(signal > 0, scale * signal, signal) + 1e-3 * np.random.default_rng(3).normal(
+            size=time.size
+        )
+        assert kinds(stationary_phases(time, seen)) == ["rest", "held"] * 2 + ["rest"]
+
+
 def test_invalid_samples_during_the_tilt():
     time, signal, holds = record(np.random.default_rng(4), [(1.0, 2.0)])
     signal[(time > 2.3) & (time < 2.6)] = np.nan
