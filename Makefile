@@ -31,6 +31,7 @@ $(KERNEL): src/freerock/models/integrate.py $(READY)
 lint: setup
 	ruff check .
 	ruff format --check .
+	mypy
 	snakefmt --check Snakefile workflow
 	snakemake --lint
 

@@ -202,7 +202,8 @@ def _plan(chosen: argparse.Namespace) -> None:
     labels |= {name: foundation.label for name, foundation in campaign.foundations.items()}
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
     folder.mkdir(parents=True, exist_ok=True)
-    save(*figures.plan(frame, labels), folder / "plan")
+    pages, drawn = figures.plan(frame, labels)
+    save(pages, drawn, folder / "plan")
     print(plan_text(frame, labels))
     print(f"\nwritten: {folder / 'plan'}.csv, .pdf, .png")
 

@@ -1,6 +1,10 @@
 """How far a model's θ(t) is from the measured one, and which model a run needs."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 
 from freerock.models import MODELS
 
@@ -9,7 +13,9 @@ LOUDER = 1.1  # times the noise before the release, above which a residual is mo
 CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides
 
 
-def epsilon_theta(time_s, theta_model, theta_measured) -> float:
+def epsilon_theta(
+    time_s: NDArray[np.float64], theta_model: NDArray[np.float64], theta_measured: NDArray[np.float64]
+) -> float:
     """Relative mean square discrepancy ε_θ = ∫(θ_th - θ_ex)² dt / ∫θ_ex² dt.
 
     Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024. Samples that are not
@@ -41,7 +47,7 @@ def epsilon_theta(time_s, theta_model, theta_measured) -> float:
     return float(difference / energy) if energy > 0 else float("nan")
 
 
-def choose_model(evidence) -> tuple:
+def choose_model(evidence: Mapping[str, Mapping[str, Any]]) -> tuple[str, str]:
     """The smallest law whose residual is noise; where there is none, the best by held-out ε_θ and BIC.
 
     A residual is noise when it passes for white (`is_white`), is no larger than the noise before the release
@@ -83,7 +89,7 @@ def choose_model(evidence) -> tuple:
     return model, f"no residual is noise; held-out ε_θ = {100 * held_out[model]:.3g} %{rivals}"
 
 
-def is_noise(found) -> bool:
+def is_noise(found: Mapping[str, Any]) -> bool:
     """Whether the residual of one model's evidence, as for `choose_model`, is noise."""
     return (
         bool(found.get("white"))
@@ -92,7 +98,7 @@ def is_noise(found) -> bool:
     )
 
 
-def wants_general(evidence) -> bool:
+def wants_general(evidence: Mapping[str, Mapping[str, Any]]) -> bool:
     """Whether the general law is worth a fit: a foundation was identified, and more than noise is left.
 
     `evidence` is that of `choose_model`.
@@ -101,7 +107,7 @@ def wants_general(evidence) -> bool:
     return bool(usable.keys() & {"winkler", "hunt_crossley"}) and not any(map(is_noise, usable.values()))
 
 
-def is_white(residual, level: float = 1.63) -> bool:
+def is_white(residual: NDArray[np.float64], level: float = 1.63) -> bool:
     """Whether a residual passes for white noise: Bartlett's test of the cumulative periodogram.
 
     The cumulated periodogram of white noise rises along the diagonal; its greatest distance from it

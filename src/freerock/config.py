@@ -8,10 +8,11 @@ import csv
 import difflib
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
 import yaml
 from pydantic import (
@@ -21,9 +22,11 @@ from pydantic import (
     Field,
     StringConstraints,
     ValidationError,
+    ValidationInfo,
     field_validator,
     model_validator,
 )
+from pydantic_core import ErrorDetails
 
 from freerock.errors import FreerockError
 from freerock.models import MODELS
@@ -41,6 +44,10 @@ SCHEMA_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaxi
 OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
 
 
+Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
+Lines = dict[Key, int]  # line of each key of a YAML file
+
+
 class ConfigError(FreerockError):
     """All problems of the configuration; str() has one line for each.
 
@@ -50,12 +57,12 @@ class ConfigError(FreerockError):
         At least one; where, what and remedy are those of the first.
     """
 
-    def __init__(self, problems: Sequence[FreerockError]):
+    def __init__(self, problems: Sequence[FreerockError]) -> None:
         self.problems = tuple(problems)
         first = self.problems[0]
         super().__init__(first.where, first.what, first.remedy)
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.problems,)
 
     def __str__(self) -> str:
@@ -65,12 +72,12 @@ class ConfigError(FreerockError):
 class Fault(ValueError):
     """What a validator found, with its remedy."""
 
-    def __init__(self, what: str, remedy: str):
+    def __init__(self, what: str, remedy: str) -> None:
         super().__init__(what)
         self.what, self.remedy = what, remedy
 
 
-def _not_a_switch(value):
+def _not_a_switch(value: Any) -> Any:
     if isinstance(value, bool):  # pydantic would read true as 1
         raise Fault(f"{str(value).lower()} is not a number", "give a number")
     return value
@@ -78,6 +85,7 @@ def _not_a_switch(value):
 
 Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
+Unit = Literal["", "V", "mV", "mA", "A", "m", "mm", "um", "rad", "mrad", "deg"]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
 Model = Literal["housner", "winkler", "hunt_crossley", "general"]
 Nuisance = Literal["width", "theta0", "t0", "r_per_impact"]
@@ -114,7 +122,7 @@ class BlockSection(Section):
 
     @field_validator("release_angle_deg")
     @classmethod
-    def _below_critical(cls, angle, info):
+    def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m"} <= info.data.keys():
             critical = math.degrees(Block(info.data["height_m"], info.data["width_m"], 1.0).theta_cr)
             if angle >= critical:
@@ -134,7 +142,7 @@ class FoundationSection(Section):
 class LaserSection(Section):
     """A displacement sensor: where its beam meets the block, and its output."""
 
-    units: Literal["", *UNITS] = Field(
+    units: Unit = Field(
         "",
         description="the unit of the channel: V, mV, mA, A (of the sensor's output), m, mm, um (of the "
         "displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
@@ -186,10 +194,10 @@ class LaserSection(Section):
 
     @field_validator("beam", "position_m")
     @classmethod
-    def _beam_is_placed(cls, value, info):
+    def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
         units = info.data.get("units", "")
         if value is None and not (units and UNITS[units][0] == "rotation"):
-            given = cls.model_fields[info.field_name].description.partition(";")[0]
+            given = str(cls.model_fields[str(info.field_name)].description).partition(";")[0]
             raise Fault(
                 "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
             )
@@ -197,12 +205,12 @@ class LaserSection(Section):
 
     @field_validator("calibration")
     @classmethod
-    def _table_is_inside(cls, calibration):
+    def _table_is_inside(cls, calibration: Any) -> Any:
         return _inside(calibration) if calibration else None
 
     @field_validator("calibration", "sensitivity_per_mm")
     @classmethod
-    def _scaled_once(cls, value, info):
+    def _scaled_once(cls, value: Any, info: ValidationInfo) -> Any:
         given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
         if value is not None and given:
             raise Fault(f"{given[0]} scales the output already", "keep one of the two")
@@ -210,15 +218,15 @@ class LaserSection(Section):
 
     @field_validator("position_m")
     @classmethod
-    def _above_the_base(cls, position, info):
+    def _above_the_base(cls, position: Any, info: ValidationInfo) -> Any:
         if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
             raise Fault(f"{position:g} is not above the base", "give the height of the beam in metres")
         return position
 
     @field_validator("volts_at_end", "milliamps_at_end")
     @classmethod
-    def _rising(cls, end, info):
-        start = info.field_name.replace("end", "start")
+    def _rising(cls, end: Any, info: ValidationInfo) -> Any:
+        start = str(info.field_name).replace("end", "start")
         if end <= info.data.get(start, -math.inf):
             raise Fault(f"{end:g} is not above {start}", "swap the two and set sign: -1")
         return end
@@ -305,7 +313,7 @@ class FitsSection(Section):
     """Identification of the models."""
 
     models: tuple[Model, ...] = Field(
-        tuple(MODELS),
+        ("housner", "winkler", "hunt_crossley", "general"),
         min_length=1,
         description="the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only "
         "where the others leave more than noise)",
@@ -332,7 +340,7 @@ class FitsSection(Section):
     pooled: bool = Field(True, description="true to fit all runs of a record jointly as well, else false")
 
     @property
-    def freed(self) -> dict:
+    def freed(self) -> dict[str, tuple[str, ...]]:
         """What else is freed, model by model."""
         return {model: () if self.paper_mode else free for model, free in self.free}
 
@@ -353,7 +361,7 @@ class SensorSection(Section):
     )
 
     @model_validator(mode="after")
-    def _one_noise(self):
+    def _one_noise(self) -> Self:
         given = [name for name in ("noise_v", "noise_m", "noise_deg") if getattr(self, name) is not None]
         if len(given) != 1:
             raise Fault(f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg")
@@ -381,14 +389,14 @@ class PlanSection(Section):
 
     @field_validator("sampling_rates_hz", "durations_s")
     @classmethod
-    def _one_or_more(cls, values):
+    def _one_or_more(cls, values: Any) -> Any:
         if not values:
             raise Fault("is empty", "give one or more numbers, or leave it out")
         return values
 
     @field_validator("expected")
     @classmethod
-    def _complete(cls, expected):
+    def _complete(cls, expected: Any) -> Any:
         for foundation, models in expected.items():
             for model, parameters in models.items():
                 check_parameters(model, parameters, f" on {foundation}")
@@ -406,7 +414,7 @@ class PublishedSection(Section):
 
     @field_validator("values")
     @classmethod
-    def _known_parameters(cls, values):
+    def _known_parameters(cls, values: Any) -> Any:
         for foundations in values.values():
             for models in foundations.values():
                 for model, parameters in models.items():
@@ -450,19 +458,19 @@ class CampaignFile(Section):
 
     @field_validator("blocks", "foundations")
     @classmethod
-    def _labelled(cls, sections):
+    def _labelled(cls, sections: Any) -> Any:
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
 
     @field_validator("truth")
     @classmethod
-    def _truth_is_simulated(cls, truth, info):
+    def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
         if truth and info.data.get("origin") == "measured":
             raise Fault("a measured campaign has no known truth", "remove the key or set origin: simulated")
         return _inside(truth) if truth else truth
 
     @field_validator("published")
     @classmethod
-    def _published_is_configured(cls, published, info):
+    def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
         for block, foundations in published.values.items() if published else ():
             _known(block, info.data.get("blocks", (block,)), "a block of this campaign")
             for name in foundations:
@@ -471,7 +479,7 @@ class CampaignFile(Section):
 
     @field_validator("plan")
     @classmethod
-    def _plan_is_configured(cls, plan, info):
+    def _plan_is_configured(cls, plan: Any, info: ValidationInfo) -> Any:
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
@@ -517,12 +525,12 @@ class Record(Section):
 
     @field_validator("file")
     @classmethod
-    def _file_is_inside(cls, file):
+    def _file_is_inside(cls, file: Any) -> Any:
         return _inside(file)
 
     @field_validator("override")
     @classmethod
-    def _release_before_end(cls, override):
+    def _release_before_end(cls, override: Any) -> Any:
         runs = []
         for item in filter(None, override.split(";")):
             match = OVERRIDE.fullmatch(item.strip())
@@ -537,14 +545,14 @@ class Record(Section):
 
     @field_validator("reason")
     @classmethod
-    def _reason_given(cls, reason, info):
+    def _reason_given(cls, reason: Any, info: ValidationInfo) -> Any:
         if not reason and (info.data.get("exclude") or info.data.get("override")):
             raise Fault("a run is excluded or overridden without a reason", "say why")
         return reason
 
     @field_validator("laser")
     @classmethod
-    def _a_channel_for_each(cls, laser, info):
+    def _a_channel_for_each(cls, laser: Any, info: ValidationInfo) -> Any:
         lasers, channels = laser.split(";"), info.data.get("channel", "").split(";")
         if len(lasers) > 2:
             raise Fault(f"{laser!r} are more than two lasers", "name one or two")
@@ -571,13 +579,13 @@ class Record(Section):
         return self.exclude == "record"
 
     @property
-    def exclusions(self) -> tuple:
+    def exclusions(self) -> tuple[tuple[int, str], ...]:
         """(run, reason) of each run left out."""
         runs = () if self.excluded else filter(None, self.exclude.split(";"))
         return tuple((int(run), self.reason) for run in runs)
 
     @property
-    def overrides(self) -> tuple:
+    def overrides(self) -> tuple[tuple[int, float, float, str], ...]:
         """(run, release [s], end [s], reason) of each run set by hand."""
         return tuple(
             (int(run), float(release), float(end), self.reason)
@@ -605,7 +613,7 @@ class Campaign(CampaignFile):
         """Path of the record file of a test."""
         return f"{self.raw}/{self.record(test).file}"
 
-    def attributes(self, record: Record) -> dict:
+    def attributes(self, record: Record) -> dict[str, Any]:
         """What describes a record in its datasets: plain texts and numbers, nothing empty."""
         block = self.blocks[record.block]
         attributes = {
@@ -663,12 +671,13 @@ def load_config(
     ConfigError
         All problems of all files.
     """
-    problems = []
-    loaded = {}
+    problems: list[FreerockError] = []
+    loaded: dict[str, Campaign] = {}
     for campaign_path in campaign_paths(path, campaigns, problems):
         source = read_campaign(campaign_path)
         problems += source.problems
-        loaded[campaign_path.stem] = source.campaign
+        if source.campaign:
+            loaded[campaign_path.stem] = source.campaign
     if problems:
         raise ConfigError(problems)
     return Config.model_construct(campaigns=loaded)
@@ -706,7 +715,8 @@ def load_section(model: type[Section], path: str | Path) -> Any:
 def json_schema(model: type[Section]) -> dict[str, Any]:
     """JSON schema of a YAML file that holds a section, for editors."""
     dialect = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return dialect | _plain_schema(model.model_json_schema())
+    schema: dict[str, Any] = _plain_schema(model.model_json_schema())
+    return dialect | schema
 
 
 def _plain_schema(schema: Any) -> Any:
@@ -775,7 +785,7 @@ class Source:
     lasers: dict[str, LaserSection]
     raw: str
     records: tuple[tuple[int, Record], ...]
-    lines: dict[tuple[str, ...], int]
+    lines: Lines
     problems: tuple[FreerockError, ...]
 
     def where(self, *key: str) -> str:
@@ -811,13 +821,14 @@ def _read_text(path: Path) -> str:
         raise FreerockError(f"{path}:{line}", "is not UTF-8 text", "save the file as UTF-8") from None
 
 
-def _read_yaml(path: Path) -> tuple[dict | None, dict, list]:
+def _read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockError]]:
     """Keys and values (None when unreadable), the line of each key, and the problems met."""
     try:
         text = _read_text(path)
         loader = yaml.SafeLoader(text)
         root = loader.get_single_node()
-        lines, problems = {}, []
+        lines: Lines = {}
+        problems: list[FreerockError] = []
         for loc, line in _locate_keys(root):
             if loc in lines:
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
@@ -840,9 +851,9 @@ def _read_yaml(path: Path) -> tuple[dict | None, dict, list]:
     return data, lines, problems
 
 
-def _locate_keys(node, loc: tuple = ()) -> Iterator[tuple[tuple, int]]:
+def _locate_keys(node: yaml.Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
     """Location and line of every key and list item below a YAML node; keys become texts, even no and 1."""
-    children = []
+    children: list[tuple[str, yaml.Node, yaml.Node]] = []
     if isinstance(node, yaml.MappingNode):
         for key, value in node.value:
             if isinstance(key, yaml.ScalarNode) and not key.tag.endswith(":merge"):
@@ -855,13 +866,18 @@ def _locate_keys(node, loc: tuple = ()) -> Iterator[tuple[tuple, int]]:
         yield from _locate_keys(value, (*loc, name))
 
 
-def _where(path: Path, lines: Mapping, loc: tuple) -> str:
+def _where(path: Path, lines: Lines, loc: Key) -> str:
     """file:line: key, by the line of the nearest key that is in the file."""
     near = next((loc[:n] for n in range(len(loc), 0, -1) if loc[:n] in lines), None)
     return f"{path}:{lines[near]}: {'.'.join(loc)}" if near else f"{path}: {'.'.join(loc)}"
 
 
-def _read_table(path: Path) -> list[tuple[int, list]]:
+def _in_line(line: str, loc: Key) -> str:
+    """file:line: key, of a line of the CSV file."""
+    return f"{line}: {'.'.join(loc)}"
+
+
+def _read_table(path: Path) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
     rows = csv.reader(_read_text(path).splitlines(keepends=True), strict=True)
     try:
@@ -895,10 +911,12 @@ def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
             yield column, "column is missing", f"add it: {field.description}"
 
 
-def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -> list[tuple[int, Record]]:
+def _read_records(
+    path: Path, names: Mapping[str, Any], yaml_path: Path, problems: list[FreerockError]
+) -> list[tuple[int, Record]]:
     """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML."""
 
-    def fault(line, column, what, remedy):
+    def fault(line: int, column: str, what: str, remedy: str) -> None:
         problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
 
     try:
@@ -912,15 +930,16 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
     if faults:
         return []
 
-    records, first_lines = [], {}
+    records: list[tuple[int, Record]] = []
+    first_lines: dict[str, int] = {}
     for line, row in rows:
         if len(row) != len(header):
             what = f"has {len(row)} cells, the first line has {len(header)}"
             problems.append(FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes"))
             continue
         cells = dict(zip(header, row, strict=True))
-        where = f"{path}:{line}: "
-        record = _validate(Record, cells, lambda loc, where=where: where + ".".join(loc), problems)
+        place = partial(_in_line, f"{path}:{line}")
+        record = _validate(Record, cells, place, problems)
         records += [(line, record)] if record else []
         for column, known in names.items():
             for cell in cells[column].split(";") if column == "laser" else [cells[column]]:
@@ -934,7 +953,12 @@ def _read_records(path: Path, names: Mapping, yaml_path: Path, problems: list) -
     return records
 
 
-def _validate(model: type[Section], data: Mapping | None, where: Callable, problems: list) -> Any:
+def _validate(
+    model: type[Section],
+    data: Mapping[str, Any] | None,
+    where: Callable[[Key], str],
+    problems: list[FreerockError],
+) -> Any:
     """The section, or None and its problems added; `where` words a location."""
     if data is None:
         return None
@@ -947,9 +971,9 @@ def _validate(model: type[Section], data: Mapping | None, where: Callable, probl
         section = model.model_validate(data)
         return None if blanks else section
     except ValidationError as error:
-        faults = error.errors(include_url=False)
-    faults = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in faults]
-    faults = [(loc, fault) for loc, fault in faults if loc not in blanks]
+        found = error.errors(include_url=False)
+    located = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in found]
+    faults = [(loc, fault) for loc, fault in located if loc not in blanks]
     meant = {
         (*loc[:-1], close)
         for loc, fault in faults
@@ -962,7 +986,7 @@ def _validate(model: type[Section], data: Mapping | None, where: Callable, probl
     return None
 
 
-def _blanks(data: Any, loc: tuple = ()) -> Iterator[tuple]:
+def _blanks(data: Any, loc: Key = ()) -> Iterator[Key]:
     """Where a value is still the one to be filled in."""
     if data == FILL_IN:
         yield loc
@@ -974,7 +998,7 @@ def _blanks(data: Any, loc: tuple = ()) -> Iterator[tuple]:
             yield from _blanks(value, (*loc, str(i)))
 
 
-def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str]:
+def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, str]:
     """What is wrong and what to do, for one of pydantic's errors."""
     kind, value, context = fault["type"], fault["input"], fault.get("ctx", {})
     if isinstance(context.get("error"), Fault):
@@ -1001,9 +1025,11 @@ def _explain(model: type[Section], loc: tuple, fault: Mapping) -> tuple[str, str
     return f"{value!r} {what}", give
 
 
-def _walk(model: type[Section], loc: tuple) -> tuple[Any, type[Section] | None]:
+def _walk(model: type[Section], loc: Key) -> tuple[Any, type[Section] | None]:
     """The field that holds a location, and the section whose keys stand below it."""
-    field, section, named = None, model, False
+    field: Any = None
+    section: type[Section] | None = model
+    named = False
     for part in loc:
         if named or section is None:
             named = False
@@ -1015,31 +1041,31 @@ def _walk(model: type[Section], loc: tuple) -> tuple[Any, type[Section] | None]:
     return field, section
 
 
-def section_in(annotation) -> type[Section] | None:
+def section_in(annotation: Any) -> type[Section] | None:
     if isinstance(annotation, type) and issubclass(annotation, Section):
         return annotation
     return next(filter(None, map(section_in, get_args(annotation))), None)
 
 
-def _keys(model: type[Section], loc: tuple) -> tuple[str, ...]:
+def _keys(model: type[Section], loc: Key) -> tuple[str, ...]:
     section = _walk(model, loc)[1]
     return tuple(section.model_fields) if section else ()
 
 
-def _close(word, words) -> list[str]:
+def _close(word: object, words: Iterable[object]) -> list[str]:
     return difflib.get_close_matches(str(word), map(str, words), n=1)
 
 
-def _meant(word, words) -> str:
+def _meant(word: object, words: Iterable[object]) -> str:
     return "".join(f"did you mean {close!r}?" for close in _close(word, words))
 
 
-def _known(name: str, names, kind: str) -> None:
+def _known(name: str, names: Collection[str], kind: str) -> None:
     if name not in names:
         raise Fault(f"{name!r} is not {kind}", _meant(name, names) or f"use one of {', '.join(names)}")
 
 
-def check_parameters(model: str, parameters: Mapping, on: str = "") -> None:
+def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") -> None:
     """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message."""
     for name in parameters:
         _known(name, MODELS[model], f"a parameter of {model}")

@@ -7,7 +7,9 @@ import json
 import sys
 from pathlib import Path
 from types import NoneType
-from typing import Annotated, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic.fields import FieldInfo
 
 from freerock.config import CampaignFile, ConfigFile, Record, Section, json_schema, section_in
 from freerock.scene import Scene
@@ -38,7 +40,7 @@ def markdown() -> str:
 
 
 def _sections(key: str, model: type[Section]) -> list[str]:
-    parts = [f"### {key}", model.__doc__] if key else []
+    parts = [f"### {key}", str(model.__doc__)] if key else []
     parts.append(_table(model))
     for name, field in model.model_fields.items():
         child = section_in(field.annotation)
@@ -64,7 +66,7 @@ def _table(model: type[Section]) -> str:
     return "\n".join(rows)
 
 
-def _type(annotation) -> str:
+def _type(annotation: Any) -> str:
     origin, args = get_origin(annotation), get_args(annotation)
     if section_in(annotation):
         return "groups of keys, by name" if origin is dict else "group of keys"
@@ -81,7 +83,7 @@ def _type(annotation) -> str:
     return TYPES[annotation]
 
 
-def _default(field) -> str:
+def _default(field: FieldInfo) -> str:
     if field.is_required():
         return "compulsory"
     if field.default in (None, "") or isinstance(field.default, Section):
@@ -95,9 +97,10 @@ def _default(field) -> str:
 
 def files(readme: str) -> dict[str, str]:
     """Text of each generated file by its name, the introduction of README.md kept."""
+    models: dict[str, type[Section]] = {"config": ConfigFile, "campaign": CampaignFile, "scene": Scene}
     schemas = {
         f"{name}.schema.json": json.dumps(json_schema(model), indent=1, ensure_ascii=False) + "\n"
-        for name, model in {"config": ConfigFile, "campaign": CampaignFile, "scene": Scene}.items()
+        for name, model in models.items()
     }
     return {"README.md": readme.partition(MARK)[0] + MARK + markdown() + "\n"} | schemas
 

@@ -6,7 +6,7 @@ class FreerockError(Exception):
 
     Parameters
     ----------
-    where : str
+    where : str or path
         File, key, run or argument in which the fault lies.
     what : str
         The fault, with the offending value.
@@ -19,7 +19,7 @@ class FreerockError(Exception):
     blocks.tall.mass_kg: -5.8 is not greater than 0; give the mass
     """
 
-    def __init__(self, where: str, what: str, remedy: str):
+    def __init__(self, where: object, what: str, remedy: str) -> None:
         super().__init__(where, what, remedy)
         self.where, self.what, self.remedy = where, what, remedy
 

@@ -73,7 +73,7 @@ def look_into(path: str | Path) -> RecordLook:
     FreerockError
         The file can't be read at all, see `freerock.acquisition.read_record`.
     """
-    path, kind, channels = Path(path), "", []
+    path, kind, channels = Path(path), "", list[ChannelLook]()
     for name, listed in list_channels(path).items():
         try:
             record = read_record(path, name)

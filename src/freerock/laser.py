@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
 from freerock.faults import Limits
@@ -72,7 +73,7 @@ class Laser:
     error_level_ma: float = 3.75
     error_tolerance_ma: float = 0.01
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for key, choices in _CHOICES.items():
             if getattr(self, key) not in choices:
                 raise FreerockError(
@@ -114,7 +115,7 @@ class Laser:
         """Valid output and error level of a quantity; None where it has none."""
         suffix = {"voltage": "v", "current": "ma"}.get(quantity)
         names = ("valid_low", "valid_high", "error_level", "error_tolerance")
-        return suffix and Limits(*(getattr(self, f"{name}_{suffix}") for name in names))
+        return Limits(*(getattr(self, f"{name}_{suffix}") for name in names)) if suffix else None
 
     def metres_per(self, quantity: str = "voltage") -> float:
         """Distance from the sensor per volt or milliampere, with its sign [m/V or m/mA], without a table.
@@ -133,9 +134,8 @@ class Laser:
                 f"give one of {', '.join(SCALES)}, or its units as m or deg",
             )
         name = "volts" if quantity == "voltage" else "milliamps"
-        return (
-            self.sign * self.range_m / (getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start"))
-        )
+        span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
+        return self.sign * self.range_m / span
 
 
 SCALES = ("range_m", "sensitivity_per_mm", "calibration")
@@ -148,7 +148,9 @@ _CHOICES = {
 }
 
 
-def distance_from_output(output, laser: Laser, quantity: str = "voltage"):
+def distance_from_output(
+    output: ArrayLike, laser: Laser, quantity: str = "voltage"
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | float]:
     """Distance of the target from the start of the measuring range, and its slope.
 
     Parameters
@@ -185,5 +187,5 @@ def distance_from_output(output, laser: Laser, quantity: str = "voltage"):
         raise FreerockError("laser.calibration", what, "give the table of this sensor")
     at, distance = np.array(table.output), np.array(table.distance_m)
     piece = np.clip(np.searchsorted(at, output) - 1, 0, at.size - 2)
-    slope = np.abs(np.diff(distance) / np.diff(at))[piece]
-    return np.interp(output, at, distance, left=np.nan, right=np.nan), slope
+    slopes = np.abs(np.diff(distance) / np.diff(at))[piece]
+    return np.interp(output, at, distance, left=np.nan, right=np.nan), slopes

@@ -119,7 +119,8 @@ def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
 
 
 def _first_panels(looks: Sequence[RecordLook]) -> list[RecordLook]:
-    kept, panels = [], 0
+    kept: list[RecordLook] = []
+    panels = 0
     for look in looks:
         panels += len(look.readable)
         if kept and panels > MOST_PANELS:

@@ -4,8 +4,13 @@ import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 BASE = {"voltage": "V", "current": "mA", "displacement": "m", "rotation": "rad"}  # units used inside
 UNITS = {  # what may be declared: its quantity, and its size in the unit used inside
@@ -79,7 +84,7 @@ def understood(unit: str) -> str | None:
     return unit if unit in UNITS else SPELLINGS.get(unit.lower()) if unit not in ("MV", "MA") else None
 
 
-def in_base_units(values, declared: str, stated: str):
+def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDArray[np.float64], str]":
     """Values of a channel in the unit used inside, and their quantity.
 
     Parameters
@@ -113,12 +118,12 @@ def in_base_units(values, declared: str, stated: str):
     if not (declared or read):
         told = f"the channel's unit {stated!r} is not known" if stated else "the channel states no unit"
         raise FreerockError(where, told, f"declare it as units of the laser: {', '.join(UNITS)}")
-    quantity, factor = UNITS[declared or read]
+    quantity, factor = UNITS[declared or str(read)]
     values = np.asarray(values, float)
     return (values if factor == 1 else values * factor), quantity
 
 
-def read_calibration(path) -> Calibration:
+def read_calibration(path: str | Path) -> Calibration:
     """Read a calibration table: a CSV file whose first line holds the two units, as "V,mm".
 
     Raises
@@ -153,6 +158,6 @@ def read_calibration(path) -> Calibration:
             "the columns don't rise or fall throughout",
             "give two lines or more, in order of the output",
         )
-    output, distance = (column * UNITS[unit][1] for column, unit in zip(table.T, units, strict=True))
+    output, distance = (column * UNITS[str(unit)][1] for column, unit in zip(table.T, units, strict=True))
     order = np.argsort(output)
     return Calibration(kinds[0], tuple(output[order].tolist()), tuple(distance[order].tolist()))

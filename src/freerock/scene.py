@@ -5,9 +5,9 @@ A scene with a laser becomes a record file as a laboratory would have it; withou
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from freerock.config import (
     BlockSection,
@@ -55,7 +55,7 @@ class GroundSection(Section):
 
     @field_validator("file")
     @classmethod
-    def _one_of_the_two(cls, file, info):
+    def _one_of_the_two(cls, file: str, info: ValidationInfo) -> str:
         if file and info.data.get("pulse"):
             raise Fault("has both a pulse and a file", "keep one of the two")
         if not file and info.data.get("pulse", ...) is None:
@@ -89,14 +89,16 @@ class Scene(Section):
 
     @field_validator("models")
     @classmethod
-    def _complete(cls, models):
+    def _complete(cls, models: dict[Model, dict[str, float]]) -> dict[Model, dict[str, float]]:
         for model, parameters in models.items():
             check_parameters(model, parameters)
         return models
 
     @field_validator("laser")
     @classmethod
-    def _a_record_is_of_one_release(cls, laser, info):
+    def _a_record_is_of_one_release(
+        cls, laser: VirtualLaser | None, info: ValidationInfo
+    ) -> VirtualLaser | None:
         if laser is None:
             return laser
         if len(info.data.get("models", ())) > 1:
@@ -146,11 +148,12 @@ def ground_motion(section: GroundSection, folder: Path) -> "GroundMotion":
         told = str(error).partition("\n")[0]
         remedy = f"give a CSV file with columns {', '.join(COLUMNS)}"
         raise FreerockError(path, f"can't be read ({told})", remedy) from None
-    missing = [name for name in COLUMNS[:2] if name not in (table.dtype.names or ())]
+    present = table.dtype.names or ()
+    missing = [name for name in COLUMNS[:2] if name not in present]
     if missing:
         raise FreerockError(path, f"has no column {missing[0]}", f"head its columns {', '.join(COLUMNS)}")
     try:
-        vertical = table[COLUMNS[2]] if COLUMNS[2] in table.dtype.names else None
+        vertical = table[COLUMNS[2]] if COLUMNS[2] in present else None
         return ground.accelerogram(table[COLUMNS[0]], table[COLUMNS[1]], vertical)
     except FreerockError as error:
         raise FreerockError(f"{path}: {error.where}", error.what, error.remedy) from None
@@ -187,7 +190,7 @@ def simulate_scene(scene: Scene, folder: str | Path = ".") -> "tuple[pd.DataFram
     columns = {"time_s": time}
     if motion is not None:
         columns |= dict(zip(("ground_x_m_s2", "ground_z_m_s2"), motion(time), strict=True))
-    responses = {}
+    responses: dict[str, Response] = {}
     for model, parameters in scene.models.items():
         responses[model] = simulate(
             model,
@@ -221,6 +224,7 @@ def scene_figure(frame: "pd.DataFrame") -> "Figure":
 
     from freerock.figures.style import MODEL_STYLES, footer, legend_above, styled
 
+    styles: Any = MODEL_STYLES
     ground = [name for name in frame if name.startswith("ground") and frame[name].any()]
     with styled():
         figure = Figure(figsize=(7.0, 2.6 + 1.4 * bool(ground)), layout="constrained")
@@ -230,7 +234,7 @@ def scene_figure(frame: "pd.DataFrame") -> "Figure":
             axes[0].plot(frame["time_s"], frame[name], linewidth=0.8, label=direction)
             axes[0].set_ylabel("ground / (m/s²)")
             legend_above(axes[0])
-        for model, style in MODEL_STYLES.items():
+        for model, style in styles.items():
             if f"theta_deg_{model}" in frame:
                 axes[-1].plot(frame["time_s"], frame[f"theta_deg_{model}"], **style)
         axes[-1].set(xlabel="time / s", ylabel="θ / °")

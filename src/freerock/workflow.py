@@ -7,6 +7,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
+from types import TracebackType
 
 from freerock.errors import FreerockError
 
@@ -44,14 +45,16 @@ def _imported(file: Path) -> frozenset[Path]:
     """The freerock modules a file names, with the packages that hold them."""
     if file.suffix != ".py":
         return frozenset()
-    names, found, nodes = set(), set(), [ast.parse(file.read_bytes())]
+    names: set[str] = set()
+    found: set[Path] = set()
+    nodes: list[ast.AST] = [ast.parse(file.read_bytes())]
     for node in nodes:
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
             continue
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            names |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+            names |= {f"{node.module}"} | {f"{node.module}.{alias.name}" for alias in node.names}
         elif isinstance(node, ast.Name) and node.id == "import_module":
             found |= set(file.parent.glob("*.py"))
         nodes += ast.iter_child_nodes(node)
@@ -114,7 +117,7 @@ def log_to(path: str | Path) -> logging.Logger:
     return logger
 
 
-def _report(kind, error, trace) -> None:
+def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
     text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
     logging.error(text)
     print(text, file=sys.stderr)

@@ -19,6 +19,7 @@ from freerock.config import ConfigError, load_campaign, load_config, section_in
 from freerock.config_reference import MARK, files
 from freerock.laser import Laser
 from freerock.models import MODELS
+from freerock.quantity import UNITS
 from freerock.scene import Scene
 
 ROOT = Path(__file__).parents[2]
@@ -568,6 +569,7 @@ def test_freed_nuisances_are_named_for_every_model():
     assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
     assert get_args(config.Nuisance) == nuisances
     assert get_args(config.Model) == tuple(MODELS)
+    assert get_args(config.Unit) == ("", *UNITS)
 
 
 def test_readme_and_schemas_agree_with_the_models():

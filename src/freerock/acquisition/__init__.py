@@ -3,8 +3,14 @@
 import warnings
 from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from freerock.errors import FreerockError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from freerock.acquisition.channels import Channel
 
 # Suffix: module of this package with a function read(path, channel) and the name of its format.
 READERS = {
@@ -22,7 +28,7 @@ READERS = {
 }
 
 
-def read_record(path, channel: str | None = None):
+def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
     """Read a record file.
 
     Parameters
@@ -48,10 +54,11 @@ def read_record(path, channel: str | None = None):
         A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
         bases; no sampling rate; time stamps that no even grid fits. Nothing else leaves this function.
     """
-    return _read(path, channel or None)
+    record: xr.Dataset = _read(path, channel or None)
+    return record
 
 
-def list_channels(path):
+def list_channels(path: str | Path) -> "dict[str, Channel]":
     """The channels of a record file, without reading their samples where the format allows it.
 
     Parameters
@@ -71,10 +78,11 @@ def list_channels(path):
     """
     from freerock.acquisition.channels import NAMES_ONLY
 
-    return _read(path, NAMES_ONLY)
+    names: dict[str, Channel] = _read(path, NAMES_ONLY)
+    return names
 
 
-def _read(path, channel):
+def _read(path: str | Path, channel: object) -> Any:
     path = Path(path)
     if path.suffix.lower() not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")

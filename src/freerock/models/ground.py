@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
 
@@ -36,7 +37,7 @@ class GroundMotion:
     breaks: np.ndarray
     coefficients: np.ndarray
 
-    def __call__(self, time):
+    def __call__(self, time: ArrayLike) -> NDArray[np.float64]:
         """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""
         time = np.asarray(time, dtype=float)
         segment = np.searchsorted(self.breaks, time, side="right") - 1
@@ -47,7 +48,13 @@ class GroundMotion:
         return np.where(moving, value + c[:, 4] * np.sin(c[:, 5] * tau + c[:, 6]), 0.0)
 
 
-def accelerogram(time_s, x=None, z=None, *, interpolation: str = "linear") -> GroundMotion:
+def accelerogram(
+    time_s: ArrayLike,
+    x: ArrayLike | None = None,
+    z: ArrayLike | None = None,
+    *,
+    interpolation: str = "linear",
+) -> GroundMotion:
     """Ground motion from a sampled record.
 
     Parameters

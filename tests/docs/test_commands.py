@@ -1,0 +1,242 @@
+"""Every command in README and docs: run in a copy of the checkout, its answer compared with the printed one.
+
+Commands stand in blocks (console with a $ before each and its answer below; sh) or in the text between
+backticks. A file shown in a block after <!-- file: PATH --> is written before the next command.
+"""
+
+import doctest
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from freerock.config import Record, load_campaign
+from freerock.truth import read_truth
+
+ROOT = Path(__file__).parents[2]
+PARTS = ["src", "workflow", "config", "raw", "profiles", "examples", "docs/tutorial", "Snakefile"]
+FILES = [
+    ROOT / "README.md",
+    *ROOT.glob("docs/*.md"),
+    *ROOT.glob("*/README.md"),
+    *ROOT.glob("raw/*/README.md"),
+]
+
+NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is planned all the same
+    "git clone": "the copy is the checkout",
+    "cd freerock": "the copy is the current folder",
+    "make": "sets up the environment in which this test runs; .ci/run does it on a fresh machine",
+    ". .venv/bin/activate": "the environment is active",
+    "sbatch": "needs a cluster",
+    "snakemake --profile": "needs a cluster",
+    "snakemake --executor": "needs a cluster",
+    "snakemake studies": "an hour; small: run by tests/workflow/test_studies_target.py",
+    "snakemake results/studies/faults.csv": "minutes",
+    "python -m freerock.studies": "needs the results of the studies",
+    "python benchmarks/": "minutes; measures speed",
+    "OMP_NUM_THREADS=1 python benchmarks/": "minutes; measures speed",
+    "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",
+    "snakemake": "the shipped campaign is analysed by tests/workflow/test_palermo.py",
+    "python -m freerock.twin": "the bytes are compared by the tests of the twins",
+}
+RUN_AFTER_ALL = "snakemake --config campaigns=stones"
+PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|<|…|/data/|results/[AB]\b|stones,marble")
+INLINE = re.compile(
+    r"`((?:freerock|snakemake|make|python -m freerock\.\w+|python benchmarks/\w+)(?: [^`]+)?)`"
+)
+BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^( *)```(\w+)\n(.*?)^ *```", re.M | re.S)
+
+
+def steps(path):
+    """(kind, command or file name, answer or content) in the order of a file."""
+    text = path.read_text(encoding="utf-8")
+    for match in BLOCK.finditer(text):
+        name, indent, language, body = match.groups()
+        body = re.sub(rf"^{indent}", "", body, flags=re.M)
+        if name:
+            yield "write", name, body
+        elif language == "console":
+            for command, answer in re.findall(r"^\$ (.*)\n((?:(?!\$ ).*\n)*)", body, re.M):
+                yield "run", command.strip(), answer
+        elif language in ("sh", "bash"):
+            for line in body.splitlines():
+                if command := re.sub(r"\s+# .*|^#.*", "", line).strip():
+                    yield "run", command, None
+    for command in dict.fromkeys(INLINE.findall(BLOCK.sub("", text))):
+        yield "run", command, None
+
+
+def left_out(command):
+    longest = max((start for start in NOT_RUN if f"{command} ".startswith(start)), key=len, default=None)
+    return longest if command != RUN_AFTER_ALL else None
+
+
+def test_what_is_left_out_is_there():
+    told = {left_out(command) for path in FILES for kind, command, _ in steps(path) if kind == "run"}
+    needs_cluster = {start for start, why in NOT_RUN.items() if why == "needs a cluster"}
+    assert set(NOT_RUN) - told <= needs_cluster
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """A function that makes a copy of the checkout."""
+
+    def make(name):
+        folder = tmp_path_factory.mktemp(name) / "copy"
+        for part in PARTS:
+            source, target = ROOT / part, folder / part
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copytree(source, target) if source.is_dir() else shutil.copy2(source, target)
+        return folder
+
+    return make
+
+
+def run(command, folder):
+    bin_folder = Path(sys.executable).parent
+    environment = os.environ | {"PYTHONPATH": str(folder / "src")}
+    environment["PATH"] = os.pathsep.join([str(bin_folder), environment["PATH"]])
+    environment["COLUMNS"] = "100"
+    done = subprocess.run(
+        ["bash", "-c", command],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    return done.returncode, done.stdout
+
+
+def agrees(told, answer):
+    """Whether an answer is the printed one, where … stands for anything and blanks don't count.
+
+    Nor do the digits of identified values, which end as the processor has it.
+    """
+    if "±" in told:
+        told, answer = re.sub(r"\d", "", told), re.sub(r"\d", "", answer)
+    told, answer = (re.sub(r"\n\s*\n", "\n<BLANKLINE>\n", each.strip()) for each in (told, answer))
+    flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    told, answer = (each.replace("<BLANKLINE>\n", "") for each in (told, answer))
+    return doctest.OutputChecker().check_output(told.replace("…", "...") + "\n", answer + "\n", flags)
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_commands_do_what_the_text_says(path, copy):
+    todo = list(steps(path))
+    if not todo:
+        return
+    folder = copy(path.stem)
+    for kind, what, told in todo:
+        if kind == "write":
+            (folder / what).write_text(told, encoding="utf-8")
+            continue
+        command = what
+        if reason := left_out(command):
+            plan = command.startswith("snakemake") and NOT_RUN[reason] != "needs a cluster"
+            if not plan or PLACEHOLDER.search(command):
+                continue
+            command = command.replace("snakemake", "snakemake --dry-run --quiet", 1)
+        elif PLACEHOLDER.search(command):
+            command = f"{' '.join(shlex.split(command)[:2])} --help"  # at least its subcommand is there
+        elif command in ("freerock plan", "freerock simulate", "freerock inspect"):
+            command += " --help"
+        code, answer = run(command, folder)
+        unfilled = told is not None and "is still to be filled in" in told
+        assert code == (1 if unfilled else 0), f"{command}\n{answer}"
+        if told is not None and command == what:
+            assert agrees(told, answer), f"$ {command}\n{answer}\ninstead of\n{told}"
+    if path.name == "tutorial.md":
+        right_at_the_end(folder)
+
+
+def right_at_the_end(folder):
+    """k and λ of each record are those of the scene, within four standard errors and within a thousandth."""
+    secret = dict(re.findall(r"(\w+) = (\S+) N", (folder / "secret.txt").read_text()))
+    lines = (folder / "results/stones/tables/parameters.csv").read_text().splitlines()
+    columns = lines[0].split(",")
+    found = [dict(zip(columns, line.split(","), strict=True)) for line in lines[1:]]
+    found = [each for each in found if each["model"] == "hunt_crossley" and each["parameter"] in secret]
+    assert len(found) >= 6
+    for each in found:
+        value, truth = float(each["value"]), float(secret[each["parameter"]])
+        assert abs(value - truth) < 4 * float(each["stderr"]) + 1e-3 * truth, each
+
+
+def test_the_tutorial_takes_few_commands():
+    commands = [what for kind, what, _ in steps(ROOT / "docs/tutorial.md") if kind == "run"]
+    in_blocks = commands[: commands.index("cat secret.txt") + 1]
+    assert len(in_blocks) < 15
+
+
+@pytest.mark.parametrize("seed", [7])
+def test_another_scene_is_recovered_as_well(copy, seed):
+    """The tutorial's steps with a scene drawn by lot, without its printed answers."""
+    folder = copy("another")
+    code, told = run(f"python docs/tutorial/another_laboratory.py stick {seed}", folder)
+    assert code == 0, told
+    numbers = re.findall(r"\d+\.\d+", told)
+    keys = ("height_m", "width_m", "mass_kg", "position_m", "range_m")
+    filled = dict(zip(keys, numbers, strict=True)) | {
+        "title": "Stones",
+        "origin": "simulated",
+        "beam": "horizontal",
+    }
+    assert run("freerock new-campaign stones --from stick", folder)[0] == 0
+    campaign = folder / "config/campaigns/stones.yaml"
+    text = re.sub(r"(\w+): FILL_IN", lambda match: f"{match[1]}: {filled[match[1]]}", campaign.read_text())
+    campaign.write_text(text)
+    assert run("freerock check stones", folder)[0] == 0
+    code, told = run(
+        "snakemake --cores 2 results/stones/tables/parameters.csv --config campaigns=stones", folder
+    )
+    assert code == 0, told
+    right_at_the_end(folder)
+
+
+SNIPPETS = [
+    (path, language, body)
+    for path in [ROOT / "docs/how-to.md"]
+    for _, _, language, body in BLOCK.findall(path.read_text(encoding="utf-8"))
+    if language in ("yaml", "csv")
+]
+LASER = {"beam": "horizontal", "position_m": 0.2, "range_m": 0.1}
+BASE = {
+    "title": "Snippets",
+    "origin": "measured",
+    "blocks": {"block1": {"height_m": 0.3, "width_m": 0.07, "mass_kg": 5}},
+    "foundations": {"foundation1": {}},
+    "lasers": {
+        name: {"beam": "horizontal", "position_m": 0.2, "range_m": 0.1}
+        for name in ("laser1", "upper", "lower")
+    },
+}
+LINE = "test,file,block,foundation,laser\na,a.tdms,block1,foundation1,laser1\n"
+
+
+@pytest.mark.parametrize(("path", "language", "body"), SNIPPETS)
+def test_snippets_are_sound(path, language, body, tmp_path):
+    snippet = yaml.safe_load(body) if language == "yaml" else {}
+    if "ground" in snippet:
+        scene = {"block": BASE["blocks"]["block1"], "models": {"housner": {"r": 0.9}}} | snippet
+        (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene))
+        from freerock.scene import load_scene
+
+        assert load_scene(tmp_path / "scene.yaml").ground.file
+        return
+    lasers = BASE["lasers"] | snippet.get("lasers", {})
+    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(BASE | snippet | {"lasers": lasers}))
+    (tmp_path / "lab.csv").write_text(body if language == "csv" else LINE)
+    lab = load_campaign(tmp_path / "lab.yaml")
+    assert all(isinstance(record, Record) for record in lab.records)
+
+
+def test_the_truth_of_the_shipped_campaigns_is_readable():
+    for campaign in ("palermo_virtual", "wooden_blocks"):
+        assert read_truth(ROOT / f"raw/{campaign}/truth.json")
