@@ -26,8 +26,9 @@ def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
     try:
         for test, record in records.items():
             where = f"{path}: {test}"
+            names = MODELS[record["model"]]
             for number, run in enumerate(record["runs"], 1):
-                for name in MODELS[record["model"]]:
+                for name in names:
                     truth[test, number, name] = float(run[name])
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         what = f"does not hold the model and its parameters run by run ({type(error).__name__}: {error})"
