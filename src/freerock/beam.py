@@ -27,9 +27,10 @@ def displacement_from_rotation(theta, block: Block, laser: "Laser"):
         top         -s = 2h (1/cos T - 1) + a tan T,   a = b - X  (θ > 0),  a = b + X  (θ < 0)
 
     The beam is on the left face while w sin θ <= Y <= w sin θ + 2h cos θ. With |X| < B the vertical beam is
-    on the top while a <= (B + b) cos T - 2h sin T. With |X| >= B the target is an outrigger level with the
-    top, as long as need be outwards, that begins at the block's edge: there the beam is on it while
-    2h sin T + (B - b) cos T <= -a, and always when the other side goes down.
+    on the top while a <= (B + b) cos T - 2h sin T; where the top sinks first (b < |X|), only until it turns
+    back at 2h sin T = -a. With |X| >= B the target is an outrigger level with the top, as long as need be
+    outwards, that begins at the block's edge: there the beam is on it while 2h sin T + (B - b) cos T <= -a,
+    and always when the other side goes down.
 
     Parameters
     ----------
@@ -142,6 +143,6 @@ def _on_target(turn, block, laser):
         foot = _width(turn, block) * np.sin(turn)
         return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
     a, lift = _lever(turn, block, laser), block.height_m * np.sin(t)
-    if abs(laser.position_m) < edge:
-        return a <= (edge + block.b) * np.cos(t) - lift
-    return (a > 0) | (lift + (edge - block.b) * np.cos(t) <= -a)
+    outrigger = abs(laser.position_m) >= edge
+    rises = (a > 0) & (outrigger | (a <= (edge + block.b) * np.cos(t) - lift))
+    return rises | (lift + outrigger * (edge - block.b) * np.cos(t) <= -a)

@@ -24,6 +24,9 @@ RANKS = ("ok", "warn", "fail")
 SURE = 4.0  # standard errors
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
+SQUAT = math.radians(
+    30
+)  # from this critical angle on a block may bounce, and swing higher or longer by itself
 EARLY_SAMPLES = 300  # of the early motion suffice
 NOISE_SAMPLES = 50_000  # suffice to know the noise
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
@@ -212,8 +215,10 @@ def find_runs(
             names = _names(np.asarray(flags)[slice(*np.searchsorted(t, (watched, end)))])
             doubts.append((verdict, f"{flagged:.2%} of its samples are invalid{names}"))
         touched = _touched(t, theta, (start, end), theta0, sigma_run, max_growth_fraction)
-        if touched:
-            doubts.append(("fail", touched))
+        if touched and block is not None and block.theta_cr > SQUAT:
+            doubts.append(("warn", f"swing {touched} than before: the block was touched, or it bounces"))
+        elif touched:
+            doubts.append(("fail", f"swing {touched} than before: the block was touched"))
         if math.degrees(wander) > max_hold_drift_deg:
             doubts.append(("warn", f"the held angle wanders by {math.degrees(wander):.3f}°"))
         if rest is None:
@@ -289,7 +294,7 @@ def _charge(fault, max_rest_shift_deg):
 
 
 def _touched(t, theta, span, theta0, sigma, max_growth_fraction):
-    """Why a motion is not free, "" if nothing says so: swings of a free block get lower and shorter."""
+    """Which swing is not free, and why, "" if none: swings of a free block get lower and shorter."""
     first, last = np.searchsorted(t, span)
     index = first + np.flatnonzero(np.abs(theta[first:last]) > SWING * sigma)
     if index.size == 0:
@@ -307,7 +312,7 @@ def _touched(t, theta, span, theta0, sigma, max_growth_fraction):
         elif top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
             told = f"lasts {time / max(longest) - 1:.0%} longer"
         if told:
-            return f"swing {number} {told} than before: the block was touched"
+            return f"{number} {told}"
         height, longest = top, (longest[1], time)
     return ""
 

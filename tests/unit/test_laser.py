@@ -22,7 +22,8 @@ def turned_corners(block, theta):
     """Corners of the block turned by θ (clockwise) about the base corner it stands on."""
     pivot = np.array([math.copysign(block.b, theta), 0.0])
     turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
-    corners = np.array([[-block.b, 0], [block.b, 0], [block.b, 2 * block.h], [-block.b, 2 * block.h]])
+    half = block.width_m / 2
+    corners = np.array([[-half, 0], [half, 0], [half, 2 * block.h], [-half, 2 * block.h]])
     return (corners - pivot) @ turn.T + pivot
 
 
@@ -41,8 +42,13 @@ def directly(block, laser, theta):
         edge = (bottom_left, top_left) if laser.face == "left" else (bottom_right, top_right)
         hit = cut(*edge, 1, laser.position_m)
         outwards = -1 if laser.face == "left" else 1
-        return None if hit is None else block.b - outwards * hit[0]
-    if abs(laser.position_m) >= block.b:  # an outrigger of 10 m from the edge on, level with the top
+        return None if hit is None else block.width_m / 2 - outwards * hit[0]
+    beyond = abs(laser.position_m) - block.b
+    if laser.position_m * theta > 0 and 0 <= beyond < block.height_m * math.sin(abs(theta)):
+        return None  # sunk and risen again, or past the edge
+    if (
+        abs(laser.position_m) >= block.width_m / 2
+    ):  # an outrigger of 10 m from the edge on, level with the top
         along = (top_right - top_left) / block.width_m * math.copysign(1, laser.position_m)
         edge = (top_right if laser.position_m > 0 else top_left,)
         edge = (edge[0], edge[0] + 10 * along)
@@ -52,7 +58,12 @@ def directly(block, laser, theta):
     return None if hit is None else block.height_m - hit[1]
 
 
-blocks = st.builds(Block, st.floats(0.1, 2.0), st.floats(0.03, 0.5), st.just(5.0))
+blocks = st.builds(
+    lambda height, width, share: Block(height, width, 5.0, share * width),
+    st.floats(0.1, 2.0),
+    st.floats(0.03, 0.5),
+    st.sampled_from([1.0, 0.9, 0.7]),
+)
 turns = st.floats(math.radians(1e-7), math.radians(40)).flatmap(lambda t: st.sampled_from([t, -t]))
 
 

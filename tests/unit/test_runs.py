@@ -16,6 +16,7 @@ from freerock.errors import FreerockError
 from freerock.faults import Fault
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.simulate import simulate
 from freerock.runs import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -285,6 +286,38 @@ def test_held_beyond_the_critical_angle_and_overturned():
     theta *= 1.5
     with pytest.raises(FreerockError, match=r"held at 15\.0.°, beyond the block's critical angle 14\.04°"):
         find_runs(*arguments)
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_block_that_overturns_is_no_run(lost):
+    """Pushed over after a good run; lying still, or out of the sensor's sight."""
+    theta, release = one_run()
+    n, start = round(RATE_HZ), round(release * RATE_HZ)
+    falls = math.radians(10) - math.radians(75) * np.linspace(0, 1, n) ** 2
+    over = np.concatenate([theta[:start], falls, np.full(2 * n, falls[-1])]), release
+    arguments, (first, second) = record(one_run(), over)
+    if lost:
+        arguments[3][np.abs(arguments[1]) > math.radians(20)] = 1
+    (run,) = find_runs(*arguments)
+    assert run.verdict == "ok" and abs(run.release_s - first) < 1e-3 and run.end_s < second
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"k": 7e6, "lambda": 3e7}, {"k": 7e6, "lambda": 2e7}, {"k": 3e7, "lambda": 1e8}]
+)
+def test_a_squat_block_that_bounces(parameters):
+    block, theta0 = Block(0.10, 0.12, 3.0), math.radians(15)
+    t = np.arange(0, 4, 1 / RATE_HZ)
+    response = simulate("hunt_crossley", block, parameters, t, theta0=theta0, debonding="geometric")
+    assert np.any(response.contact == 2)  # in flight
+    hold = np.full(1500, theta0)
+    tilt = theta0 * np.sin(np.linspace(0, np.pi / 2, 1500)) ** 2
+    swing = np.concatenate([tilt, hold, response.theta])
+    arguments, releases = record((swing, 3.0), (-swing, 3.0), (swing, 3.0))
+    runs = find_runs(*arguments[:4], block)
+    assert [abs(run.release_s - at) < 5e-3 for run, at in zip(runs, releases, strict=True)] == [True] * 3
+    assert all(run.verdict != "fail" for run in runs), [run.reasons for run in runs]
+    assert all(run.n_impacts > 3 for run in runs)
 
 
 def test_noise_free_record():
