@@ -264,6 +264,26 @@ def _compare(chosen: argparse.Namespace) -> None:
         write_csv(found.parameters, chosen.csv)
 
 
+def _progress_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.epilog = (
+        "example:\n  freerock progress palermo_virtual\n\nRun it beside snakemake, in another terminal."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="left out, those of config.yaml")
+    parser.set_defaults(run=_progress)
+
+
+def _progress(chosen: argparse.Namespace) -> None:
+    import time
+
+    from freerock.config import load_config
+    from freerock.progress import newest_run, progress, progress_text
+
+    started = newest_run()
+    for name, campaign in load_config(campaigns=chosen.campaign or None).campaigns.items():
+        tests = [record.test for record in campaign.records]
+        print(progress_text(name, progress(f"results/{name}", tests, started, time.time())))
+
+
 COMMANDS = {
     "inspect": ("show what is in a record file", _inspect_arguments),
     "new-campaign": ("begin a campaign from a folder of record files", _new_campaign_arguments),
@@ -273,6 +293,7 @@ COMMANDS = {
         "simulate a scene: a virtual record, or θ(t) of models on a shake table",
         _simulate_arguments,
     ),
+    "progress": ("tell how far snakemake is, what has failed, and when it will be done", _progress_arguments),
     "compare": ("tell what changed between two analyses of a campaign", _compare_arguments),
 }
 

@@ -274,6 +274,12 @@ def one_of_each(paths: Iterable[str | Path], scenes: Iterable, opened: Callable)
     return list(found.values())
 
 
+def verdict_of(path: str | Path) -> tuple[str, str]:
+    """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
+    with _readable(path) as file:
+        return file.getncattr("verdict"), file.getncattr("reasons")
+
+
 def runs_in(record: xr.DataTree) -> list["Run"]:
     """The runs of a record, as they were written."""
     from freerock.runs import Run
@@ -479,19 +485,27 @@ def _plain(attrs: Mapping) -> dict:
     return plain
 
 
-def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:
+@contextmanager
+def _readable(path: str | Path) -> Iterator:
+    """The netCDF file, with an error of its own for what can't be read."""
     import netCDF4
 
-    remedy = "delete the file and run snakemake again"
     if not Path(path).is_file():
         raise FreerockError(path, "there is no such file", "run snakemake to make it")
     try:
         with netCDF4.Dataset(path) as file:
-            file.set_auto_mask(False)
-            tree = xr.DataTree.from_dict(dict(_groups(file, samples)))
+            yield file
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
+        remedy = "delete the file and run snakemake again"
         raise FreerockError(path, f"is not a readable netCDF file ({error})", remedy) from error
+
+
+def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:
+    with _readable(path) as file:
+        file.set_auto_mask(False)
+        tree = xr.DataTree.from_dict(dict(_groups(file, samples)))
     if tree.attrs.get("freerock_product") != product:
+        remedy = "delete the file and run snakemake again"
         raise FreerockError(path, f"is not the {product} dataset of a record", remedy)
     return tree
 

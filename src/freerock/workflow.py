@@ -98,23 +98,34 @@ def make_each(tests: Sequence[str], make: Callable[[str], None], give_up: Callab
         except (FreerockError, MemoryError):
             raise
         except Exception as error:
-            logger.exception("%s failed", test)
-            give_up(
-                test, f"unforeseen: {type(error).__name__}: {error}; the log of the step has the traceback"
-            )
+            reason = f"unforeseen: {type(error).__name__}: {error}; the log of the step has the traceback"
+            logger.exception("%s: %s", test, reason)
+            give_up(test, reason)
 
 
 def log_to(path: str | Path) -> logging.Logger:
     """Send a script's messages, warnings and fatal error to its log; returns the logger for its messages.
 
-    A `FreerockError` ends the script with its one line, anything else with a traceback.
+    Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
+    anything else with a traceback.
     """
     logging.basicConfig(filename=path, filemode="w", format="%(message)s")
     logging.captureWarnings(True)
     sys.excepthook = _report
     logger = logging.getLogger(PACKAGE.name)
     logger.setLevel(logging.INFO)
+    terminal = logging.StreamHandler()
+    terminal.setLevel(logging.ERROR)
+    terminal.setFormatter(_OneLine())
+    logger.addHandler(terminal)
     return logger
+
+
+class _OneLine(logging.Formatter):
+    """The message alone; tracebacks are for the log."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return record.getMessage()
 
 
 def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:

@@ -351,6 +351,7 @@ def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
 
 def test_git_state_is_unknown_without_git(monkeypatch):
     monkeypatch.setitem(os.environ, "PATH", "")
+    monkeypatch.setattr(datasets, "_git_state", datasets._git_state.__wrapped__)
     assert provenance([], {})["git"] == "unknown"
 
 

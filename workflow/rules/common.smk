@@ -1,5 +1,6 @@
 import os
 import sys
+from functools import cache
 from pathlib import Path
 
 from freerock import settings
@@ -32,6 +33,7 @@ wildcard_constraints:
     block=r"\w+",
 
 
+@cache
 def code(script):
     """The files a script runs, as inputs: an edited module reruns the steps that use it."""
     paths = map(Path, files_run(SCRIPTS / f"{script}.py"))

@@ -17,7 +17,7 @@ for test, left_out in snakemake.params.left_out.items():
         failed.append(f"{snakemake.wildcards.campaign}: record {test} failed: {'; '.join(reasons)}")
 if failed:
     log.error("\n".join(failed))
-    sys.exit("\n".join(failed))
+    sys.exit(1)
 runs = sum(row["run"] != "" for row in rows)
 Path(snakemake.output.complete).write_text(
     f"{len(snakemake.params.left_out)} records, {runs} runs\n", encoding="utf-8"

@@ -39,7 +39,7 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
             free = settings["free"][model]
             found = fit_record(model, block, motions, start=start, free=free, **settings["options"])
         except FreerockError as error:
-            log.error("%s: %s", model, error)
+            log.error("%s: %s: %s", settings["attributes"]["test"], model, error)
             return None
         log.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
         return found
