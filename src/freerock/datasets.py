@@ -144,6 +144,8 @@ def atomic(path: str | Path) -> Iterator[Path]:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
+        with open(partial, "rb") as written:
+            os.fsync(written.fileno())  # a power cut after the renaming leaves no empty file
         os.replace(partial, path)
     except OSError as error:
         remedy = "free some space or allow writing to the folder"
@@ -453,7 +455,10 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
             if name in dataset.coords:
                 variable.encoding["_FillValue"] = None
     with atomic(path) as partial:
-        xr.DataTree.from_dict(groups).to_netcdf(partial, engine="netcdf4")
+        try:
+            xr.DataTree.from_dict(groups).to_netcdf(partial, engine="netcdf4")
+        except RuntimeError as error:  # what netCDF4 says of a full disk
+            raise OSError(str(error)) from error
 
 
 def _describe(name: str, present: Container, simulated: bool) -> dict:

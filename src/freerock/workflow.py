@@ -1,6 +1,7 @@
 """What Snakemake's rules and scripts share: the code a step runs, and its log."""
 
 import ast
+import errno
 import logging
 import sys
 import traceback
@@ -10,8 +11,12 @@ from pathlib import Path
 from types import TracebackType
 
 from freerock.errors import FreerockError
+from freerock.guard import job_runs
 
 PACKAGE = Path(__file__).parent
+# What the machine lacks, whichever record is at work: space, a disk that answers, memory, open files.
+MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ESTALE}
+MACHINE |= {errno.ENOMEM, errno.EMFILE, errno.ENFILE}
 
 
 def code(script: str | Path) -> list[str]:
@@ -80,7 +85,7 @@ def _files(name: str) -> Iterator[Path]:
 def make_each(tests: Sequence[str], make: Callable[[str], None], give_up: Callable[[str, str], None]) -> None:
     """Make the product of each test of a job; what nobody foresaw in one of them does not stop the others.
 
-    A `FreerockError`, such as a full disk, and a lack of memory end the job.
+    A `FreerockError` and what is the machine's fault, such as a full disk or a lack of memory, end the job.
 
     Parameters
     ----------
@@ -95,12 +100,21 @@ def make_each(tests: Sequence[str], make: Callable[[str], None], give_up: Callab
         logger.info("%s (%d of %d)", test, number, len(tests))
         try:
             make(test)
-        except (FreerockError, MemoryError):
-            raise
         except Exception as error:
+            if isinstance(error, FreerockError) or of_the_machine(error):
+                raise
             reason = f"unforeseen: {type(error).__name__}: {error}; the log of the step has the traceback"
             logger.exception("%s: %s", test, reason)
             give_up(test, reason)
+
+
+def of_the_machine(error: BaseException | None) -> bool:
+    """Whether an error, or one it was raised from, says nothing about the record: a full disk, no memory."""
+    while error is not None:
+        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno in MACHINE):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def log_to(path: str | Path) -> logging.Logger:
@@ -109,6 +123,7 @@ def log_to(path: str | Path) -> logging.Logger:
     Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
     anything else with a traceback.
     """
+    job_runs()
     logging.basicConfig(filename=path, filemode="w", format="%(message)s")
     logging.captureWarnings(True)
     sys.excepthook = _report

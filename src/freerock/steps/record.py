@@ -17,6 +17,7 @@ from freerock.models.block import Block
 from freerock.quantity import read_calibration
 from freerock.rotation import rotation
 from freerock.runs import find_runs, with_warning
+from freerock.workflow import of_the_machine
 
 log = logging.getLogger("freerock")
 
@@ -36,17 +37,20 @@ def make_record(settings: Mapping, output: str | Path) -> None:
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
         attributes["provenance"] = provenance(filter(Path.exists, _files(settings)), settings)
-        if settings["excluded"]:
-            write_failure(output, f"excluded: {settings['excluded']}", attributes, verdict="warn")
-            return
-        record, runs, impacts = _process(settings, path)
-        write_record(output, record, runs, impacts, attributes)
+        processed = None if settings["excluded"] else _process(settings, path)
     except FreerockError as error:
+        if of_the_machine(error):
+            raise
         where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
         failure = FreerockError(where, error.what, error.remedy)
         log.error(failure)
         write_failure(output, failure, attributes)
         return
+    if processed is None:
+        write_failure(output, f"excluded: {settings['excluded']}", attributes, verdict="warn")
+        return
+    record, runs, impacts = processed
+    write_record(output, record, runs, impacts, attributes)
     for key in ("reading", "time_base"):
         if key in record.attrs:
             log.info("%s: %s", key.replace("_", " "), record.attrs[key])

@@ -1,0 +1,71 @@
+"""What a run finds after a bad day: locks of a killed run, its jobs at work, times of a wrong clock."""
+
+import os
+import sys
+import time
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+
+from freerock.errors import FreerockError
+
+RUNS, JOBS = Path(".snakemake/freerock.runs"), Path(".snakemake/freerock.jobs")
+
+
+def run_starts() -> None:
+    """Take away the locks of Snakemake that a killed run has left, after the last of its jobs has ended.
+
+    Runs and jobs hold locks of the operating system, which end with their process. Where another run is
+    alive, or the file system knows no such locks, nothing is taken away and Snakemake refuses to start.
+    """
+    import fcntl
+
+    with suppress(OSError):
+        RUNS.parent.mkdir(exist_ok=True)
+        runs = os.open(RUNS, os.O_CREAT | os.O_RDWR)
+        with suppress(BlockingIOError):  # another run is alive
+            fcntl.flock(runs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if left := list(RUNS.parent.glob("locks/*.lock")):
+                jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR)
+                try:
+                    fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    print("A run was killed; waiting for the jobs it left at work.", file=sys.stderr)
+                    fcntl.flock(jobs, fcntl.LOCK_EX)
+                os.close(jobs)
+                for lock in left:
+                    lock.unlink()
+        fcntl.flock(runs, fcntl.LOCK_SH)  # until this process ends
+
+
+def job_runs() -> None:
+    """Let a later run see that this process, a job of Snakemake, is at work, until it ends."""
+    import fcntl
+
+    with suppress(OSError):  # not below Snakemake
+        fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR), fcntl.LOCK_SH)
+
+
+def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:
+    """Set the times of products that lie in the future to now; refuse inputs from there, not ours to touch.
+
+    To Snakemake a product that is older than an input is outdated, and the job that made it has failed.
+
+    Raises
+    ------
+    FreerockError
+        An input's time lies in the future.
+    """
+    now = time.time()
+    for path in inputs:
+        if path.exists() and path.stat().st_mtime > now + tolerance_s:
+            when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
+            raise FreerockError(
+                path,
+                f"was last written on {when}, in the future of this machine's clock",
+                "set the clock right, or touch the file",
+            )
+    with suppress(OSError):  # read-only: Snakemake will say so where it wants to write
+        for path in products:
+            if path.stat().st_mtime > now + tolerance_s:
+                os.utime(path, (now, now))

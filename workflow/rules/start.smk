@@ -1,0 +1,17 @@
+# Before anything runs: what a run that was killed left behind, and files from the future.
+
+from freerock.guard import check_clock, run_starts
+
+if workflow.is_main_process and not workflow.dryrun:
+    run_starts()
+    try:
+        check_clock(
+            [path for name in CAMPAIGNS for path in Path("results", name).rglob("*")],
+            [
+                *(Path(file) for each in CAMPAIGNS.values() for file in raw_files(each, each.records)),
+                *PACKAGE.rglob("*.*"),
+                *SCRIPTS.glob("*.py"),
+            ],
+        )
+    except FreerockError as error:
+        sys.exit(str(error))
