@@ -124,7 +124,7 @@ def log_to(path: str | Path) -> logging.Logger:
     anything else with a traceback.
     """
     job_runs()
-    logging.basicConfig(filename=path, filemode="w", format="%(message)s")
+    logging.basicConfig(filename=path, filemode="w", format="%(message)s", encoding="utf-8")
     logging.captureWarnings(True)
     sys.excepthook = _report
     logger = logging.getLogger(PACKAGE.name)

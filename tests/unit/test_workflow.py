@@ -11,12 +11,11 @@ from freerock.workflow import log_to, make_each
 
 @pytest.fixture
 def log(tmp_path, monkeypatch):
-    """A script's log file."""
+    """A script's log file, to be."""
     monkeypatch.setattr(sys, "excepthook", sys.excepthook)
     root, own = logging.getLogger(), logging.getLogger("freerock")
     before = [(logger, logger.handlers[:], logger.level) for logger in (root, own)]
     root.handlers.clear()
-    log_to(tmp_path / "script.log")
     yield tmp_path / "script.log"
     for logger, handlers, level in before:
         logger.handlers[:] = handlers
@@ -25,6 +24,7 @@ def log(tmp_path, monkeypatch):
 
 
 def test_what_nobody_foresaw_stops_no_other(log, capsys):
+    log_to(log)
     made, given_up = [], []
 
     def make(test):
@@ -43,7 +43,7 @@ def test_what_nobody_foresaw_stops_no_other(log, capsys):
 
 
 @pytest.mark.parametrize("error", [FreerockError("there", "no space", "free some"), MemoryError()])
-def test_a_full_disk_or_memory_ends_the_job(log, error):
+def test_a_full_disk_or_memory_ends_the_job(error):
     def make(test):
         raise error
 
