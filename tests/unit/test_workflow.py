@@ -15,7 +15,6 @@ def log(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "excepthook", sys.excepthook)
     root, own = logging.getLogger(), logging.getLogger("freerock")
     before = [(logger, logger.handlers[:], logger.level) for logger in (root, own)]
-    root.handlers.clear()
     yield tmp_path / "script.log"
     for logger, handlers, level in before:
         logger.handlers[:] = handlers
@@ -24,6 +23,7 @@ def log(tmp_path, monkeypatch):
 
 
 def test_what_nobody_foresaw_stops_no_other(log, capsys):
+    logging.getLogger().handlers.clear()  # as in a script, unlike under pytest
     log_to(log)
     made, given_up = [], []
 
