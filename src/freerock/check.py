@@ -5,12 +5,18 @@ Record files are opened for their channels only, and nothing is computed.
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from freerock.config import LaserSection, Record, Source, campaign_paths, read_campaign
 from freerock.errors import FreerockError
 from freerock.manifest import check_manifest, listed_checksums
 from freerock.quantity import Calibration, in_base_units, read_calibration
 from freerock.truth import read_truth
+
+if TYPE_CHECKING:
+    from freerock.acquisition.channels import Channel
+
+    Contents = dict[str, Channel] | FreerockError
 
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
@@ -70,8 +76,12 @@ def check_files(source: Source) -> Iterator[FreerockError]:
         except FreerockError as error:
             yield _at(source.where("truth"), error)
     csv = source.path.with_suffix(".csv")
+    contents: dict[Path, Contents] = {}
     for line, record in source.records:
-        yield from _record(f"{csv}:{line}", Path(source.raw, record.file), record, source.lasers, tables)
+        path = Path(source.raw, record.file)
+        if path not in contents:
+            contents[path] = _contents(path)
+        yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
 
 
 def _manifest(raw: str) -> Iterator[FreerockError]:
@@ -87,20 +97,32 @@ def _manifest(raw: str) -> Iterator[FreerockError]:
             yield error
 
 
-def _record(
-    where: str, path: Path, record: Record, lasers: dict[str, LaserSection], tables: dict[str, Calibration]
-) -> Iterator[FreerockError]:
+def _contents(path: Path) -> "Contents":
+    """The channels of a record file, or why they can't be listed."""
     from freerock.acquisition import list_channels
-    from freerock.acquisition.channels import chosen, listed
 
     try:
-        names = list_channels(path)
+        return list_channels(path)
     except FreerockError as error:
-        yield _at(f"{where}: file", error)
+        return error
+
+
+def _record(
+    where: str,
+    path: Path,
+    contents: "Contents",
+    record: Record,
+    lasers: dict[str, LaserSection],
+    tables: dict[str, Calibration],
+) -> Iterator[FreerockError]:
+    from freerock.acquisition.channels import chosen, listed
+
+    if isinstance(contents, FreerockError):
+        yield _at(f"{where}: file", contents)
         return
     for channel, name in zip(record.channels, record.lasers, strict=False):
         try:
-            found = chosen(path, names, channel or None)
+            found = chosen(path, contents, channel or None)
         except FreerockError as error:
             yield _at(f"{where}: channel", error)
             continue

@@ -13,22 +13,27 @@ from freerock.errors import FreerockError
 from freerock.manifest import sha256
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
 class ChannelLook:
-    """A channel as read, or why it can't be.
+    """A channel in short, or why it can't be read.
 
     Parameters
     ----------
     name, units : str
         As the file states them.
-    time_s, values : ndarray, shape (n_time,)
-        Instants [s] and samples [units]; empty where the channel can't be read.
-    rate_hz : float
-        Sampling rate [Hz].
+    n_samples, n_missing : int
+        Samples, and those of them that are no number.
+    start_s, rate_hz : float
+        First instant [s] and sampling rate [Hz].
+    low, high : float
+        Extremes [units], NaN without any number.
+    time_s, values : ndarray, shape (n_drawn,)
+        Samples that show the course: the extremes of each of some hundreds of stretches.
     told : tuple of str
         What the reader found out by itself.
     fault : str
@@ -37,16 +42,21 @@ class ChannelLook:
 
     name: str
     units: str
-    time_s: "NDArray[np.float64]"
-    values: "NDArray[np.float64]"
-    rate_hz: float
+    n_samples: int = 0
+    n_missing: int = 0
+    start_s: float = math.nan
+    rate_hz: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    time_s: "NDArray[np.float64] | None" = None
+    values: "NDArray[np.float64] | None" = None
     told: tuple[str, ...] = ()
     fault: str = ""
 
     @property
     def duration_s(self) -> float:
         """Number of samples over the sampling rate [s]."""
-        return self.values.size / self.rate_hz
+        return self.n_samples / self.rate_hz
 
 
 @dataclass(frozen=True)
@@ -78,15 +88,33 @@ def look_into(path: str | Path) -> RecordLook:
         try:
             record = read_record(path, name)
         except FreerockError as error:
-            nothing = np.empty(0)
-            what = f"{error.what}; {error.remedy}"
-            channels.append(ChannelLook(name, listed.units, nothing, nothing, math.nan, fault=what))
+            channels.append(ChannelLook(name, listed.units, fault=f"{error.what}; {error.remedy}"))
             continue
-        kind, (signal,) = record.attrs["format"], record.data_vars.values()
-        told = tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs)
-        times, rate = record["time"].values, float(record.attrs["sampling_rate_hz"])
-        channels.append(ChannelLook(name, str(signal.attrs["units"]), times, signal.values, rate, told))
+        kind = record.attrs["format"]
+        channels.append(_in_short(name, record))
     return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
+
+
+def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
+    """The one channel of a dataset, in short."""
+    from freerock.figures.style import extremes
+
+    (signal,), times = record.data_vars.values(), record["time"].values
+    values = signal.values
+    known, drawn = values[np.isfinite(values)], extremes(values)
+    return ChannelLook(
+        name,
+        str(signal.attrs["units"]),
+        n_samples=values.size,
+        n_missing=values.size - known.size,
+        start_s=float(times[0]),
+        rate_hz=float(record.attrs["sampling_rate_hz"]),
+        low=float(known.min()) if known.size else math.nan,
+        high=float(known.max()) if known.size else math.nan,
+        time_s=times[drawn],
+        values=values[drawn],
+        told=tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs),
+    )
 
 
 def look_text(look: RecordLook) -> str:
@@ -95,11 +123,9 @@ def look_text(look: RecordLook) -> str:
     lines = [head, f"sha256 {look.sha256}", ""]
     rows = [("channel", "unit", "rate", "duration", "from", "to", "missing")]
     for channel in look.readable:
-        known = channel.values[np.isfinite(channel.values)]
-        low, high = (f"{known.min():.6g}", f"{known.max():.6g}") if known.size else ("–", "–")
         rate, duration = f"{channel.rate_hz:g} Hz", f"{channel.duration_s:.3f} s"
-        missing = str(channel.values.size - known.size)
-        rows.append((channel.name, channel.units or "–", rate, duration, low, high, missing))
+        low, high = (f"{bound:.6g}" for bound in (channel.low, channel.high))
+        rows.append((channel.name, channel.units or "–", rate, duration, low, high, str(channel.n_missing)))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
@@ -108,18 +134,17 @@ def look_text(look: RecordLook) -> str:
 
 
 def quick_look(looks: Sequence[RecordLook]) -> "Figure":
-    """A panel per readable channel over time; extremes are kept where there are too many samples to draw."""
+    """A panel per readable channel over time."""
     from matplotlib.figure import Figure
 
-    from freerock.figures.style import extremes, styled
+    from freerock.figures.style import styled
 
     panels = [(look, channel) for look in looks for channel in look.readable]
     with styled():
         figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
         axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
         for ax, (look, channel) in zip(axes, panels, strict=False):
-            drawn = extremes(channel.values)
-            ax.plot(channel.time_s[drawn], channel.values[drawn], color="black", linewidth=0.7)
+            ax.plot(channel.time_s, channel.values, color="black", linewidth=0.7)
             ax.set_title(look.path.name, loc="left")
             ax.set_ylabel(f"{channel.name} / {channel.units or '?'}")
         axes[-1].set_xlabel("time / s")

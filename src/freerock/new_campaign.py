@@ -220,7 +220,7 @@ def _csv_text(
     for look in looks:
         among = _proposed(look)
         out.write(f"# {look.path.name}: {', '.join(map(_told, look.readable))}\n")
-        if len({(each.values.size, each.rate_hz, each.time_s[0]) for each in among}) > 1:
+        if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
             tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
         else:
             channel = "" if len(look.readable) == 1 else among[0].name if len(among) == 1 else FILL_IN
