@@ -85,7 +85,11 @@ def fit_hum(time_s, deviation, mains_hz: float, step: float) -> Hum | None:
     beat, centre = (y * np.exp(-2j * np.pi * mains_hz * t)).mean(axis=1), t.mean(axis=1)
     reach = int(np.ceil(PER_BIN * span * MAINS_BAND_HZ))
     offsets = np.arange(-reach - 1, reach + 2) / (PER_BIN * span)
-    power = np.array([abs(beat @ np.exp(-2j * np.pi * offset * centre)) ** 2 for offset in offsets])
+    fine = math.isqrt(offsets.size)  # offsets are sums of a coarse and a fine one
+    turns = (
+        np.exp(-2j * np.pi * np.outer(o, centre)) for o in (offsets[::fine], offsets[:fine] - offsets[0])
+    )
+    power = (np.abs((next(turns) * beat) @ next(turns).T) ** 2).ravel()[: offsets.size]
     top = 1 + int(np.argmax(power[1:-1]))
     below, peak, above = power[top - 1 : top + 2]
     curvature = below - 2 * peak + above

@@ -20,12 +20,14 @@ from freerock.models.block import GRAVITY, Block
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
 PEAK_WINDOWS = (0.9, 0.7, 0.5, 0.35, 0.25)  # of the half lobe, on either side of its peak
 PEAK_DEGREE, LOW_PEAK_DEGREE, LOW_PEAK = 6, 4, 30.0  # a peak under 30 σ_θ can't carry the higher degree
-LOBE_SAMPLES = 300  # suffice
+LOBE_SAMPLES = 200  # suffice
 TIME_WINDOWS, TIME_DEGREE = (0.25, 0.15, 0.1, 0.06), 3  # of the time from an impact to a peak
 RATE_BELOW, RATE_DEGREE = (
     0.7,
     2,
 )  # of the lower peak: the rates are read between the uplift amplitude and this
+UNIT = [np.eye(degree + 1) for degree in range(PEAK_DEGREE + 1)]
+SMALLEST = np.finfo(float).eps ** 2
 TAIL_LOBES = 2  # full contact is believed when this many lobes swing in it
 
 
@@ -284,11 +286,12 @@ def _polynomial(x, y, noise, noise_known, degree):
     powers[0] = 1 / noise
     for n in range(degree):
         np.multiply(powers[n], x, out=powers[n + 1])
-    _, covariance, singular = dposv(powers @ powers.T, np.eye(degree + 1))
+    _, covariance, singular = dposv(powers @ powers.T, UNIT[degree])
     if singular:
         return None
-    coefficients = covariance @ (powers @ (y / noise))
-    residual = y / noise - coefficients @ powers
+    y = y * powers[0]
+    coefficients = covariance @ (powers @ y)
+    residual = y - coefficients @ powers
     freedom = x.size - degree - 1
     scatter = float(residual @ residual) / freedom
     adequate = scatter < 1 + 3 * math.sqrt(2 / freedom)
@@ -373,7 +376,7 @@ class _Side(NamedTuple):
         t = self.t[samples]
         if t.size < degree + 3:
             return None
-        reach = np.abs(t - instant).max()
+        reach = max(abs(t[0] - instant), abs(t[-1] - instant))
         fit = _polynomial(
             (t - instant) / reach, self.remainder[samples], self.noise[samples], self.noise_known, degree
         )
@@ -405,11 +408,11 @@ def _impact_time(sides, instant, block):
             fits.append(side.fit(instant, samples, TIME_DEGREE, block))
         if None in fits:
             break
-        shift, variance = np.array([(-level / rate, v / rate**2) for level, rate, v, _, _ in fits]).T
-        variance = np.maximum(variance, np.finfo(float).eps ** 2)
-        weight = np.sum(1 / variance)
-        disagreement = (shift[1] - shift[0]) ** 2 / np.sum(variance)
-        instant += np.sum(shift / variance) / weight
+        shift = [-level / rate for level, rate, *_ in fits]
+        variance = [max(v / rate**2, SMALLEST) for _, rate, v, *_ in fits]
+        weight = 1 / variance[0] + 1 / variance[1]
+        disagreement = (shift[1] - shift[0]) ** 2 / (variance[0] + variance[1])
+        instant += (shift[0] / variance[0] + shift[1] / variance[1]) / weight
         found = instant, math.sqrt(max(1.0, disagreement) / weight)
         if disagreement < 3**2 and all(fit[-1] for fit in fits):
             break
