@@ -1,12 +1,13 @@
-# make        set up, then analyse every configured campaign
-# make test   set up, then lint and test
+# make               set up, then analyse every configured campaign
+# make test          set up, then lint and test
+# make test-cluster  the same on a real Slurm, where its programs are installed
 PYTHON ?= python3
 VENV := .venv
 READY := $(VENV)/.ready
 KERNEL := $(VENV)/.kernel
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
-.PHONY: all setup lint test clean
+.PHONY: all setup lint test test-cluster clean
 
 all: setup
 	snakemake
@@ -37,6 +38,9 @@ lint: setup
 
 test: lint
 	python -m pytest
+
+test-cluster: setup
+	python -m pytest tests/cluster
 
 clean:
 	rm -rf $(VENV) .snakemake results

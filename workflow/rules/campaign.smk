@@ -31,6 +31,8 @@ rule tables:
         "results/{campaign}/benchmarks/tables.tsv"
     conda:
         "../envs/freerock.yaml"
+    resources:
+        mem_mb=memory(1000),
     params:
         blocks=of_campaign(settings.geometries),
         release_angles_deg=of_campaign(settings.release_angles),
@@ -217,6 +219,8 @@ rule report:
         "results/{campaign}/benchmarks/report.tsv"
     conda:
         "../envs/freerock.yaml"
+    resources:
+        mem_mb=memory(1000),
     params:
         campaign=of_campaign(settings.plain),
         blocks=of_campaign(settings.geometries),
@@ -238,6 +242,7 @@ rule complete:
         "results/{campaign}/logs/complete.log",
     benchmark:
         "results/{campaign}/benchmarks/complete.tsv"
+    localrule: True
     conda:
         "../envs/freerock.yaml"
     params:

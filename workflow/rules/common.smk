@@ -79,3 +79,8 @@ def scenes(wildcards):
 def products(kind):
     """Input function: the records or fits of the tests."""
     return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
+
+
+def memory(mb):
+    """Megabytes of a job on a cluster: twice what was measured; more at the next attempt."""
+    return lambda wildcards, attempt: mb * attempt

@@ -20,8 +20,13 @@ for name, section in CAMPAIGNS.items():
                 f"results/{name}/logs/record_{number}.log",
             benchmark:
                 f"results/{name}/benchmarks/record_{number}.tsv"
+            group:
+                "batch"
             conda:
                 "../envs/freerock.yaml"
+            resources:
+                mem_mb=memory(400),
+                runtime=5 + len(tests),
             params:
                 records=own,
                 shared=shared,
@@ -42,8 +47,13 @@ for name, section in CAMPAIGNS.items():
                 f"results/{name}/logs/fit_{number}.log",
             benchmark:
                 f"results/{name}/benchmarks/fit_{number}.tsv"
+            group:
+                "batch"
             conda:
                 "../envs/freerock.yaml"
+            resources:
+                mem_mb=memory(700),
+                runtime=5 + len(tests),
             params:
                 records=own_fit,
                 shared=shared_fit,
@@ -76,8 +86,13 @@ for name, section in CAMPAIGNS.items():
                 f"results/{name}/logs/qc_{number}.log",
             benchmark:
                 f"results/{name}/benchmarks/qc_{number}.tsv"
+            group:
+                "batch"
             conda:
                 "../envs/freerock.yaml"
+            resources:
+                mem_mb=memory(500),
+                runtime=5 + len(tests),
             params:
                 tests=tests,
                 labels=settings.labels(section),
