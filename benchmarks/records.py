@@ -1,4 +1,4 @@
-"""Reading large record files: time, and memory at its peak, each in a process of its own.
+"""Reading large record files: processor time, and memory at its peak, each in a process of its own.
 
 python benchmarks/records.py [tdms_2gb] [tdms] [text] (needs up to 2 GB in the temporary folder)
 """
@@ -16,9 +16,9 @@ import resource, sys, time
 from freerock.acquisition import read_record
 import nptdms, pandas, xarray
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-start = time.perf_counter()
+start = time.process_time()
 record = read_record(sys.argv[1], sys.argv[2] or None)
-seconds = time.perf_counter() - start
+seconds = time.process_time() - start
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 print(record.sizes["time"], seconds, peak / 1024, before / 1024)
 """

@@ -219,10 +219,10 @@ def _even_step(time_s, signals):
             "give two arrays of one equal length, of at least two samples",
         )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
-    apart = np.arange(time_s.size, dtype=float)
-    apart *= -step
-    apart += time_s
-    if not (step > 0 and time_s[0] - step < apart.min() and apart.max() < time_s[0] + step):
+    count = step * np.arange(min(PIECE, time_s.size))
+    apart = [np.ptp(time_s[i : i + PIECE] - count[: time_s.size - i]) for i in range(0, time_s.size, PIECE)]
+    begins = time_s[::PIECE] - time_s[0] - step * np.arange(0, time_s.size, PIECE)
+    if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
         raise FreerockError(
             "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"
         )
@@ -281,14 +281,18 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
             "record the block at rest before the first or after the last release",
         )
 
-    distance, slope = distance_from_output(clean, laser, quantity)
-    beyond = np.isnan(distance) & (flags == 0)
-    if beyond.any():
-        flags[beyond] = FLAGS["out_of_range"]
     mid, level = [phase.mid_s for phase in rest], np.array([phase.level for phase in rest])
     level_m, slope_m = distance_from_output(level, laser, quantity)
-    displacement = np.subtract(distance, np.interp(time_s, mid, level_m), out=distance)
-    displacement *= laser.sign
+    displacement = np.empty(time_s.size)
+    slope = slope_m if np.ndim(slope_m) == 0 else np.empty(time_s.size)
+    for part in _pieces(time_s.size):
+        distance, slope_of_part = distance_from_output(clean[part], laser, quantity)
+        displacement[part] = laser.sign * (distance - np.interp(time_s[part], mid, level_m))
+        if np.ndim(slope):
+            slope[part] = slope_of_part
+    beyond = np.isnan(displacement) & (flags == 0)
+    if beyond.any():
+        flags[beyond] = FLAGS["out_of_range"]
     per_angle = 1.0
     if quantity != "rotation":
         about_zero = sensitivity(np.array([-1e-12, 1e-12]), block, laser).min()
@@ -328,6 +332,11 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     )
 
 
+def _pieces(n):
+    """Slices of n samples, each of what fits the processor's cache."""
+    return (slice(start, start + PIECE) for start in range(0, n, PIECE))
+
+
 def _single(time_s, reading, laser, block):
     """θ and its standard error [rad] from one channel."""
     if reading.quantity == "rotation":
@@ -338,8 +347,7 @@ def _single(time_s, reading, laser, block):
         side = _lobe_sides(-reading.displacement, sigma, time_s, reading.rest_mid_s, laser)
     theta, sigma = np.empty((2, time_s.size))
     sigma[:] = reading.sigma
-    for start in range(0, time_s.size, PIECE):
-        part = slice(start, start + PIECE)
+    for part in _pieces(time_s.size):
         of_part = None if side is None else side[part]
         theta[part] = rotation_from_displacement(reading.displacement[part], block, laser, of_part)
         with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
@@ -360,8 +368,7 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
     theta, sigma, translation, error = np.empty((4, time_s.size))
     sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
-    for start in range(0, time_s.size, PIECE):
-        part = slice(start, start + PIECE)
+    for part in _pieces(time_s.size):
         displacement = first.displacement[part]
         angle = np.arctan((displacement - second.displacement[part]) / apart)
         angle = -angle if mirrored(one) else angle
