@@ -10,10 +10,11 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from freerock.beam import displacement_from_rotation, sensitivity
 from freerock.errors import FreerockError
@@ -67,12 +68,14 @@ class Sensor:
             raise FreerockError("plan.sensors", "the records hold the rotation itself", "give noise_deg")
         if self.range_m is not None:
             laser = replace(laser, range_m=self.range_m, sensitivity_per_mm=None, calibration=None)
-        noise_m = self.noise_m if self.noise_v is None else self.noise_v * abs(laser.metres_per("voltage"))
+        noise_m = self.noise_m or 0.0
+        if self.noise_v is not None:
+            noise_m = self.noise_v * abs(laser.metres_per("voltage"))
         sigma = float(noise_m / sensitivity(theta0, block, laser))
         travel = np.ptp(displacement_from_rotation(np.array([theta0, -theta0, 0.0]), block, laser))
         if np.isnan(travel):
             return sigma, "the beam leaves the block"
-        if travel > (laser.range_m or np.inf):
+        if laser.range_m and travel > laser.range_m:
             return sigma, f"the target moves {1e3 * travel:.0f} mm, the range is {1e3 * laser.range_m:.0f} mm"
         return sigma, ""
 
@@ -81,7 +84,7 @@ def standard_errors(
     model: str,
     block: Block,
     parameters: Mapping[str, float],
-    time_s,
+    time_s: NDArray[np.float64],
     theta0: float,
     sigma_theta: float,
     *,
@@ -126,7 +129,7 @@ def standard_errors(
     values = {**parameters, "width": width, "theta0": theta0, "t0": 0.0}
     steps = STEPS | {name: step * values[name] for name, step in RELATIVE_STEP.items() if name in names}
 
-    def theta(values):
+    def theta(values: Mapping[str, float]) -> NDArray[np.float64]:
         own = replace(block, contact_width_m=values["width"]) if "width" in free else block
         given = {name: values[name] for name in MODELS[model]}
         instants, start = time_s - values["t0"], values["theta0"]
@@ -138,7 +141,7 @@ def standard_errors(
             raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
         return found
 
-    def derivative(name):
+    def derivative(name: str) -> NDArray[np.float64]:
         above, below = (values | {name: values[name] + side * steps[name]} for side in (1, -1))
         return (theta(above) - theta(below)) / (2 * steps[name])
 
@@ -158,7 +161,7 @@ def plan(
     blocks: Mapping[str, Block],
     lasers: Mapping[str, Laser],
     *,
-    expected: Mapping[str, Mapping[str, Mapping[str, float]]],
+    expected: Mapping[str, Mapping[Any, Mapping[str, float]]],
     sensors: Mapping[str, Sensor],
     release_angles_deg: Mapping[str, Sequence[float]],
     sampling_rates_hz: Sequence[float] = (2000.0,),
@@ -247,7 +250,8 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
     if section is None:
         remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
         raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
-    angles = {name: (block.release_angle_deg,) for name, block in campaign.blocks.items()}
+    nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
+    angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
     return plan(
         [(each.block, each.foundation, laser) for each in campaign.records for laser in each.lasers],
         {name: block.block for name, block in campaign.blocks.items()},
@@ -299,5 +303,5 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     return "\n".join([title, table.to_string(), *dict.fromkeys(reasons)])
 
 
-def _percent(stderr, value) -> str:
+def _percent(stderr: float, value: float) -> str:
     return f"{100 * stderr / value:.2g}" if np.isfinite(stderr) else "–"

@@ -218,7 +218,7 @@ MISTAKES = {
     ),
     "missing parameter": (
         lambda keys: keys["plan"]["expected"]["marble"]["winkler"].pop("c"),
-        "plan.expected: winkler on marble has no c; give c or leave it out",
+        "plan.expected: winkler on marble has no c; give c or leave winkler out",
     ),
     "parameter of another model": (
         lambda keys: keys["plan"]["expected"]["marble"]["housner"].update(k=1e6),

@@ -10,8 +10,15 @@ compiled kernel in `integrate` computes the same forces; this is what it is chec
 
 import math
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from freerock.models.block import GRAVITY, Block
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = float | NDArray[np.float64]
 
 
 def contact_intervals(
@@ -24,7 +31,7 @@ def contact_intervals(
     theta: float,
     theta_rate: float,
     debonding: str = "geometric",
-) -> list:
+) -> list[tuple[float, float]]:
     """Parts of the base [-b, b] in contact with the foundation.
 
     Parameters
@@ -53,9 +60,9 @@ def contact_intervals(
     if debonding == "tensionless":
         # f = z (k + λ ż) without c: the first factor is cut already
         cuts |= set(_roots(*force) if c else _roots(k + lam * rate, lam * spin))
-    cuts = sorted(u for u in cuts if -b <= u <= b)
-    intervals = []
-    for u0, u1 in pairwise(cuts):
+    inside = sorted(u for u in cuts if -b <= u <= b)
+    intervals: list[tuple[float, float]] = []
+    for u0, u1 in pairwise(inside):
         middle = 0.5 * (u0 + u1)
         touches = depth + slope * middle > 0
         pushes = force[0] + middle * (force[1] + middle * force[2]) > 0
@@ -76,7 +83,7 @@ def contact_force(
     theta: float,
     theta_rate: float,
     debonding: str = "geometric",
-) -> tuple:
+) -> tuple[float, float]:
     """Resultant of the contact law: eqs (2)-(3) of Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024.
 
     Parameters as in `contact_intervals`.
@@ -115,7 +122,7 @@ def accelerations(
     debonding: str = "geometric",
     x_ground: float = 0.0,
     z_ground: float = 0.0,
-) -> tuple:
+) -> tuple[float, float]:
     """Solve eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) for z̈_cb and θ̈.
 
     The vertical ground acceleration z̈_g, positive upward, acts as a change of gravity,
@@ -155,7 +162,9 @@ def static_depth(block: Block, k: float, theta: float) -> float:
     return math.sqrt(2 * block.mass_kg * GRAVITY * s / k) - block.b * s
 
 
-def energy(block: Block, k: float, z_cb, z_cb_rate, theta, theta_rate):
+def energy(
+    block: Block, k: float, z_cb: "Floats", z_cb_rate: "Floats", theta: "Floats", theta_rate: "Floats"
+) -> "NDArray[np.float64]":
     """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
 
     The sum of kinetic energy, weight and elastic energy ∫ k z²/2 du over the contact z > 0.
@@ -187,7 +196,9 @@ def energy(block: Block, k: float, z_cb, z_cb_rate, theta, theta_rate):
     return kinetic + weight + elastic - k * b * at_rest**2
 
 
-def _force_coefficients(k, c, lam, depth, slope, rate, spin):
+def _force_coefficients(
+    k: float, c: float, lam: float, depth: float, slope: float, rate: float, spin: float
+) -> tuple[float, float, float]:
     """Coefficients of f(u) = f0 + f1 u + f2 u²."""
     return (
         k * depth + c * rate + lam * depth * rate,
@@ -196,7 +207,7 @@ def _force_coefficients(k, c, lam, depth, slope, rate, spin):
     )
 
 
-def _roots(a0, a1, a2=0.0):
+def _roots(a0: float, a1: float, a2: float = 0.0) -> list[float]:
     """Real roots of a0 + a1 u + a2 u², without loss of digits."""
     if a2 == 0:
         return [-a0 / a1] if a1 else []

@@ -2,19 +2,22 @@
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
 from freerock.models import MODELS, UNITS
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import static_depth
 from freerock.models.ground import GroundMotion
-from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.housner import Lobes, housner_lobes, housner_motion
 from freerock.models.integrate import integrate
+
+Floats = NDArray[np.float64]
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 DEBONDING = ("geometric", "tensionless")
@@ -47,22 +50,22 @@ class Response:
         accelerations); 0 but for the steps, which are the impacts, in closed form.
     """
 
-    time: np.ndarray
-    theta: np.ndarray
-    theta_rate: np.ndarray
-    z_cb: np.ndarray
-    z_cb_rate: np.ndarray
-    contact: np.ndarray
-    impacts: np.ndarray
+    time: Floats
+    theta: Floats
+    theta_rate: Floats
+    z_cb: Floats
+    z_cb_rate: Floats
+    contact: NDArray[np.int8]
+    impacts: Floats
     outcome: str
-    statistics: dict
+    statistics: dict[str, int]
 
 
 def simulate(
     model: str,
     block: Block,
-    parameters: Mapping,
-    time: np.ndarray,
+    parameters: Mapping[str, float],
+    time: ArrayLike,
     *,
     theta0: float = 0.0,
     theta_rate0: float = 0.0,
@@ -111,42 +114,44 @@ def simulate(
     FreerockError
         Unknown model, missing or negative parameter, time not increasing, and the like.
     """
-    time = _check(model, parameters, time, (theta0, theta_rate0, z0 or 0.0, z_rate0), debonding, rtol)
+    instants = _check(model, parameters, time, (theta0, theta_rate0, z0 or 0.0, z_rate0), debonding, rtol)
     if model == "housner" and base_excitation is None:
-        return _housner(block, parameters["r"], time, theta0, theta_rate0, max_steps)
+        return _housner(block, parameters["r"], instants, theta0, theta_rate0, max_steps)
     if model == "housner":
         z0, z_rate0 = 0.0, 0.0
     elif z0 is None:
         z0 = static_depth(block, parameters["k"], theta0)
-    theta, rates = np.empty(time.size), np.empty((time.size, 3))
+    theta, rates = np.empty(instants.size), np.empty((instants.size, 3))
     outcome, steps, rejected, implicit, evaluations, impacts = _integrate(
-        model, block, parameters, (z0, z_rate0, theta0, theta_rate0), time, base_excitation, debonding, rtol,
-        max_steps, theta, rates,
+        model, block, parameters, (z0, z_rate0, theta0, theta_rate0), instants, base_excitation, debonding,
+        rtol, max_steps, theta, rates,
     )  # fmt: skip
     statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
     if model == "housner":
-        return _about_corners(block, time, theta, rates[:, 2], impacts, OUTCOMES[outcome], statistics)
+        return _about_corners(block, instants, theta, rates[:, 2], impacts, OUTCOMES[outcome], statistics)
     z_cb, z_cb_rate, theta_rate = rates.T
     lift = block.b * np.sin(theta)
-    contact = np.zeros(time.size, np.int8)
+    contact = np.zeros(instants.size, np.int8)
     contact[z_cb - lift <= 0] = 1
     contact[z_cb + lift <= 0] = -1
     contact[(z_cb - lift <= 0) & (z_cb + lift <= 0)] = 2
-    return Response(time, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics)
+    return Response(
+        instants, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics
+    )
 
 
 def simulate_theta(
     model: str,
     block: Block,
-    parameters: Mapping,
-    time: np.ndarray,
+    parameters: Mapping[str, float],
+    time: Floats,
     *,
     theta0: float,
     debonding: str = "geometric",
     rtol: float = 1e-8,
     max_steps: int = MAX_STEPS,
-    theta_rate: np.ndarray | None = None,
-) -> tuple:
+    theta_rate: Floats | None = None,
+) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
     `theta_rate`, shape (n_time,), receives θ̇ [rad/s] if given.
@@ -178,13 +183,13 @@ def simulate_theta(
 def simulate_fitted(
     model: str,
     block: Block,
-    values: Mapping,
-    time: np.ndarray,
+    values: Mapping[str, float],
+    time: Floats,
     *,
     debonding: str = "geometric",
     rtol: float = 1e-8,
-    theta_rate: np.ndarray | None = None,
-) -> np.ndarray:
+    theta_rate: Floats | None = None,
+) -> Floats:
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
@@ -212,22 +217,22 @@ def simulate_fitted(
 
 def cores() -> int:
     """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def simulate_many(
     model: str,
     block: Block,
-    parameters: Mapping,
-    time: np.ndarray,
+    parameters: Mapping[str, float | Floats],
+    time: ArrayLike,
     *,
-    theta0: float | np.ndarray,
+    theta0: float | Floats,
     base_excitation: GroundMotion | None = None,
     debonding: str = "geometric",
     rtol: float = 1e-8,
     max_steps: int = MAX_STEPS,
     threads: int | None = None,
-) -> tuple:
+) -> tuple[Floats, NDArray[np.str_]]:
     """Rotation under many sets of parameters, each released from rest, on several threads.
 
     Parameters
@@ -255,46 +260,57 @@ def simulate_many(
     """
     names = MODELS.get(model, ())
     columns = [np.atleast_1d(np.asarray(parameters.get(name, np.nan), dtype=float)) for name in names]
-    *columns, theta0 = np.broadcast_arrays(*columns, np.atleast_1d(np.asarray(theta0, dtype=float)))
+    *columns, starts = np.broadcast_arrays(*columns, np.atleast_1d(np.asarray(theta0, dtype=float)))
     for values in columns:
         if values.ndim != 1:
             raise FreerockError("parameters", "not one-dimensional", "give one value for each set")
     lowest = {n: float(v.min()) for n, v in zip(names, columns, strict=True) if n in parameters}
     highest = {n: float(v.max()) for n, v in zip(names, columns, strict=True) if n in parameters}
     for extreme in (lowest, highest):
-        time = _check(model, extreme, time, theta0, debonding, rtol)
-    theta = np.empty((theta0.size, time.size))
-    outcome = np.empty(theta0.size, dtype="U10")
+        instants = _check(model, extreme, time, starts, debonding, rtol)
+    theta = np.empty((starts.size, instants.size))
+    outcome = np.empty(starts.size, dtype="U10")
 
-    def run(sets):
+    def run(sets: Iterable[int]) -> None:
         for i in sets:
             one = {name: float(values[i]) for name, values in zip(names, columns, strict=True)}
-            start = float(theta0[i])
+            start = float(starts[i])
             if model == "housner" and base_excitation is None:
                 theta[i], outcome[i] = simulate_theta(
-                    model, block, one, time, theta0=start, max_steps=max_steps
+                    model, block, one, instants, theta0=start, max_steps=max_steps
                 )
                 continue
             z0 = 0.0 if model == "housner" else static_depth(block, one["k"], start)
             code, *_ = _integrate(
-                model, block, one, (z0, 0.0, start, 0.0), time, base_excitation, debonding, rtol, max_steps,
-                theta[i], NO_RATES,
+                model, block, one, (z0, 0.0, start, 0.0), instants, base_excitation, debonding, rtol,
+                max_steps, theta[i], NO_RATES,
             )  # fmt: skip
             outcome[i] = OUTCOMES[code]
 
     if threads is None:
         threads = cores()
     # the first run loads or compiles the kernel; the others are dealt out like cards
-    run(range(min(1, theta0.size)))
+    run(range(min(1, starts.size)))
     with ThreadPoolExecutor(threads) as pool:
-        for _ in pool.map(run, (range(1 + i, theta0.size, threads) for i in range(threads))):
+        for _ in pool.map(run, (range(1 + i, starts.size, threads) for i in range(threads))):
             pass
     return theta, outcome
 
 
 def _integrate(
-    model, block, parameters, state, time, motion, debonding, rtol, max_steps, theta, rates
-):  # fmt: skip
+    model: str,
+    block: Block,
+    parameters: Mapping[str, float],
+    state: Sequence[float],
+    time: Floats,
+    motion: GroundMotion | None,
+    debonding: str,
+    rtol: float,
+    max_steps: int,
+    theta: Floats,
+    rates: Floats,
+) -> tuple[int, int, int, int, int, Floats]:
+    """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
     m, b, p = block.mass_kg, block.b, block.p
     k, c, lam = parameters.get("k", 0.0), parameters.get("c", 0.0), parameters.get("lambda", 0.0)
     law = (k / m, c / m, lam / m, b, block.h, block.inertia_base / m, GRAVITY)
@@ -310,7 +326,7 @@ def _integrate(
     if k > 0 and c == 0 and lam == 0:
         # nothing forgets the errors of a motion without damping
         amplitude *= 0.3
-    return integrate(
+    found: tuple[int, int, int, int, int, Floats] = integrate(
         law,
         float(parameters["r"]) if model == "housner" else -1.0,
         debonding == "tensionless" and c + lam > 0,
@@ -324,9 +340,12 @@ def _integrate(
         rates,
         len(rates) > 0,
     )
+    return found
 
 
-def _housner(block, r, time, theta0, theta_rate0, max_steps):
+def _housner(
+    block: Block, r: float, time: Floats, theta0: float, theta_rate0: float, max_steps: int
+) -> Response:
     until = time[-1] if time.size else 0.0
     lobes = housner_lobes(block, r, theta0, theta_rate0, until, max_steps)
     theta, theta_rate = housner_motion(lobes, time, theta0, theta_rate0)
@@ -335,7 +354,15 @@ def _housner(block, r, time, theta0, theta_rate0, max_steps):
     return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(lobes, time), statistics)
 
 
-def _about_corners(block, time, theta, theta_rate, impacts, outcome, statistics):
+def _about_corners(
+    block: Block,
+    time: Floats,
+    theta: Floats,
+    theta_rate: Floats,
+    impacts: Floats,
+    outcome: str,
+    statistics: dict[str, int],
+) -> Response:
     """Response of a block that turns about its corners."""
     side = np.where(np.isnan(theta), 0.0, np.sign(theta))
     return Response(
@@ -351,13 +378,20 @@ def _about_corners(block, time, theta, theta_rate, impacts, outcome, statistics)
     )
 
 
-def _housner_outcome(lobes, time):
+def _housner_outcome(lobes: Lobes, time: Floats) -> str:
     if lobes.outcome == "completed" and time.size and time[-1] > lobes.rest_time:
         return "at_rest"
     return lobes.outcome
 
 
-def _check(model, parameters, time, state, debonding, rtol):
+def _check(
+    model: str,
+    parameters: Mapping[str, float],
+    time: ArrayLike,
+    state: ArrayLike,
+    debonding: str,
+    rtol: float,
+) -> Floats:
     if model not in MODELS:
         raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(MODELS)}")
     for name in MODELS[model]:
@@ -386,7 +420,7 @@ def _check(model, parameters, time, state, debonding, rtol):
         raise FreerockError(
             "theta0", "the start is not finite", "give the angle in rad and the rate in rad/s"
         )
-    time = np.ascontiguousarray(time, dtype=float)
-    if time.ndim != 1 or not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0):
+    instants = np.ascontiguousarray(time, dtype=float)
+    if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
-    return time
+    return instants
