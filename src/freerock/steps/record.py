@@ -83,7 +83,7 @@ def _process(settings, path):
     runs = find_runs(time, theta, sigma, flags, *known, **by_hand, **settings["runs"])
     impacts = []
     for run in runs:
-        during = (time >= run.release_s) & (time <= run.end_s)
+        during = slice(np.searchsorted(time, run.release_s), np.searchsorted(time, run.end_s, "right"))
         held = {"theta0": run.theta0, "theta0_stderr": run.theta0_stderr}
         impacts.append(
             find_impacts(time[during], theta[during], sigma[during], block, **held, **settings["impacts"])
