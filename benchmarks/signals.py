@@ -50,18 +50,22 @@ def volts_of(theta, draw, laser=LASERS[0]):
     return np.rint((volts + NOISE_V * draw.standard_normal(theta.size)) / COUNT_V) * COUNT_V
 
 
-def analyse(time_s, volts, lasers=LASERS[:1]):
-    """Runs of one laser or two, and the number of impacts."""
+def runs_of(time_s, volts, lasers=LASERS[:1]):
+    """Runs of one laser or two, and the time, θ and σ_θ they were found in."""
     found = rotation(time_s, volts, lasers, BLOCK)
     t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     runs = find_runs(t, theta, sigma, flags, BLOCK, found.attrs["zero_stderr_rad"], listed_faults(found))
+    return runs, (t, theta, sigma)
+
+
+def impacts_of(runs, series):
+    """The number of impacts in all runs."""
     number = 0
     for run in runs:
-        during = slice(*np.searchsorted(t, (run.release_s, run.end_s)))
-        number += find_impacts(
-            t[during], theta[during], sigma[during], BLOCK, theta0=run.theta0, theta0_stderr=run.theta0_stderr
-        ).time_s.size
-    return runs, number
+        during = slice(*np.searchsorted(series[0], (run.release_s, run.end_s)))
+        held = {"theta0": run.theta0, "theta0_stderr": run.theta0_stderr}
+        number += find_impacts(*(each[during] for each in series), BLOCK, **held).time_s.size
+    return number
 
 
 def speed(rate_hz=10_000.0, minutes=10, channels=4):
@@ -70,13 +74,14 @@ def speed(rate_hz=10_000.0, minutes=10, channels=4):
     n = round(60 * minutes * rate_hz)
     theta = np.concatenate([theta, np.zeros(max(0, n - theta.size))])[:n]
     time_s = np.arange(n) / rate_hz
-    analyse(time_s[: n // 50], volts_of(theta[: n // 50], draw))  # imports, caches
+    runs_of(time_s[: n // 50], volts_of(theta[: n // 50], draw))  # imports, caches
     for kind, lasers in (("single lasers", LASERS[:1]), ("pairs of lasers", LASERS)):
         wall = busy = 0.0
         for _ in range(channels // len(lasers)):
             volts = [volts_of(theta, draw, laser) for laser in lasers]
             started, busy_before = time.perf_counter(), time.process_time()
-            runs, number = analyse(time_s, volts, lasers)
+            runs, series = runs_of(time_s, volts, lasers)
+            number = impacts_of(runs, series)
             wall += time.perf_counter() - started
             busy += time.process_time() - busy_before
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
@@ -93,7 +98,7 @@ def segmentation(records=1000, rate_hz=1000.0):
     for seed in range(records):
         draw = np.random.RandomState(seed)
         theta, releases = motion(draw, rate_hz, draw.randint(1, 13))
-        runs, _ = analyse(np.arange(theta.size) / rate_hz, volts_of(theta, draw))
+        runs, _ = runs_of(np.arange(theta.size) / rate_hz, volts_of(theta, draw))
         runs_in_all += len(releases)
         near = [min((abs(run.release_s - at) for run in runs), default=math.inf) for at in releases]
         missed += sum(distance > 0.5 for distance in near)
