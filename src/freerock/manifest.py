@@ -81,6 +81,7 @@ def check_file(folder: str | Path, file: str, listed: str) -> None:
             "restore the file, or renew the manifest if the change is meant",
         )
 
+
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     """Write manifest.csv for files of a folder, named relative to it; returns its path."""
     from freerock.datasets import atomic

@@ -90,13 +90,16 @@ def _identity(tree, run) -> dict:
 # Tidy tables
 
 
-def runs_table(records) -> pd.DataFrame:
+def runs_table(records, fits=()) -> pd.DataFrame:
     """One row per run; a record that could not be processed has one row without a run number.
 
     Parameters
     ----------
     records : iterable of xarray.DataTree
         Record datasets.
+    fits : iterable of xarray.DataTree, optional
+        Fit datasets; where a model could not be fitted to a usable run, its row says why; where none could,
+        the run is failed.
 
     Returns
     -------
@@ -105,10 +108,12 @@ def runs_table(records) -> pd.DataFrame:
         rest [s], angles in degrees. Failed and excluded runs are rows like any other, with their reasons.
     """
     rows = []
+    fits = {tree.attrs["test"]: tree for tree in fits}
     for tree in records:
         runs = runs_of(tree)
         for number, run in runs.items():
             release = run["release"].item()
+            verdict, reasons = _with_fits(number, run, fits.get(tree.attrs["test"]))
             rows.append(
                 {
                     **_identity(tree, number),
@@ -118,8 +123,8 @@ def runs_table(records) -> pd.DataFrame:
                     "duration_s": run["end"].item() - release,
                     "n_impacts": run.sizes.get("impact", 0),
                     "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
-                    "verdict": run.attrs["verdict"],
-                    "reasons": run.attrs["reasons"],
+                    "verdict": verdict,
+                    "reasons": reasons,
                     "excluded": bool(run.attrs["excluded"]),
                 }
             )
@@ -128,6 +133,22 @@ def runs_table(records) -> pd.DataFrame:
             left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
             rows.append({**_identity(tree, pd.NA), **verdict, "n_impacts": 0, "excluded": left_out})
     return pd.DataFrame(rows, columns=RUNS).astype({"run": "Int64", "n_impacts": "Int64"})
+
+
+def _with_fits(number, run, fits) -> tuple[str, str]:
+    """Verdict and reasons of a run, with those of the models that could not be fitted to it."""
+    verdict, reasons = run.attrs["verdict"], run.attrs["reasons"]
+    told = fits.attrs.get("not_fitted", "") if fits is not None else ""
+    if verdict == "fail" or run.attrs["excluded"] or not told:
+        return verdict, reasons
+    if fits.attrs["verdict"] == "fail":  # the step gave up
+        own = [f"not fitted: {told}"]
+    else:
+        own = [each.partition(": ")[2] for each in told.split("; ") if each.startswith(f"run {number}: ")]
+    if not own:
+        return verdict, reasons
+    lost = f"run_{number}" not in fits.children
+    return "fail" if lost else "warn", "; ".join(filter(None, [reasons, *own]))
 
 
 def parameters_table(fits) -> pd.DataFrame:
@@ -496,7 +517,7 @@ def tidy_tables(records, fits) -> dict:
         Record and fit datasets.
     """
     return {
-        "runs": runs_table(records),
+        "runs": runs_table(records, fits),
         "parameters": parameters_table(fits),
         "epsilon": epsilon_table(fits),
         "choice": choice_table(fits),

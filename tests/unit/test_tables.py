@@ -57,6 +57,28 @@ def test_runs_in_degrees_and_seconds(datasets):
     assert row["sigma_theta_deg"] == pytest.approx(0.01)
 
 
+def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
+    records = [record(), record("b2_marble")]
+    one, other = map(fits, records)
+    one.attrs["not_fitted"] = (
+        "run 1: winkler not fitted: too short, hold longer; all runs: winkler not fitted: so"
+    )
+    other.attrs |= {"verdict": "fail", "not_fitted": "unforeseen: ZeroDivisionError"}
+    for number in (1, 2):
+        del other[f"run_{number}"]
+    runs = runs_table(records, [one, other])
+    told = list(zip(runs["test"], runs["run"], runs["verdict"], runs["reasons"], strict=True))
+    left_out = "excluded: the block slid & turned <1°"
+    assert told == [
+        ("b1_marble", 1, "warn", "winkler not fitted: too short, hold longer"),
+        ("b1_marble", 2, "ok", ""),
+        ("b1_marble", 3, "warn", left_out),
+        ("b2_marble", 1, "fail", "not fitted: unforeseen: ZeroDivisionError"),
+        ("b2_marble", 2, "fail", "not fitted: unforeseen: ZeroDivisionError"),
+        ("b2_marble", 3, "warn", left_out),
+    ]
+
+
 def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
     runs = runs_table(datasets[0])
     excluded = runs[(runs["test"] == "b1_marble") & (runs["run"] == 3)]

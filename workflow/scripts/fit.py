@@ -15,7 +15,8 @@ def make(test):
 
 
 def give_up(test, reason):
-    write_fits(outputs[test], {}, {}, records[test]["attributes"] | {"verdict": "fail", "reasons": reason})
+    told = {"verdict": "fail", "reasons": reason, "not_fitted": reason}
+    write_fits(outputs[test], {}, {}, records[test]["attributes"] | told)
 
 
 make_each(list(records), make, give_up)

@@ -1,0 +1,63 @@
+"""What nobody foresaw in one record stops no other; tables say what is missing and why."""
+
+import csv
+
+from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
+
+from freerock import twin
+from freerock.datasets import open_record
+
+STEPS = {"record": "make_record", "fit": "make_fits", "qc": "make_pages"}
+INJECTED = """
+
+_{function} = {function}
+
+
+def {function}(*arguments, **options):
+    if "{test}" in str(arguments) and "unforeseen" not in str(arguments):
+        raise ZeroDivisionError("injected")
+    return _{function}(*arguments, **options)
+"""
+TOLD = "unforeseen: ZeroDivisionError: injected; the log of the step has the traceback"
+
+
+def test_the_unforeseen_in_each_step(tmp_path):
+    checkout = check_out(tmp_path / "checkout")
+    tests = ["good", "bad_record", "bad_fit", "bad_qc"]
+    yaml = CAMPAIGN.replace("truth: truth.json\n", "").replace("records_per_job: 1", "records_per_job: 4")
+    add_campaign(checkout, "lab", yaml, [(test, "", "squat") for test in tests])
+    (checkout / "raw/lab").mkdir(parents=True)
+    for seed, test in enumerate(tests):
+        twin.write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
+    for step, function in STEPS.items():
+        with open(checkout / f"src/freerock/steps/{step}.py", "a") as module:
+            module.write(
+                INJECTED.format(
+                    function=function, test=f"bad_{step}.tdms" if step == "record" else f"bad_{step}.nc"
+                )
+            )
+
+    done = checkout.snakemake()
+    assert done.returncode == 1
+    assert f"\nlab: record bad_record failed: {TOLD}\n" in done.stderr
+    assert f"\nlab: record bad_fit failed: not fitted: {TOLD}\n" in done.stderr
+    assert "record good failed" not in done.stderr
+    assert "record bad_qc failed" not in done.stderr
+    with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
+        rows = {row["test"]: (row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)}
+    assert rows == {
+        "good": ("1", "ok", ""),
+        "bad_record": ("", "fail", TOLD),
+        "bad_fit": ("1", "fail", f"not fitted: {TOLD}"),
+        "bad_qc": ("1", "ok", ""),
+    }
+    with open(checkout / "results/lab/tables/parameters.csv", newline="", encoding="utf-8") as table:
+        assert {row["test"] for row in csv.DictReader(table)} == {"good", "bad_qc"}
+    assert not open_record(checkout / "results/lab/records/bad_record.nc").children
+    page = (checkout / "results/lab/report.html").read_text(encoding="utf-8")
+    assert page.count("ZeroDivisionError: injected") >= 2
+    for step in STEPS:
+        log = (checkout / f"results/lab/logs/{step}_1.log").read_text()
+        assert f"bad_{step}" in log and "Traceback" in log
+    assert (checkout / "results/lab/figures/qc_bad_qc.pdf").stat().st_size > 0
+    assert checkout.planned() == {"complete": 1}
