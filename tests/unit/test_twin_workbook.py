@@ -1,6 +1,7 @@
 """The stand-in for a public workbook: its layout, its bytes, its label."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 from openpyxl import load_workbook
@@ -8,6 +9,10 @@ from openpyxl import load_workbook
 from freerock import twin_workbook
 from freerock.acquisition import read_record
 from freerock.config import load_campaign
+from freerock.identify import Motion, fit_run
+from freerock.laser import Laser
+from freerock.rotation import rotation
+from freerock.runs import find_runs
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ROOT / "raw/wooden_blocks" / twin_workbook.FILE
@@ -53,3 +58,28 @@ def test_the_campaign_tells_the_shapes_but_not_the_worn_corners():
         )
         assert section.contact_width_m is None
     assert all("width" in free for model, free in wood.fits.freed.items() if model in wood.fits.models)
+
+
+def test_stiffness_damping_and_the_worn_width_are_recovered():
+    name, block = "C3", replace(twin_workbook.BLOCKS["C3"], contact_width_m=None)
+    channel = read_record(SHIPPED, name)[name]
+    time = channel["time"].values
+    found = rotation(time, channel.values, Laser(units="deg"), block, "deg")
+    theta, sigma = found["theta"].values, found["sigma_theta"].values
+    (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
+    during = (time >= run.release_s) & (time <= run.end_s)
+    motion = Motion(
+        time[during] - run.release_s,
+        theta[during],
+        sigma_theta=run.sigma_theta,
+        theta0=run.theta0,
+        theta0_stderr=run.theta0_stderr,
+        t0_stderr=run.release_stderr_s,
+        start_s=run.start_s - run.release_s,
+    )
+    fit = fit_run("hunt_crossley", block, motion, free=("theta0", "t0", "width"))
+    assert fit.success
+    truth = twin_workbook.TABLE | {"width": twin_workbook.BLOCKS["C3"].contact_width_m}
+    for parameter, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=True):
+        if parameter in truth:
+            assert abs(value - truth[parameter]) < 4 * stderr < 0.02 * value, parameter
