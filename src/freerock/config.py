@@ -1079,4 +1079,6 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") 
 def _inside(file: str) -> str:
     if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
         raise Fault(f"{file!r} is not inside the raw folder", "give a path below it, with / between folders")
+    if re.search("[{}]", file):
+        raise Fault(f"{file!r} has braces, which Snakemake takes for wildcards", "rename the file")
     return file
