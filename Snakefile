@@ -16,6 +16,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/start.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/campaign.smk"
+include: "workflow/rules/targets.smk"
 include: "workflow/rules/studies.smk"
 
 

@@ -13,11 +13,13 @@ from matplotlib.text import Text
 from freerock.figures import style
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.models import models
+from freerock.figures.predictions import predictions
 from freerock.figures.qc import qc
 from freerock.figures.restitution import restitution
 from freerock.figures.valley import valley
 from freerock.models.block import Block
-from freerock.tables import restitution_table, runs_table
+from freerock.predict import PREDICTIONS
+from freerock.tables import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}
@@ -153,6 +155,67 @@ def test_same_figure_same_bytes(tmp_path, datasets):
     assert b"/FontFile2" in pdf
     assert b"/Type3" not in pdf
     assert b"Software" not in (tmp_path / "one.png").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
+)
+def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, target, width_in):
+    tables = runs_table(datasets[0]), restitution_table(*datasets)
+    drawings = {
+        "foundation": lambda: foundation_effect(datasets[0], LABELS, target=target),
+        "models": lambda: models(datasets[1][:2], LABELS, target=target),
+        "restitution": lambda: restitution(*tables, BLOCKS, LABELS, target=target),
+        "predictions": lambda: predictions(*predicted(datasets), "simulated", LABELS, target=target),
+    }
+    for name, draw in drawings.items():
+        figure, _ = draw()
+        assert figure.get_figwidth() == width_in
+        figure.draw_without_rendering()
+        boxes = [ax.get_tightbbox() for ax in figure.axes if ax.axison]
+        boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[i + 1 :]), name
+            assert box.x0 > -1 and box.x1 < figure.bbox.x1 + 1, name
+        for copy in "ab":
+            style.save(*draw(), tmp_path / f"{name}_{copy}", target=target)
+        for suffix in (".pdf", ".png"):
+            one, two = (tmp_path / f"{name}_{copy}{suffix}" for copy in "ab")
+            assert one.read_bytes() == two.read_bytes(), (name, suffix)
+        assert b"/FontFile2" in one.with_suffix(".pdf").read_bytes()
+
+
+def predicted(datasets):
+    epsilon = epsilon_table(datasets[1])
+    rows = epsilon[epsilon["run"] != "pooled"].assign(n_runs=2)
+    others = [
+        rows.assign(basis=basis, epsilon_theta=3 * rows["epsilon_theta"]) for basis in ("other runs", "b2")
+    ]
+    return pd.concat(others)[PREDICTIONS], epsilon
+
+
+def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
+    frame, epsilon = predicted(datasets)
+    figure, data = predictions(frame, epsilon, "simulated", LABELS)
+    assert [ax.get_title(loc="left") for ax in figure.axes] == ["Housner", "Winkler", "Hunt–Crossley"]
+    assert len(data) == 1.5 * len(frame)
+    assert set(data["basis"]) == {"fitted to the run itself", "other runs", "b2"}
+    own, other, _ = figure.axes[0].lines
+    np.testing.assert_allclose(other.get_xdata(), 3 * np.array(own.get_xdata()))
+    assert style.FOOTER in texts(figure)
+
+
+def test_panels_are_lettered_beyond_z():
+    assert [style.letter(i) for i in (0, 25, 26, 51, 52, 702)] == ["a", "z", "aa", "az", "ba", "aaa"]
+
+
+def test_general_law_is_told_from_the_others_in_grey():
+    grey = [np.dot(to_rgb(each["color"]), (0.299, 0.587, 0.114)) for each in style.MODEL_STYLES.values()]
+    looks = list(
+        zip(grey, map(str, (each["linestyle"] for each in style.MODEL_STYLES.values())), strict=True)
+    )
+    for i, (shade, line) in enumerate(looks):
+        assert all(abs(shade - other) > 0.1 or line != dashes for other, dashes in looks[i + 1 :])
 
 
 def test_pages_of_different_height_are_stacked(tmp_path):

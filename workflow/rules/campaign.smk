@@ -191,6 +191,36 @@ rule figure_valley:
         "../scripts/figure_valley.py"
 
 
+rule figure_predictions:
+    input:
+        predictions="results/{campaign}/tables/predictions.csv",
+        epsilon="results/{campaign}/tables/epsilon.csv",
+        code=code("figure_predictions"),
+    output:
+        pdf="results/{campaign}/figures/predictions.pdf",
+        png=report(
+            "results/{campaign}/figures/predictions.png",
+            caption="../report/predictions.rst",
+            category="{campaign}",
+            subcategory="Figures",
+            labels={"figure": "Predictions from other runs and blocks"},
+        ),
+        data="results/{campaign}/figures/predictions.csv",
+    log:
+        "results/{campaign}/logs/figure_predictions.log",
+    benchmark:
+        "results/{campaign}/benchmarks/figure_predictions.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        origin=lambda w: campaign(w).origin,
+        labels=of_campaign(settings.labels),
+    message:
+        "{wildcards.campaign}: figure of the predictions"
+    script:
+        "../scripts/figure_predictions.py"
+
+
 rule report:
     input:
         raw=lambda w: raw_files(campaign(w), campaign(w).records),
@@ -201,6 +231,7 @@ rule report:
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
         valley=rules.figure_valley.output.png,
+        predictions=rules.figure_predictions.output.png,
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),
@@ -233,6 +264,7 @@ rule report:
 rule complete:
     input:
         report=rules.report.output.html,
+        targets=for_targets,
         runs="results/{campaign}/tables/runs.csv",
         recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],
         code=code("complete"),

@@ -31,6 +31,7 @@ wildcard_constraints:
     campaign=r"\w+",
     test=r"\w+",
     block=r"\w+",
+    target="single_column|double_column|slide",
 
 
 @cache
@@ -74,6 +75,14 @@ def scenes(wildcards):
     block = wildcards.get("block")
     records = campaign(wildcards).records
     return [f"{each.block} on {each.foundation}" for each in records if block in (None, each.block)]
+
+
+def for_targets(wildcards):
+    """The figures of a campaign for each further target it names."""
+    names = ["foundation_effect", "restitution", "valley", "predictions"]
+    names += [f"models_{block}" for block in blocks(wildcards)]
+    folder = f"results/{wildcards.campaign}/figures"
+    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=campaign(wildcards).figures_for, name=names)
 
 
 def products(kind):

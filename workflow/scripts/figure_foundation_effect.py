@@ -6,6 +6,7 @@ from freerock.figures.style import save
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
+target = snakemake.wildcards.get("target", "double_column")
 records = one_of_each(snakemake.input.records, snakemake.params.scenes, open_record)
-drawn = foundation_effect(records, snakemake.params.labels)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"])
+drawn = foundation_effect(records, snakemake.params.labels, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"], target=target)

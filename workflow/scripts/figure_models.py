@@ -6,6 +6,7 @@ from freerock.figures.style import save
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
+target = snakemake.wildcards.get("target", "double_column")
 fits = one_of_each(snakemake.input.fits, snakemake.params.scenes, open_fits)
-drawn = models(fits, snakemake.params.labels)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"])
+drawn = models(fits, snakemake.params.labels, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"], target=target)

@@ -7,7 +7,8 @@ from freerock.tables import read_csv
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
+target = snakemake.wildcards.get("target", "double_column")
 runs, impacts = map(read_csv, (snakemake.input.runs, snakemake.input.restitution))
 blocks = {name: Block(**block) for name, block in snakemake.params.blocks.items()}
-drawn = restitution(runs, impacts, blocks, snakemake.params.labels)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), runs["origin"].iloc[0])
+drawn = restitution(runs, impacts, blocks, snakemake.params.labels, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), runs["origin"].iloc[0], target=target)

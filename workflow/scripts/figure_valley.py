@@ -7,8 +7,9 @@ from freerock.models.block import Block
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
+target = snakemake.wildcards.get("target", "double_column")
 params = snakemake.params
 fits = one_of_each(snakemake.input.fits, params.scenes, open_fits)
 blocks = {name: Block(**block) for name, block in params.blocks.items()}
-drawn = valley(fits, blocks, params.labels, params.debonding)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"])
+drawn = valley(fits, blocks, params.labels, params.debonding, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"], target=target)

@@ -15,6 +15,7 @@ figures = [
     *(("Measured rotation and the models fitted to it", path) for path in inputs.models),
     ("Restitution of each impact", inputs.restitution),
     ("Valleys of the discrepancy around the identified parameters", inputs.valley),
+    ("Discrepancy with parameters of the run itself, of other runs, and of other blocks", inputs.predictions),
 ]
 made_by = provenance(inputs.raw, params.campaign)
 write_json(snakemake.output.provenance, made_by)

@@ -7,11 +7,21 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import FOUNDATION_STYLES, footer, gathered, label, legend_above, styled, thin
+from freerock.figures.style import (
+    FOUNDATION_STYLES,
+    footer,
+    gathered,
+    label,
+    legend_above,
+    letter,
+    printed,
+    size,
+    thin,
+)
 from freerock.tables import usable_runs
 
 
-@styled()
+@printed
 def foundation_effect(records, labels=None):
     """Measured θ(t) of the first usable run on each foundation, one panel per block.
 
@@ -36,15 +46,15 @@ def foundation_effect(records, labels=None):
             scene = (tree.attrs["block"], tree.attrs["foundation"])
             curves.setdefault(scene, _curve(tree, number, run))
 
-    figure = Figure(figsize=(7.0, 0.6 + 1.75 * len(blocks)))
+    figure = Figure(figsize=size(0.6 + 1.75 * len(blocks)))
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
-    for letter, ax, block in zip("abcdefghijklmnopqrstuvwxyz", axes, blocks, strict=False):
+    for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
         for foundation, style in styles.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
-        ax.set_title(f"({letter}) {label(labels, block)}", loc="left")
+        ax.set_title(f"({letter(i)}) {label(labels, block)}", loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")

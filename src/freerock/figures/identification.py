@@ -64,7 +64,7 @@ def success(frame, labels=None):
         ax.margins(0.05)
         for axis in (ax.xaxis, ax.yaxis):
             axis.set_minor_formatter(NullFormatter())
-        ax.set_title(f"{MODEL_LABELS[model]}: {missed} of {len(rows)} missed", loc="left")
+        ax.set_title(f"{MODEL_LABELS[model]}\n{missed} of {len(rows)} missed", loc="left")
     handles = [Line2D([], [], linestyle="", label=name, **style) for name, style in OUTCOMES.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
     headed(figure)
@@ -284,7 +284,7 @@ def choice(frame, labels=None):
             )
             bottom += counts
         right = (rows["chosen"] == model) & (rows["distance"] >= FAR)
-        ax.set_title(f"{MODEL_LABELS[model]}: {right.sum()} of {(rows['distance'] >= FAR).sum()}", loc="left")
+        ax.set_title(f"{MODEL_LABELS[model]}\n{right.sum()} of {(rows['distance'] >= FAR).sum()}", loc="left")
         for distance in (NEAR, FAR):
             ax.axvline(distance, color="0.5", linewidth=0.8, linestyle=":")
         ax.set(

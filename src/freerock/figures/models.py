@@ -4,12 +4,24 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import MEASURED, MODEL_STYLES, footer, gathered, label, legend_above, styled, thin
+from freerock.figures.style import (
+    MEASURED,
+    MODEL_STYLES,
+    footer,
+    gathered,
+    label,
+    legend_above,
+    letter,
+    printed,
+    scaled,
+    size,
+    thin,
+)
 from freerock.models import MODELS
 from freerock.tables import quantity, runs_of
 
 
-@styled()
+@printed
 def models(fits, labels=None):
     """θ(t) of the first fitted run of each dataset beside the models fitted to it, residuals below.
 
@@ -28,15 +40,15 @@ def models(fits, labels=None):
         (model minus measured).
     """
     drawn = [(tree, *next(iter(runs_of(tree).items()), (None, None))) for tree in fits]
-    figure = Figure(figsize=(7.0, 0.5 + 3.0 * len(fits)))
-    axes = figure.subplots(2 * len(fits), squeeze=False, height_ratios=[2.6, 1] * len(fits))[:, 0]
+    figure = Figure(figsize=size(0.5 + 3.0 * len(fits)))
+    axes = figure.subplots(2 * len(fits), squeeze=False, height_ratios=[2.2, 1] * len(fits))[:, 0]
     parts = []
     for i, (tree, number, run) in enumerate(drawn):
         motion, residual = axes[2 * i : 2 * i + 2]
         residual.sharex(motion)
         motion.tick_params(labelbottom=False)
         names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        motion.set_title(f"({chr(97 + i)}) {', '.join(names)}", loc="left", pad=16)
+        motion.set_title(f"({letter(i)}) {', '.join(names)}", loc="left")
         motion.set_ylabel("θ / °")
         residual.set_ylabel("residual / °")
         residual.set_xlabel("time since release / s")
@@ -46,7 +58,11 @@ def models(fits, labels=None):
         curves = _curves(tree, number, run)
         parts.append(curves)
         measured = curves[curves["source"] == "measured"]
-        motion.plot(measured["time_s"], measured["theta_deg"], **MEASURED)
+        motion.plot(
+            measured["time_s"],
+            measured["theta_deg"],
+            **MEASURED | {"linewidth": scaled(MEASURED["linewidth"])},
+        )
         for model in MODELS:
             own = curves[curves["source"] == model]
             if len(own):

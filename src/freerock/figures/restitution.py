@@ -2,13 +2,14 @@
 
 from matplotlib.figure import Figure
 
-from freerock.figures.style import MODEL_STYLES, footer, label, styled
+from freerock.figures.style import MODEL_STYLES, columns, footer, label, printed, scaled, size, wrapped
 from freerock.models import MODELS
 
 MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
+NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
 
 
-@styled()
+@printed
 def restitution(runs, impacts, blocks, labels=None):
     """Restitution of each impact against the peak before it, one panel per block and foundation.
 
@@ -29,19 +30,22 @@ def restitution(runs, impacts, blocks, labels=None):
     """
     usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"]]
     data = impacts.merge(usable[["test", "run"]])
-    rows, columns = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
+    shown, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
 
-    figure = Figure(figsize=(max(3.5 * len(columns), 4.5), 0.5 + 2.0 * len(rows)))
-    axes = figure.subplots(len(rows), len(columns), squeeze=False, sharex="row", sharey="row")
-    for i, block in enumerate(rows):
-        for j, foundation in enumerate(columns):
+    width, height = size(0.5 + 2.0 * len(shown))
+    figure = Figure(figsize=(max(width, NARROWEST_IN * len(under)), height))
+    axes = figure.subplots(len(shown), len(under), squeeze=False, sharex="row", sharey="row")
+    for i, block in enumerate(shown):
+        for j, foundation in enumerate(under):
             scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
             _panel(axes[i, j], scene, blocks[block].restitution_housner)
-            axes[i, j].set_title(f"{label(labels, block)}, {label(labels, foundation)}", loc="left")
+            names = f"{label(labels, block)}, {label(labels, foundation)}"
+            axes[i, j].set_title(wrapped(names, 0.8 / len(under)), loc="left")
         axes[i, 0].set_ylabel("restitution r")
     for ax in axes[-1]:
-        ax.set_xlabel("peak |θ| before the impact / °")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=5)
+        ax.set_xlabel(wrapped("peak |θ| before the impact / °", 0.8 / len(under)))
+    handles, names = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper center", ncols=columns(names))
     footer(figure, runs["origin"].iloc[0])
     return figure, data
 
@@ -50,7 +54,8 @@ def _panel(ax, scene, r_housner):
     ax.margins(x=0.05)
     ax.axhline(r_housner, color="0.45", linestyle=":", label="1 − 1.5 sin²θ$_{cr}$ (rigid)")
     for model in MODELS:
-        style = MODEL_STYLES[model] | {"marker": MARKERS[model], "markersize": 2.5, "linewidth": 0.8}
+        thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
+        style = MODEL_STYLES[model] | thin | {"marker": MARKERS[model]}
         for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
             ax.plot(run["peak_before_deg"], run["r"], **style | ({"label": "_"} if k else {}))
     measured = scene[scene["source"] == "experiment"]
@@ -61,7 +66,8 @@ def _panel(ax, scene, r_housner):
         fmt="o",
         color="0.45",
         markerfacecolor="none",
-        markersize=5,
-        elinewidth=0.8,
+        markersize=scaled(5),
+        markeredgewidth=scaled(1),
+        elinewidth=scaled(0.8),
         label="measured",
     )

@@ -6,24 +6,24 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from freerock.figures.style import MODEL_STYLES, label, styled
+from freerock.figures.style import MODEL_STYLES, headed, label, styled
 from freerock.models.limits import K_RANGE, RATIO_RANGE
 from freerock.tables import MODEL_LABELS
 
 LAWS = ["hunt_crossley", "winkler", "housner"]  # order of the panels
 EPSILON_RANGE = (1e-25, 3.0)
 EPSILON_FLOOR = 1e-24  # smaller errors are drawn here
-METHOD_COLOURS = {
-    "RK45": "#0072b2",
-    "DOP853": "#d55e00",
-    "LSODA": "#00805e",
-    "Radau": "#9a4d83",
-    "RADAU": "#9a4d83",
+METHOD_STYLES = {
+    "RK45": {"color": "#0072b2", "marker": "^"},
+    "DOP853": {"color": "#d55e00", "marker": "s"},
+    "LSODA": {"color": "#00805e", "marker": "D"},
+    "Radau": {"color": "#9a4d83", "marker": "v"},
+    "RADAU": {"color": "#9a4d83", "marker": "v"},
 }
 KINDS = {
-    "NumPy": {"linestyle": ":", "marker": "^", "label": "SciPy, NumPy right-hand side"},
-    "numba": {"linestyle": "--", "marker": "s", "label": "SciPy, numba right-hand side"},
-    "CyRK": {"linestyle": "-", "marker": "D", "label": "CyRK, compiled right-hand side"},
+    "NumPy": {"linestyle": ":", "label": "SciPy, NumPy right-hand side"},
+    "numba": {"linestyle": "--", "label": "SciPy, numba right-hand side"},
+    "CyRK": {"linestyle": "-", "label": "CyRK, compiled right-hand side"},
 }
 OWN_STYLES = {
     "freerock": {"color": "black", "linestyle": "-", "linewidth": 1.8, "marker": "o", "markersize": 4},
@@ -114,14 +114,14 @@ def _method_style(method):
     engine, name = method.split(" ", 1)
     name, _, kind = name.partition(", ")
     style = KINDS["CyRK" if engine == "CyRK" else kind]
-    return {key: value for key, value in style.items() if key != "label"} | {"color": METHOD_COLOURS[name]}
+    return METHOD_STYLES[name] | {"linestyle": style["linestyle"]}
 
 
 def _method_legend(drawn):
     handles = [Line2D([], [], **style, label=name) for name, style in OWN_STYLES.items() if name in drawn]
-    names = [name for name in METHOD_COLOURS if any(f" {name}" in method for method in drawn)]
+    names = [name for name in METHOD_STYLES if any(f" {name}" in method for method in drawn)]
     handles += [
-        Line2D([], [], color=METHOD_COLOURS[name], label=name)
+        Line2D([], [], linestyle="", **METHOD_STYLES[name], label=name)
         for name in names
         if name != "RADAU" or "Radau" not in names
     ]
@@ -193,6 +193,7 @@ def model_choice(frame, labels=None):
     ax.set_xlabel("time of a run / ms")
     ax.set_ylabel("$ε_θ$ of the fitted model / %")
     figure.legend(handles=[*models, *others, *scenes], loc="outside right upper")
+    headed(figure)
     return figure, frame
 
 

@@ -1,6 +1,7 @@
 """What all figures share: the style sheet, line styles, thinning, the footer, and writing to files."""
 
 import functools
+import textwrap
 from pathlib import Path
 
 import matplotlib
@@ -9,13 +10,66 @@ import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
+from matplotlib.textpath import TextPath
 
 from freerock.datasets import atomic
 from freerock.tables import MODEL_LABELS, write_csv
 
-styled = functools.partial(matplotlib.rc_context, fname=Path(__file__).with_name("freerock.mplstyle"))
+HERE = Path(__file__).parent
+styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
+
+
+def printed(draw):
+    """Decorator of what draws or writes a figure of a paper: `target` names the style file it is drawn for.
+
+    "double_column", "single_column" or "slide": width, fonts and lines, on top of the common style sheet.
+    """
+
+    @functools.wraps(draw)
+    def drawn(*arguments, target="double_column", **options):
+        own = matplotlib.rc_params_from_file(HERE / f"{target}.mplstyle", use_default_template=False)
+        with styled():
+            matplotlib.rcParams.update(own)
+            return draw(*arguments, **options)
+
+    return drawn
+
+
+def size(height_in):
+    """Size of a figure in inches, as wide as its target; its height is that of the double column."""
+    width, per_inch = matplotlib.rcParams["figure.figsize"]
+    return width, per_inch * height_in
+
+
+def scaled(points):
+    """Width of a line or size of a marker, given for the double column."""
+    return points * matplotlib.rcParams["lines.linewidth"]
+
+
+def columns(labels, room=1.0):
+    """How many columns of a legend fit side by side into so much of the figure's width."""
+    points = _points("legend.fontsize")
+    font, inches = FontProperties(size=points), room * size(1)[0]
+    beside = points * (matplotlib.rcParams["legend.handlelength"] + 2.8)  # handle and spaces
+    widths = [beside + TextPath((0, 0), text, prop=font).get_extents().width for text in labels]
+    for n in range(len(labels), 1, -1):
+        if sum(map(max, np.array_split(widths, n))) <= 72 * inches + 2 * points:
+            return n
+    return 1
+
+
+def wrapped(text, room):
+    """A title or label of an axis, broken where it is wider than so much of the figure."""
+    characters = room * size(1)[0] * 72 / (CHARACTER * _points("axes.titlesize"))
+    return textwrap.fill(text, max(8, int(characters)))
+
+
+def _points(parameter):
+    return FontProperties(size=matplotlib.rcParams[parameter]).get_size_in_points()
+
 
 # Foundations in order of appearance; the first two as in Spanos et al. 2017, figure 2.
 FOUNDATION_STYLES = (
@@ -30,14 +84,21 @@ MODEL_STYLES = {
     "housner": {"color": "#d55e00", "linestyle": "-.", "label": MODEL_LABELS["housner"]},
     "winkler": {"color": "#0072b2", "linestyle": "--", "label": MODEL_LABELS["winkler"]},
     "hunt_crossley": {"color": "black", "linestyle": "-", "label": MODEL_LABELS["hunt_crossley"]},
-    "general": {"color": "#7a3e9d", "linestyle": (0, (5, 1, 1, 1)), "label": MODEL_LABELS["general"]},
+    "general": {"color": "#cc79a7", "linestyle": (0, (5, 1, 1, 1)), "label": MODEL_LABELS["general"]},
 }
+CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
 
 def label(labels, name):
     """Printed name of a block or foundation; the name itself where none is given."""
     return (labels or {}).get(name) or name
+
+
+def letter(index):
+    """Letter of a panel: a to z, aa, ab and so on."""
+    more, last = divmod(index, 26)
+    return (letter(more - 1) if more else "") + chr(97 + last)
 
 
 def thin(n_samples, n_drawn=1000):
@@ -88,19 +149,25 @@ def gathered(parts, columns):
 
 
 def legend_above(ax, handles=None):
-    """Legend in one row above the panel's right corner, clear of the curves."""
+    """Legend above the panel's right corner, clear of the curves and of the title, which moves up for it."""
     handles = handles or ax.get_legend_handles_labels()[0]
-    ax.legend(
-        handles=handles, ncols=len(handles), loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2
-    )
+    labels = [handle.get_label() for handle in handles]
+    n = columns(labels, 0.93)
+    ax.legend(handles=handles, ncols=n, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
+    title = ax.get_title(loc="left")
+    if title and (n < len(labels) or columns([title, *labels], 0.93) <= len(labels)):
+        rows = -(-len(labels) // n)
+        ax.set_title(title, loc="left", pad=4 + rows * 1.6 * _points("legend.fontsize"))
 
 
 def footer(figure, origin):
     """Say at the foot of the figure that its record is simulated, if it is."""
     if origin == "simulated":
-        figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=6.5, color="0.35")
+        size = 0.93 * _points("legend.fontsize")
+        figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=size, color="0.35")
         if engine := figure.get_layout_engine():
-            engine.set(rect=(0, 0.16 / figure.get_figheight(), 1, 1 - 0.16 / figure.get_figheight()))
+            foot = 1.8 * size / 72 / figure.get_figheight()
+            engine.set(rect=(0, foot, 1, 1 - foot))
 
 
 def headed(figure):
@@ -108,7 +175,7 @@ def headed(figure):
     figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 
 
-@styled()
+@printed
 def save(figures, data, stem, origin=None):
     """Write a figure as `<stem>.pdf` and `<stem>.png`, and its numbers as `<stem>.csv`.
 
@@ -127,9 +194,13 @@ def save(figures, data, stem, origin=None):
     images = []
     for page in pages:
         canvas = FigureCanvasAgg(page)
+        if page.get_layout_engine():
+            page.draw_without_rendering()
+            page.set_layout_engine("none")  # the layout found once serves PNG and PDF
+            for ax in page.axes:  # its solver's last digits depend on addresses in memory
+                ax.set_position(np.round(ax.get_position().bounds, 6))
         canvas.draw()
         images.append(np.array(canvas.buffer_rgba())[..., :3])
-        page.set_layout_engine("none")  # the layout found for the PNG serves the PDF too
     with atomic(f"{stem}.png") as part:
         imsave(part, np.vstack(images), format="png", metadata={"Software": None})
     with atomic(f"{stem}.pdf") as part, PdfPages(part, metadata={"CreationDate": None}) as pdf:

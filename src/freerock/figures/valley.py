@@ -2,26 +2,28 @@
 
 import math
 
+import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.compare import epsilon_theta
-from freerock.figures.style import footer, gathered, label, styled
+from freerock.figures.style import columns, footer, gathered, label, printed, scaled, size
 from freerock.models import MODELS
 from freerock.models.simulate import simulate_fitted
-from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of
+from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of, quantity
 
 MODEL = "hunt_crossley"
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
 CELLS = 25  # each way
 MOST_SAMPLES = 1000
+NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
 
 
-@styled()
+@printed
 def valley(fits, blocks, labels=None, debonding="geometric"):
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
@@ -48,10 +50,11 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
     """
     shown = [(tree, list(_identified(tree))) for tree in fits]
     shown = [(tree, found) for tree, found in shown if found]
-    columns = 2 if len(shown) > 1 else 1
-    rows = max(1, math.ceil(len(shown) / columns))
-    figure = Figure(figsize=(3.5 * columns, 2.5 * rows + 0.4))
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    width, _ = size(1)
+    beside = 2 if len(shown) > 1 and width > 2 * NARROWEST_IN else 1
+    rows = max(1, math.ceil(len(shown) / beside))
+    figure = Figure(figsize=size(2.5 * rows + 0.4))
+    axes = figure.subplots(rows, beside, squeeze=False).ravel()
     parts = []
     for ax, (tree, found) in zip(axes, shown, strict=False):
         parts += _panel(ax, tree, found, blocks[tree.attrs["block"]], debonding)
@@ -62,12 +65,27 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
         ax.set_axis_off()
     handles = [
         Line2D(
-            [], [], color="0.4", linewidth=0.8, label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the first run / %"
+            [],
+            [],
+            color="0.4",
+            linewidth=scaled(0.8),
+            label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the first run / %",
         ),
-        Line2D([], [], color="black", marker="o", linestyle="", markersize=4, label="identified, run by run"),
-        Line2D([], [], color="#d55e00", marker="x", linestyle="", markersize=5, label="all runs jointly"),
+        Line2D(
+            [],
+            [],
+            color="black",
+            marker="o",
+            linestyle="",
+            markersize=scaled(4),
+            label="identified, run by run",
+        ),
+        Line2D(
+            [], [], color="#d55e00", marker="x", linestyle="", markersize=scaled(5), label="all runs jointly"
+        ),
     ]
-    figure.legend(handles=handles, loc="outside upper right", ncols=3)
+    names = [handle.get_label() for handle in handles]
+    figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
     if shown:
         footer(figure, shown[0][0].attrs["origin"])
     return figure, gathered(parts, COLUMNS)
@@ -107,18 +125,30 @@ def _panel(ax, tree, found, block, debonding):
             epsilon[row, column] = epsilon_theta(time_s, modelled, theta)
     # √ε_θ is nearly linear on the slopes: smoother contours between the cells of a narrow valley
     lines = ax.contour(
-        k, damping, np.sqrt(100 * epsilon), levels=np.sqrt(LEVELS_PERCENT), colors="0.4", linewidths=0.7
+        k,
+        damping,
+        np.sqrt(100 * epsilon),
+        levels=np.sqrt(LEVELS_PERCENT),
+        colors="0.4",
+        linewidths=scaled(0.7),
     )
-    ax.clabel(lines, fmt={level: f"{level**2:.3g}" for level in lines.levels}, fontsize=6)
+    percent = {level: f"{level**2:.3g}" for level in lines.levels}
+    small = 0.85 * matplotlib.rcParams["legend.fontsize"]
+    labels = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
     identity = {key: tree.attrs[key] for key in ("test", "block", "foundation")}
     for run, value, _ in found:
         style = {"marker": "x", "color": "#d55e00"} if run == "pooled" else {"marker": "o", "color": "black"}
-        ax.plot(value[names[0]], value[names[1]], linestyle="", markersize=4, **style)
+        ax.plot(value[names[0]], value[names[1]], linestyle="", markersize=scaled(4), **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
         ticks = values[[3, CELLS // 2, -4]]
-        axis.set_ticks(ticks, [f"{tick:.3g}" for tick in ticks])
+        axis.set_ticks(ticks, [quantity(tick) for tick in ticks])
+    for text in labels:  # one under a marker cannot be read
+        at = np.log(text.get_position()) - np.log([k[0], damping[0]])
+        gaps = [np.hypot(*(at - np.log([v[names[0]] / k[0], v[names[1]] / damping[0]]))) for _, v, _ in found]
+        text.set_visible(min(gaps) > 0.2 * SPAN)
+        text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
     grid = np.meshgrid(k, damping)
     yield pd.DataFrame(
         {

@@ -1,0 +1,77 @@
+"""How well parameters identified on other runs and blocks predict a run."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from freerock.figures.style import columns, footer, label, printed, scaled, size
+from freerock.models import MODELS
+from freerock.tables import MODEL_LABELS
+
+OWN = "fitted to the run itself"
+OTHER_RUNS = "other runs"  # the basis, as in the table
+MARKERS = {
+    OWN: {"marker": "|", "color": "black", "markersize": 7},
+    OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"},
+    "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
+}
+NARROWEST_IN = 2.2  # of a panel
+
+
+@printed
+def predictions(predicted, epsilon, origin, labels=None):
+    """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
+
+    Parameters
+    ----------
+    predicted : pandas.DataFrame
+        From `freerock.predict.predictions`.
+    epsilon : pandas.DataFrame
+        Tidy table epsilon.
+    origin : str
+        "simulated" or "measured".
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        Columns of `predicted`, with a row per fit of a run, basis `OWN`.
+    """
+    own = epsilon[(epsilon["run"].astype(str) != "pooled") & epsilon["success"]].assign(basis=OWN, n_runs=1)
+    data = pd.concat([own[predicted.columns], predicted], ignore_index=True)
+    shown = [model for model in MODELS if model in set(predicted["model"])]
+    scenes = list(dict.fromkeys(zip(data["block"], data["foundation"], strict=True)))
+    beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
+    below = max(1, -(-len(shown) // beside))
+    figure = Figure(figsize=size(below * (0.8 + 0.3 * max(1, len(scenes)))))
+    axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
+    for ax, model in zip(axes.ravel(), shown, strict=False):
+        ax.set_title(MODEL_LABELS[model], loc="left")
+        ax.margins(x=0.05)
+        for basis, style in MARKERS.items():
+            rows = data[(data["model"] == model) & (data["basis"].map(_kind) == basis)]
+            level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
+            sized = style | {"markersize": scaled(style["markersize"])}
+            shift = 0.22 * (list(MARKERS).index(basis) - 1)
+            ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
+    for ax in axes.ravel()[len(shown) :]:
+        ax.set_axis_off()
+    names = [f"{label(labels, block)}, {label(labels, foundation)}" for block, foundation in scenes]
+    axes[0, 0].set(xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(len(scenes) - 0.5, -0.5))
+    for ax in axes[-1]:
+        ax.set_xlabel("$ε_θ$ / %")
+    texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
+    handles = [
+        Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in MARKERS.items()
+    ]
+    told = [handle.get_label() for handle in handles]
+    figure.legend(handles=handles, loc="outside upper right", ncols=columns(told))
+    footer(figure, origin)
+    return figure, data
+
+
+def _kind(basis):
+    return basis if basis in MARKERS else "another block"

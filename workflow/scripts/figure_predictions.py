@@ -1,0 +1,12 @@
+"""Figure: how well other runs and blocks predict a run."""
+
+from freerock.figures.predictions import predictions
+from freerock.figures.style import save
+from freerock.tables import read_csv
+from freerock.workflow import log_to
+
+log_to(snakemake.log[0])
+target, params = snakemake.wildcards.get("target", "double_column"), snakemake.params
+tables = map(read_csv, (snakemake.input.predictions, snakemake.input.epsilon))
+drawn = predictions(*tables, params.origin, params.labels, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), params.origin, target=target)
