@@ -33,9 +33,11 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "cd freerock": "the copy is the current folder",
     "make": "sets up the environment in which this test runs; .ci/run does it on a fresh machine",
     ". .venv/bin/activate": "the environment is active",
+    "pip install": "changes the environment in which this test runs",
     "sbatch": "needs a cluster",
     "snakemake --profile": "needs a cluster",
     "snakemake --executor": "needs a cluster",
+    "snakemake --unlock": "after a killed run only",
     "snakemake studies": "an hour; small: run by tests/workflow/test_studies_target.py",
     "snakemake results/studies/faults.csv": "minutes",
     "python -m freerock.studies": "needs the results of the studies",
@@ -70,6 +72,11 @@ def steps(path):
                     yield "run", command, None
     for command in dict.fromkeys(INLINE.findall(BLOCK.sub("", text))):
         yield "run", command, None
+
+
+def known(command):
+    """Whether it is a command of this project, or one that only reads."""
+    return re.match(r"(freerock|snakemake|python (-m freerock\.|docs/)|cat) ?", command) is not None
 
 
 def left_out(command):
@@ -147,6 +154,7 @@ def test_commands_do_what_the_text_says(path, copy):
             command = f"{' '.join(shlex.split(command)[:2])} --help"  # at least its subcommand is there
         elif command in ("freerock plan", "freerock simulate", "freerock inspect"):
             command += " --help"
+        assert known(command), f"{command}: run it here only if it is harmless, or list it in NOT_RUN"
         code, answer = run(command, folder)
         unfilled = told is not None and "is still to be filled in" in told
         assert code == (1 if unfilled else 0), f"{command}\n{answer}"
