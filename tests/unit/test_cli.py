@@ -1,8 +1,8 @@
 """The command `freerock`: what it answers, in which time, and its exit codes."""
 
+import resource
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -29,25 +29,28 @@ def small(tmp_path):
     return tmp_path
 
 
-def test_help_answers_at_once_and_documents_the_exit_codes():
+def least_time_of(*arguments):
+    """Least processor time of five calls [s], on an idle machine the time one waits; and the last answer."""
     spent = []
     for _ in range(5):
-        begin = time.perf_counter()
-        done = freerock("--help")
-        spent.append(time.perf_counter() - begin)
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = freerock(*arguments)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
         assert done.returncode == 0
-        assert cli.EXIT_CODES in done.stdout
-    assert min(spent) <= 0.3
+    return min(spent), done.stdout
+
+
+def test_help_answers_at_once_and_documents_the_exit_codes():
+    spent, told = least_time_of("--help")
+    assert cli.EXIT_CODES in told
+    assert spent <= 0.3
 
 
 def test_check_of_the_shipped_campaign_takes_a_moment():
-    spent = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        done = freerock("check", "palermo_virtual")
-        spent.append(time.perf_counter() - begin)
-        assert done.returncode == 0
-    assert min(spent) <= 1.5
+    spent, told = least_time_of("check", "palermo_virtual")
+    assert told == "palermo_virtual: 6 records, 3 blocks, 2 foundations: nothing to correct\n"
+    assert spent <= 1.5
 
 
 def test_help_loads_no_library():
