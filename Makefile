@@ -1,13 +1,15 @@
 # make               set up, then analyse every configured campaign
 # make test          set up, then lint and test
-# make test-cluster  the same on a real Slurm, where its programs are installed
+# make slurm         what jobs on a Slurm cluster need besides
+# make test-cluster  tests on a real Slurm, where its programs are installed
 PYTHON ?= python3
 VENV := .venv
 READY := $(VENV)/.ready
 KERNEL := $(VENV)/.kernel
+SLURM := $(VENV)/.slurm
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
-.PHONY: all setup lint test test-cluster clean
+.PHONY: all setup slurm lint test test-cluster clean
 
 all: setup
 	snakemake
@@ -29,6 +31,12 @@ $(KERNEL): src/freerock/models/integrate.py $(READY)
 		block.Block(1, 0.2, 1), {"k": 1e6, "c": 1e3}, [0, 0.01], theta0=0.1)'
 	touch $@
 
+slurm: setup $(SLURM)
+
+$(SLURM): profiles/slurm/requirements.lock $(READY)
+	python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r $<
+	touch $@
+
 lint: setup
 	ruff check .
 	ruff format --check .
@@ -39,7 +47,7 @@ lint: setup
 test: lint
 	python -m pytest
 
-test-cluster: setup
+test-cluster: setup $(SLURM)
 	python -m pytest tests/cluster
 
 clean:

@@ -129,7 +129,9 @@ def test_no_module_evaluates_text_or_unpickles():
 
 
 def test_every_dependency_is_pinned_with_its_checksums():
-    pinned = re.split(r"^(?=\S)", (ROOT / "requirements.lock").read_text(encoding="utf-8"), flags=re.M)[1:]
+    locks = ("requirements.lock", "profiles/slurm/requirements.lock")
+    text = "".join((ROOT / lock).read_text(encoding="utf-8") for lock in locks)
+    pinned = re.split(r"^(?=\w)", text, flags=re.M)[1:]
     assert len(pinned) > 70
     for each in pinned:
         assert re.match(r"[\w.-]+(\[\w,-]+\])?==[\w.]+ .*--hash=sha256:[0-9a-f]{64}", each, re.S), each[:60]
