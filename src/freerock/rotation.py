@@ -112,7 +112,8 @@ def rotation(
     import xarray as xr
 
     lasers = (laser,) if isinstance(laser, Laser) else tuple(laser)
-    signals = np.atleast_2d(np.asarray(signal, float))
+    several = isinstance(signal, list | tuple) and len(signal) and np.ndim(signal[0])
+    signals = [np.asarray(each, float) for each in (signal if several else np.atleast_2d(signal))]
     stated = _stated(units, lasers)
     if len(signals) != len(lasers):
         raise FreerockError(
@@ -212,10 +213,11 @@ def _stated(units, lasers):
 
 def _even_step(time_s, signals):
     """Sampling interval [s] of an evenly spaced record."""
-    if signals.shape[1:] != time_s.shape or time_s.ndim != 1 or time_s.size < 2:
+    shapes = {each.shape for each in signals}
+    if shapes != {time_s.shape} or time_s.ndim != 1 or time_s.size < 2:
         raise FreerockError(
             "laser signal",
-            f"time has shape {time_s.shape} and the signal {signals.shape[1:]}",
+            f"time has shape {time_s.shape} and the signal {' and '.join(map(str, shapes))}",
             "give two arrays of one equal length, of at least two samples",
         )
     step = float(time_s[-1] - time_s[0]) / (time_s.size - 1)
@@ -366,7 +368,8 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
     apart = one.position_m - other.position_m
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
-    theta, sigma, translation, error = np.empty((4, time_s.size))
+    theta, sigma, translation = np.empty((3, time_s.size))
+    wrong = np.zeros(time_s.size, bool)
     sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
     for part in _pieces(time_s.size):
         displacement = first.displacement[part]
@@ -378,15 +381,14 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
         sigma[part] *= np.cos(angle) ** 2
         translation[part] = displacement - alone
         with np.errstate(divide="ignore", invalid="ignore"):
-            error[part] = np.abs(translation[part]) / sensitivity(angle, block, one)
-    with np.errstate(invalid="ignore"):
-        wrong = (error > math.radians(max_disagreement_deg)) & (error > SURE * sigma)
+            error = np.abs(translation[part]) / sensitivity(angle, block, one)
+            wrong[part] = (error > math.radians(max_disagreement_deg)) & (error > SURE * sigma[part])
     faults, step = [], time_s[1] - time_s[0]
     if wrong.any():
         index = np.flatnonzero(wrong)
         for i, j in stretches(np.diff(index) * step < 0.5) or [(0, index.size - 2)]:
             part = index[i : j + 2]
-            angle = float(np.nanmax(error[part]))
+            angle = float(np.nanmax(np.abs(translation[part]) / sensitivity(theta[part], block, one)))
             largest = 1e3 * float(np.nanmax(np.abs(translation[part])))
             note = f"up to {math.degrees(angle):.2f}°, {largest:.2g} mm"
             faults.append(
