@@ -22,11 +22,11 @@ def run_starts() -> None:
 
     with suppress(OSError):
         RUNS.parent.mkdir(exist_ok=True)
-        runs = os.open(RUNS, os.O_CREAT | os.O_RDWR)
+        runs = os.open(RUNS, os.O_CREAT | os.O_RDWR, 0o666)
         with suppress(BlockingIOError):  # another run is alive
             fcntl.flock(runs, fcntl.LOCK_EX | fcntl.LOCK_NB)
             if left := list(RUNS.parent.glob("locks/*.lock")):
-                jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR)
+                jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
                 try:
                     fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 except BlockingIOError:
@@ -43,7 +43,7 @@ def job_runs() -> None:
     import fcntl
 
     with suppress(OSError):  # not below Snakemake
-        fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR), fcntl.LOCK_SH)
+        fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_SH)
 
 
 def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:

@@ -1,51 +1,81 @@
-"""What scripts share: products made one by one, and their log."""
+"""Records of a job: what goes wrong with one, and what goes wrong with the machine."""
 
-import logging
-import sys
+import errno
+import os
 
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.workflow import log_to, make_each
+from freerock.steps import record
+from freerock.workflow import make_each, of_the_machine
 
 
-@pytest.fixture
-def log(tmp_path, monkeypatch):
-    """A script's log file, to be."""
-    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
-    root, own = logging.getLogger(), logging.getLogger("freerock")
-    before = [(logger, logger.handlers[:], logger.level) for logger in (root, own)]
-    yield tmp_path / "script.log"
-    for logger, handlers, level in before:
-        logger.handlers[:] = handlers
-        logger.setLevel(level)
-    logging.captureWarnings(False)
+def error(number):
+    return OSError(number, os.strerror(number))
 
 
-def test_what_nobody_foresaw_stops_no_other(log, capsys):
-    logging.getLogger().handlers.clear()  # as in a script, unlike under pytest
-    log_to(log)
-    made, given_up = [], []
+def caused_by(cause):
+    failure = FreerockError("a.tdms", "can't be read", "check it")
+    failure.__cause__ = cause
+    return failure
+
+
+MACHINE = [error(errno.ENOSPC), error(errno.EIO), error(errno.EMFILE), MemoryError()]
+RECORD = [KeyError("x"), error(errno.ENOENT), ZeroDivisionError(), OSError("truncated file")]
+
+
+@pytest.mark.parametrize("failure", MACHINE, ids=str)
+def test_what_the_machine_lacks_says_nothing_about_the_record(failure):
+    assert of_the_machine(failure)
+    assert of_the_machine(caused_by(failure))
+
+
+@pytest.mark.parametrize("failure", RECORD, ids=repr)
+def test_what_is_wrong_with_a_record_is_not_the_machine(failure):
+    assert not of_the_machine(failure)
+    assert not of_the_machine(caused_by(failure))
+
+
+@pytest.mark.parametrize("failure", RECORD, ids=repr)
+def test_one_record_stops_no_other(failure):
+    made, given_up = [], {}
 
     def make(test):
-        if test == "b":
-            raise ZeroDivisionError("by nothing")
+        if test == "bad":
+            raise failure
         made.append(test)
 
-    make_each(["a", "b", "c"], make, lambda *told: given_up.append(told))
-    reason = "unforeseen: ZeroDivisionError: by nothing; the log of the step has the traceback"
-    assert made == ["a", "c"]
-    assert given_up == [("b", reason)]
-    assert capsys.readouterr().err == f"b: {reason}\n"
-    written = log.read_text()
-    assert written.startswith("a (1 of 3)\nb (2 of 3)\n")
-    assert "Traceback" in written
+    make_each(["one", "bad", "other"], make, given_up.__setitem__)
+    assert made == ["one", "other"]
+    assert list(given_up) == ["bad"]
+    assert given_up["bad"].startswith(f"unforeseen: {type(failure).__name__}: ")
 
 
-@pytest.mark.parametrize("error", [FreerockError("there", "no space", "free some"), MemoryError()])
-def test_a_full_disk_or_memory_ends_the_job(error):
+@pytest.mark.parametrize(
+    "failure", [*MACHINE, FreerockError("x.nc", "cannot be written", "free some")], ids=str
+)
+def test_the_machine_stops_the_job(failure):
     def make(test):
-        raise error
+        raise failure
 
-    with pytest.raises(type(error)):
-        make_each(["a"], make, lambda *told: pytest.fail("given up"))
+    with pytest.raises(type(failure)):
+        make_each(["one"], make, lambda test, reason: pytest.fail("a product was made"))
+
+
+@pytest.mark.parametrize("failure", MACHINE, ids=str)
+def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, monkeypatch, failure):
+    def process(settings, path):
+        raise caused_by(failure)
+
+    monkeypatch.setattr(record, "_process", process)
+    attributes = {"campaign": "lab", "test": "a", "origin": "measured"}
+    settings = {
+        "raw": str(tmp_path),
+        "file": "a.tdms",
+        "lasers": [],
+        "excluded": "",
+        "attributes": attributes,
+    }
+    with pytest.raises(FreerockError, match="can't be read"):
+        record.make_record(settings, tmp_path / "a.nc")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,95 @@
+"""After a bad day: locks of a killed run, times from the future."""
+
+import fcntl
+import os
+import time
+from threading import Thread
+
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.guard import JOBS, RUNS, check_clock, job_runs, run_starts
+
+
+@pytest.fixture
+def locks(tmp_path, monkeypatch):
+    """A folder with the locks of Snakemake, as a run at work or a killed one leaves them."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / ".snakemake/locks"
+    folder.mkdir(parents=True)
+    for name in ("0.input.lock", "0.output.lock"):
+        (folder / name).touch()
+    return folder
+
+
+def at_work(path):
+    """A process that holds its lock; another description of the file counts as another process."""
+    file = os.open(path, os.O_CREAT | os.O_RDWR)
+    fcntl.flock(file, fcntl.LOCK_SH)
+    return file
+
+
+def test_locks_of_a_killed_run_are_taken_away(locks):
+    run_starts()
+    assert not list(locks.iterdir())
+
+
+def test_locks_of_a_run_at_work_stay(locks):
+    at_work(RUNS)
+    run_starts()
+    assert len(list(locks.iterdir())) == 2
+
+
+def test_this_run_is_seen_by_the_next(locks):
+    run_starts()
+    (locks / "0.input.lock").touch()
+    run_starts()
+    assert len(list(locks.iterdir())) == 1
+
+
+def test_jobs_of_a_killed_run_are_waited_for(locks, capsys):
+    job = at_work(JOBS)
+    run = Thread(target=run_starts, daemon=True)
+    run.start()
+    while "waiting for the jobs" not in (told := capsys.readouterr().err):
+        time.sleep(0.01)
+    assert told == "A run was killed; waiting for the jobs it left at work.\n"
+    assert run.is_alive()
+    assert list(locks.iterdir())
+    os.close(job)
+    run.join(10)
+    assert not list(locks.iterdir())
+
+
+def test_a_job_is_seen(locks):
+    job_runs()
+    with open(JOBS) as jobs, pytest.raises(BlockingIOError):
+        fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def test_outside_of_snakemake_nothing_is_made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    job_runs()
+    assert not list(tmp_path.iterdir())
+
+
+def test_products_from_the_future_get_the_present_time(tmp_path):
+    past, future = tmp_path / "past.nc", tmp_path / "future.nc"
+    now = time.time()
+    for path, when in ((past, now - 100), (future, now + 3600)):
+        path.touch()
+        os.utime(path, (when, when))
+    check_clock([past, future], [past])
+    assert past.stat().st_mtime == pytest.approx(now - 100, abs=1)
+    assert now - 1 < future.stat().st_mtime < now + 60
+
+
+def test_inputs_from_the_future_are_refused(tmp_path):
+    raw = tmp_path / "raw.tdms"
+    raw.touch()
+    os.utime(raw, (time.time() + 3600,) * 2)
+    with pytest.raises(
+        FreerockError, match=r"raw\.tdms: was last written on .*; set the clock right, or touch"
+    ):
+        check_clock([], [tmp_path / "missing.tdms", raw])
+    assert raw.stat().st_mtime > time.time() + 3000
