@@ -79,6 +79,7 @@ def settings(trees, **changes):
 
 def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
     records, fitted = datasets
+    pairs = {pair[0].attrs["test"]: pair for pair in zip(records, fitted, strict=True)}
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
     tidy = tidy_tables(records, fitted)
@@ -95,7 +96,7 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
         },
         tables={name: read_csv(folder / f"{name}.csv") for name in frames},
         blocks=shapes,
-        datasets=zip(records, fitted, strict=True),
+        opened=lambda test, samples: pairs[test],
         figures=[("Figure 2", image)] if figures is None else figures,
         pages={records[0].attrs["test"]: folder / "figures/qc.png"},
     )
@@ -122,7 +123,7 @@ def test_report_needs_nothing_from_outside(page):
 def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     tree = record("b1_marble")
     tree["run_1"].attrs["reasons"] = HOSTILE
-    line = {"test": "b1_marble", "file": HOSTILE, "laser": HOSTILE, "note": HOSTILE, "reason": HOSTILE}
+    line = dict.fromkeys(("file", "laser", "note", "reason"), HOSTILE) | {"test": "b1_marble"}
     label = {"b1": {"label": HOSTILE, "height_m": 0.28}}
     changes = {"title": HOSTILE, "summary": HOSTILE, "records": [line], "blocks": label, "license": HOSTILE}
     page = make(tmp_path, ([tree], [fits(tree)]), figures=[(HOSTILE, tmp_path / "image.png")], **changes)

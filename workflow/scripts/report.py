@@ -17,6 +17,13 @@ figures = [
     ("Valleys of the discrepancy around the identified parameters", inputs.valley),
     ("Discrepancy with parameters of the run itself, of other runs, and of other blocks", inputs.predictions),
 ]
+records, fits = ({Path(path).stem: path for path in paths} for paths in (inputs.records, inputs.fits))
+
+
+def opened(test, samples):
+    return open_record(records[test]), open_fits(fits[test], samples)
+
+
 made_by = provenance(inputs.raw, params.campaign)
 write_json(snakemake.output.provenance, made_by)
 write_report(
@@ -24,9 +31,7 @@ write_report(
     provenance=made_by,
     tables={Path(path).stem: read_csv(path) for path in inputs.tables},
     blocks={name: Block(**block) for name, block in params.blocks.items()},
-    datasets=(
-        (open_record(record), open_fits(fit)) for record, fit in zip(inputs.records, inputs.fits, strict=True)
-    ),
+    opened=opened,
     figures=figures,
     pages={Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
 )

@@ -55,7 +55,7 @@ class Cell(NamedTuple):
     kind: str = ""
 
 
-def write_report(path, *, provenance, tables, blocks, datasets, figures=(), pages=None):
+def write_report(path, *, provenance, tables, blocks, opened, figures=(), pages=None):
     """Write the report of a campaign.
 
     Parameters
@@ -70,8 +70,9 @@ def write_report(path, *, provenance, tables, blocks, datasets, figures=(), page
         `freerock.tables.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
-    datasets : iterable of (xarray.DataTree, xarray.DataTree)
-        Record and fit dataset of each test; one pair is looked at after the other.
+    opened : callable
+        Opens the record and the fit dataset of a test, opened(test, samples); the latter without its samples
+        where that is False. One pair is looked at after the other.
     figures : sequence of (str, path-like)
         Caption and PNG file of each figure to show.
     pages : mapping of str to path-like, optional
@@ -84,8 +85,12 @@ def write_report(path, *, provenance, tables, blocks, datasets, figures=(), page
     runs, restitution = tables["runs"], tables["restitution"]
     listed = {each["test"]: each for each in config["records"]}
     wanted = charted(runs, MOST_CHARTED)
+    drawn = {test for test, _ in wanted}
     pages = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
-    sections = [_section(*pair, listed, labels, provenance, wanted, pages) for pair in datasets]
+    sections = [
+        _section(*opened(test, test in drawn), line, labels, provenance, wanted, pages)
+        for test, line in listed.items()
+    ]
     compared = restitution_comparison(runs, tables["parameters"], restitution, blocks)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
@@ -327,11 +332,10 @@ def _comparison(compared) -> tuple:
 # Records and their runs
 
 
-def _section(record, fits, listed, labels, provenance, wanted, pages) -> dict:
+def _section(record, fits, line, labels, provenance, wanted, pages) -> dict:
     """What the report says about a record: its file, what was found in it, fits, curves of its runs."""
     attrs, test = record.attrs, record.attrs["test"]
-    line = listed.get(test, {})
-    file = f"{provenance['config']['raw']}/{line.get('file', '')}"
+    file = f"{provenance['config']['raw']}/{line['file']}"
     fitted, groups = runs_of(fits), {}
     for run, model, fit in fits_of(fits):
         groups.setdefault(run, []).append(_fit(model, fit))
@@ -345,7 +349,7 @@ def _section(record, fits, listed, labels, provenance, wanted, pages) -> dict:
         "reasons": attrs["reasons"],
         "file": file,
         "sha256": provenance["inputs"].get(file, ""),
-        "lasers": line.get("laser", "").split(";"),
+        "lasers": line["laser"].split(";"),
         "by_hand": {key: line[key] for key in ("exclude", "override", "reason", "note") if line.get(key)},
         "samples": len(time),
         "rate_hz": float(attrs.get("sampling_rate_hz", math.nan)),
