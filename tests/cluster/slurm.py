@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from contextlib import ExitStack, contextmanager, suppress
+from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
@@ -58,8 +59,10 @@ while True:
 
 
 def missing() -> list:
-    """Programs of Slurm that are not installed."""
-    return [name for name in PROGRAMS if not shutil.which(name, path=os.environ["PATH"] + os.pathsep + SBIN)]
+    """What is not installed: programs of Slurm, Snakemake's plugin."""
+    path = os.environ["PATH"] + os.pathsep + SBIN
+    plugin = [] if find_spec("snakemake_executor_plugin_slurm") else ["the plugin (make slurm)"]
+    return [name for name in PROGRAMS if not shutil.which(name, path=path)] + plugin
 
 
 class Slurm:
