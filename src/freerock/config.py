@@ -35,6 +35,7 @@ from freerock.quantity import UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
+OPTIONS = ("campaigns", "studies")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
     "inspect": "the pictures of `freerock inspect`",
@@ -743,8 +744,8 @@ def campaign_paths(
     if campaigns is None:
         data, lines, found = _read_yaml(path)
     else:
-        names = campaigns.split(",") if isinstance(campaigns, str) else campaigns
-        data, lines, found = {"campaigns": names}, {}, []
+        names = campaigns if isinstance(campaigns, list | tuple) else str(campaigns).split(",")
+        data, lines, found = {"campaigns": [*map(str, names)]}, {}, []
     file = _validate(ConfigFile, data, lambda loc: _where(path, lines, loc), found)
     problems += found
     where, paths = _where(path, lines, ("campaigns",)), []
@@ -760,6 +761,19 @@ def campaign_paths(
             remedy = _meant(name, others) or "write the file or correct the name"
             problems.append(FreerockError(where, what, remedy))
     return paths
+
+
+def check_options(options: Iterable[str]) -> None:
+    """Refuse misspelt keys of `snakemake --config`; others may be those of a workflow that uses this one.
+
+    Raises
+    ------
+    FreerockError
+        A key is close to one of `OPTIONS`.
+    """
+    for option in options:
+        if option not in OPTIONS and _close(option, OPTIONS):
+            raise FreerockError(f"--config: {option}", "unknown key", _meant(option, OPTIONS))
 
 
 @dataclass(frozen=True)

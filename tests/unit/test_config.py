@@ -17,6 +17,7 @@ from jsonschema import Draft202012Validator
 from freerock import config
 from freerock.config import ConfigError, load_campaign, load_config, section_in
 from freerock.config_reference import MARK, files
+from freerock.errors import FreerockError
 from freerock.laser import Laser
 from freerock.models import MODELS
 from freerock.quantity import UNITS
@@ -473,6 +474,19 @@ def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
     Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
     assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
     assert list(load_config("config/config.yaml", campaigns="lab").campaigns) == ["lab"]
+
+
+@pytest.mark.parametrize("given", [2017, "2017", ["2017"], [2017]])
+def test_a_number_may_name_a_campaign(tmp_path, given):
+    with pytest.raises(ConfigError, match="there is no campaign '2017'"):
+        load_config(tmp_path / "config.yaml", campaigns=given)
+
+
+def test_misspelt_options_are_refused():
+    config.check_options({"campaigns": ["lab"], "studies": "small", "samples": 1})
+    with pytest.raises(FreerockError) as caught:
+        config.check_options({"campaign": "lab"})
+    assert str(caught.value) == "--config: campaign: unknown key; did you mean 'campaigns'?"
 
 
 def test_accepted_campaign(campaign):

@@ -59,3 +59,9 @@ def test_the_last_line_tells_it(lab, spoil):
     assert done.stderr.splitlines()[-1] == REFUSED[spoil]
     assert "Traceback" not in done.stderr
     assert not (lab / "results").exists()
+
+
+def test_a_misspelt_option_is_told(lab):
+    done = lab.snakemake("--dry-run", "--config", "campaign=lab")
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == "--config: campaign: unknown key; did you mean 'campaigns'?"

@@ -4,7 +4,7 @@ from functools import cache
 from pathlib import Path
 
 from freerock import settings
-from freerock.config import load_config
+from freerock.config import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.manifest import listed_checksums
 from freerock.truth import read_truth
@@ -15,6 +15,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads 
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 
 try:
+    check_options(config)
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     for section in CAMPAIGNS.values():
