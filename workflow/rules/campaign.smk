@@ -241,7 +241,8 @@ rule report:
             "results/{campaign}/report.html",
             caption="../report/report.rst",
             category="{campaign}",
-            labels={"figure": "Report"},
+            subcategory="Report",
+            labels={"page": "Report of the campaign"},
         ),
         provenance="results/{campaign}/provenance.json",
     log:
