@@ -86,9 +86,10 @@ def write_report(path, *, provenance, tables, blocks, opened, figures=(), pages=
     listed = {each["test"]: each for each in config["records"]}
     wanted = charted(runs, MOST_CHARTED)
     drawn = {test for test, _ in wanted}
+    verdicts = {(row.test, str(row.run)): (row.verdict, row.reasons) for row in runs.itertuples()}
     pages = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
     sections = [
-        _section(*opened(test, test in drawn), line, labels, provenance, wanted, pages)
+        _section(*opened(test, test in drawn), line, verdicts, labels, provenance, wanted, pages)
         for test, line in listed.items()
     ]
     compared = restitution_comparison(runs, tables["parameters"], restitution, blocks)
@@ -332,7 +333,7 @@ def _comparison(compared) -> tuple:
 # Records and their runs
 
 
-def _section(record, fits, line, labels, provenance, wanted, pages) -> dict:
+def _section(record, fits, line, verdicts, labels, provenance, wanted, pages) -> dict:
     """What the report says about a record: its file, what was found in it, fits, curves of its runs."""
     attrs, test = record.attrs, record.attrs["test"]
     file = f"{provenance['config']['raw']}/{line['file']}"
@@ -345,7 +346,7 @@ def _section(record, fits, line, labels, provenance, wanted, pages) -> dict:
         "block": attrs["block"],
         "foundation": attrs["foundation"],
         "names": ", ".join(labels.get(attrs[kind], attrs[kind]) for kind in ("block", "foundation")),
-        "verdict": attrs["verdict"],
+        "verdict": min((verdicts[key][0] for key in verdicts if key[0] == test), key=VERDICTS.index),
         "reasons": attrs["reasons"],
         "file": file,
         "sha256": provenance["inputs"].get(file, ""),
@@ -356,20 +357,21 @@ def _section(record, fits, line, labels, provenance, wanted, pages) -> dict:
         "page": pages.get(test, ""),
         "pooled": groups.get("pooled", []),
         "runs": [
-            _run(test, number, run, time, groups.get(number, []))
+            _run(number, run, verdicts[test, str(number)], time, groups.get(number, []))
             | {"curves": run_curves(record, number, fitted.get(number)) if (test, number) in wanted else None}
             for number, run in runs_of(record).items()
         ],
     }
 
 
-def _run(test, number, run, time, fits) -> dict:
+def _run(number, run, told, time, fits) -> dict:
+    verdict, reasons = told
     instants = [run[name].item() for name in ("release", "start", "end")]
     return {
         "number": number,
-        "verdict": run.attrs["verdict"] + (", excluded" if run.attrs["excluded"] else ""),
-        "kind": run.attrs["verdict"],
-        "reasons": run.attrs["reasons"],
+        "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
+        "kind": verdict,
+        "reasons": reasons,
         "theta0": quantity(*(math.degrees(run[name].item()) for name in ("theta0", "theta0_stderr"))),
         "sigma": quantity(math.degrees(run["sigma_theta"].item()), digits=2),
         "impacts": run.sizes.get("impact", 0),
