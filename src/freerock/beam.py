@@ -131,6 +131,11 @@ def _side(s, block, laser):
     return np.where(s > 0, 1.0, -1.0) * np.sign(laser.position_m)  # what is lowered turns towards the beam
 
 
+def on_target(theta, block: Block, laser: "Laser"):
+    """Whether the beam meets its target, see `displacement_from_rotation`."""
+    return _on_target(-theta if mirrored(laser) else theta, block, laser)
+
+
 def _on_target(turn, block, laser):
     if np.size(turn) > 100 and np.isfinite(turn).any():
         # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,

@@ -152,9 +152,8 @@ def _classify(phases, spans, signal, stride, limit):
         or [p for p in phases if any(_rocks(gap, p.level, limit) for gap in gaps)]
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
     )
-    zeros = [
-        np.interp(phase.mid_s, *zip(*((p.mid_s, p.level) for p in at_rest), strict=True)) for phase in phases
-    ]
+    middles, levels = zip(*((p.mid_s, p.level) for p in at_rest), strict=True)
+    zeros = np.interp([phase.mid_s for phase in phases], middles, levels).tolist()
     held = [
         phase not in at_rest and abs(phase.level - zero) > NEAR * limit and _rocks(gap, zero, limit)
         for phase, zero, gap in zip(phases, zeros, gaps[1:], strict=True)
@@ -176,7 +175,9 @@ def _rocks(signal, level, limit) -> bool:
     deviation = signal[np.isfinite(signal)] - level
     away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)
     side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
-    telling = (side != 0) | (np.abs(deviation) < away / 2)  # between the two: no change of excursion
+    telling = side != 0
+    if not ((side > 0).any() and (side < 0).any()):  # passages of a signed signal are changes of its sign
+        telling |= np.abs(deviation) < away / 2  # between the two: no change of excursion
     side, height = side[telling], np.abs(deviation[telling])
     if not side.any():
         return False

@@ -15,6 +15,7 @@ from freerock.beam import (
     displacement_from_rotation,
     is_unsigned,
     mirrored,
+    on_target,
     rotation_from_displacement,
     sensitivity,
 )
@@ -376,7 +377,7 @@ def _pair(time_s, readings, lasers, block, max_disagreement_deg):
         angle = np.arctan((displacement - second.displacement[part]) / apart)
         angle = -angle if mirrored(one) else angle
         alone = displacement_from_rotation(angle, block, one)
-        both = np.isfinite(alone) & np.isfinite(displacement_from_rotation(angle, block, other))
+        both = np.isfinite(alone) & on_target(angle, block, other)
         theta[part] = angle = np.where(both, angle, np.nan)
         sigma[part] *= np.cos(angle) ** 2
         translation[part] = displacement - alone
