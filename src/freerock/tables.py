@@ -503,7 +503,7 @@ def recovered_text(frame) -> pd.DataFrame:
                 quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95) for row in rows
             ],
             "Error / %": [fixed(row.error_percent, 3) for row in rows],
-            "In 95 % interval": ["yes" if row.inside else "no" for row in rows],
+            "In 95 %": ["yes" if row.inside else "no" for row in rows],
         }
     )
 
@@ -745,11 +745,12 @@ def latex(text, caption, notes=()) -> str:
     notes : sequence of str
         Footnotes.
     """
+    font = "small" if len(text.columns) <= 6 else "scriptsize"
     rows = [" & ".join(map(_tex, row)) + r" \\" for row in [list(text.columns), *text.values.tolist()]]
     return "\n".join(
         [
             r"\begin{table}",
-            r"\centering\small\setlength{\tabcolsep}{4pt}",
+            rf"\centering\{font}\setlength{{\tabcolsep}}{{2.5pt}}",
             rf"\caption{{{_tex(caption)}}}",
             rf"\begin{{tabular}}{{{'l' * len(text.columns)}}}",
             r"\toprule",

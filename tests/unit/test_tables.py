@@ -200,7 +200,7 @@ def test_recovered_compares_runs_with_the_truth(datasets):
     assert table["inside"].tolist() == [True, False]
     assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
     text = recovered_text(table)
-    assert text["In 95 % interval"].tolist() == ["yes", "no"]
+    assert text["In 95 %"].tolist() == ["yes", "no"]
     assert text["Identified"].tolist() == ["(6.880 ± 0.012)·10⁶", "(1.3000 ± 0.0040)·10⁸"]
 
 
