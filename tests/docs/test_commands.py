@@ -48,7 +48,7 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "python -m freerock.twin": "the bytes are compared by the tests of the twins",
 }
 RUN_AFTER_ALL = "snakemake --config campaigns=stones"
-PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|FILE|<|…|/data/|results/[AB]\b|stones,marble")
+PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|FILE|<|…|/data/|results/[ABab]\b|stones,marble")
 INLINE = re.compile(
     r"`((?:freerock|snakemake|make|python -m freerock\.\w+|python benchmarks/\w+)(?: [^`]+)?)`"
 )
