@@ -10,12 +10,12 @@ from freerock.models.simulate import simulate
 
 CONTRACT = {
     "runs": "campaign test run block foundation origin theta0_deg start_s duration_s n_impacts "
-    "sigma_theta_deg verdict reasons",
+    "sigma_theta_deg verdict reasons excluded",
     "parameters": "campaign test run block foundation model parameter value stderr ci95_low ci95_high unit "
     "success",
     "epsilon": "campaign test run block foundation model epsilon_theta final_time_s epsilon_holdout "
     "n_parameters aic bic selected success",
-    "restitution": "campaign test run source impact time_s r r_stderr",
+    "restitution": "campaign test run source impact time_s r r_stderr block foundation peak_before_deg",
 }
 
 
