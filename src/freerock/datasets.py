@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from freerock.errors import FreerockError
+from freerock.errors import DamagedProduct, FreerockError
 from freerock.faults import FLAGS
 from freerock.manifest import sha256
 
@@ -502,7 +502,7 @@ def _readable(path: str | Path) -> Iterator:
             yield file
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
         remedy = "delete the file and run snakemake again"
-        raise FreerockError(path, f"is not a readable netCDF file ({error})", remedy) from error
+        raise DamagedProduct(path, f"is not a readable netCDF file ({error})", remedy) from error
 
 
 def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:

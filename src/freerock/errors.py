@@ -25,3 +25,7 @@ class FreerockError(Exception):
 
     def __str__(self) -> str:
         return " ".join(f"{self.where}: {self.what}; {self.remedy}".split())
+
+
+class DamagedProduct(FreerockError):
+    """A product, `where`, that can't be read: what made it makes it again."""

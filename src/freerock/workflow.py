@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from types import TracebackType
 
-from freerock.errors import FreerockError
+from freerock.errors import DamagedProduct, FreerockError
 from freerock.guard import job_runs
 
 PACKAGE = Path(__file__).parent
@@ -121,7 +121,7 @@ def log_to(path: str | Path) -> logging.Logger:
     """Send a script's messages, warnings and fatal error to its log; returns the logger for its messages.
 
     Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
-    anything else with a traceback.
+    anything else with a traceback. A damaged product of an earlier step is deleted, so that it is made again.
     """
     job_runs()
     logging.basicConfig(filename=path, filemode="w", format="%(message)s", encoding="utf-8")
@@ -144,6 +144,9 @@ class _OneLine(logging.Formatter):
 
 
 def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    if isinstance(error, DamagedProduct):
+        Path(str(error.where)).unlink(missing_ok=True)
+        error = FreerockError(error.where, error.what, "it has been deleted: run the same command again")
     text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
     logging.error(text)
     print(text, file=sys.stderr)
