@@ -201,7 +201,6 @@ def _plan(chosen: argparse.Namespace) -> None:
     labels = {name: block.label for name, block in campaign.blocks.items()}
     labels |= {name: foundation.label for name, foundation in campaign.foundations.items()}
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
-    folder.mkdir(parents=True, exist_ok=True)
     pages, drawn = figures.plan(frame, labels)
     save(pages, drawn, folder / "plan")
     print(plan_text(frame, labels))
@@ -230,7 +229,6 @@ def _simulate(chosen: argparse.Namespace) -> None:
     path = Path(chosen.scene)
     scene = scenes.load_scene(path)
     stem = Path(chosen.into) / path.stem
-    stem.parent.mkdir(parents=True, exist_ok=True)
     if scene.laser:
         scenes.write_scene_record(scene, stem.with_suffix(".tdms"))
         print(f"written: {stem}.tdms (simulated)")

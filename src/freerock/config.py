@@ -119,13 +119,21 @@ class BlockSection(Section):
     @property
     def block(self) -> Block:
         """The block as the models take it."""
-        return Block(self.height_m, self.width_m, self.mass_kg)
+        return Block(self.height_m, self.width_m, self.mass_kg, self.contact_width_m)
+
+    @field_validator("contact_width_m")
+    @classmethod
+    def _within(cls, width: Any, info: ValidationInfo) -> Any:
+        if width is not None and width > info.data.get("width_m", math.inf):
+            raise Fault(f"{width:g} is more than the full width", "correct one of the two")
+        return width
 
     @field_validator("release_angle_deg")
     @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m"} <= info.data.keys():
-            critical = math.degrees(Block(info.data["height_m"], info.data["width_m"], 1.0).theta_cr)
+            shape = info.data["height_m"], info.data["width_m"], 1.0, info.data.get("contact_width_m")
+            critical = math.degrees(Block(*shape).theta_cr)
             if angle >= critical:
                 raise Fault(
                     f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",
@@ -338,7 +346,19 @@ class FitsSection(Section):
     profile: bool = Field(
         False, description="true for intervals of the profile likelihood, some seconds a fit, else false"
     )
-    pooled: bool = Field(True, description="true to fit all runs of a record jointly as well, else false")
+    pooled: bool = Field(
+        True,
+        validate_default=True,
+        description="true to fit all runs of a record jointly as well, else false",
+    )
+
+    @field_validator("pooled")
+    @classmethod
+    def _each_impact_is_of_one_run(cls, pooled: Any, info: ValidationInfo) -> Any:
+        free = info.data.get("free")
+        if pooled and free and "r_per_impact" in free.housner:
+            raise Fault("a joint fit has no restitution per impact", "set it false, or free no r_per_impact")
+        return pooled
 
     @property
     def freed(self) -> dict[str, tuple[str, ...]]:
@@ -631,6 +651,7 @@ class Campaign(CampaignFile):
             "block_height_m": block.height_m,
             "block_width_m": block.width_m,
             "block_mass_kg": block.mass_kg,
+            "block_contact_width_m": block.contact_width_m or "",
             "institution": self.institution,
             "creator_name": self.creator,
             "license": self.license,

@@ -255,8 +255,10 @@ def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:
     return _open(path, "fits", samples)
 
 
-def one_of_each(paths: Iterable[str | Path], scenes: Iterable, opened: Callable) -> list[xr.DataTree]:
-    """One product of each scene: its first with a run, or its first where none has.
+def one_of_each(
+    paths: Iterable[str | Path], scenes: Iterable, opened: Callable, usable: Callable
+) -> list[xr.DataTree]:
+    """One product of each scene: its first that is usable, or its first where none is.
 
     Parameters
     ----------
@@ -266,13 +268,18 @@ def one_of_each(paths: Iterable[str | Path], scenes: Iterable, opened: Callable)
         What each shows, such as block and foundation.
     opened : callable
         `open_record` or `open_fits`; called until every scene has been found.
+    usable : callable
+        Tells of a product whether it has something to show.
     """
-    found = {}
+    found, good = {}, set()
     for path, scene in zip(paths, scenes, strict=True):
-        if scene not in found or not found[scene].children:
-            tree = opened(path)
-            if scene not in found or tree.children:
-                found[scene] = tree
+        if scene in good:
+            continue
+        tree = opened(path)
+        if usable(tree):
+            good.add(scene)
+            found[scene] = tree
+        found.setdefault(scene, tree)
     return list(found.values())
 
 

@@ -157,6 +157,5 @@ def save_picture(figure: "Figure", path: Path) -> None:
 
     from freerock.datasets import atomic
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     with atomic(path) as partial:
         FigureCanvasAgg(figure).print_png(partial, metadata={"Software": None})

@@ -31,18 +31,23 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     Raises
     ------
     FreerockError
-        The manifest has other columns.
+        The manifest can't be read, has other columns, or lacks a checksum.
     """
     manifest = Path(folder) / "manifest.csv"
     if not manifest.exists():
         return {}
-    with open(manifest, newline="", encoding="utf-8-sig") as stream:
-        rows = csv.DictReader(stream)
-        if not {"file", "sha256"} <= set(rows.fieldnames or ()):
-            raise FreerockError(
-                manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first"
-            )
-        return {row["file"]: row["sha256"] for row in rows}
+    try:
+        with open(manifest, newline="", encoding="utf-8-sig") as stream:
+            rows = csv.DictReader(stream)
+            columns, listed = rows.fieldnames or (), list(rows)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise FreerockError(manifest, f"can't be read ({error})", "save it as CSV in UTF-8") from error
+    if not {"file", "sha256"} <= set(columns):
+        raise FreerockError(manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first")
+    for row in listed:
+        if not row["sha256"]:
+            raise FreerockError(manifest, f"lists no sha256 of {row['file']}", "write the manifest again")
+    return {row["file"]: row["sha256"] for row in listed}
 
 
 def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:

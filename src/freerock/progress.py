@@ -30,6 +30,8 @@ class Progress:
         Records that could not be processed so far, with their reasons.
     complete : bool
         Everything is there.
+    earlier : bool
+        Some of the products are older than the newest run of Snakemake.
     share : float
         Done, of the work on all records.
     remaining_s : float
@@ -41,6 +43,7 @@ class Progress:
     total: int
     failed: list[tuple[str, str]]
     complete: bool
+    earlier: bool
     share: float
     remaining_s: float
 
@@ -70,16 +73,24 @@ def progress(results: str | Path, tests: Sequence[str], started_s: float, now_s:
     """
     results, done, share, new = Path(results), {}, 0.0, 0.0
     for step, (name, weight) in STEPS.items():
-        made = [path for test in tests if (path := results / name.format(test)).exists()]
+        made = [made_s for test in tests if (made_s := _made(results / name.format(test))) is not None]
         done[step] = len(made)
         share += weight * len(made) / len(tests)
-        new += weight * sum(path.stat().st_mtime >= started_s for path in made) / len(tests)
+        new += weight * sum(made_s >= started_s for made_s in made) / len(tests)
     records = {test: results / STEPS["records"][0].format(test) for test in tests}
     verdicts = {test: verdict_of(path) for test, path in records.items() if path.exists()}
     failed = [(test, reasons) for test, (verdict, reasons) in verdicts.items() if verdict == "fail"]
     remaining_s = (1 - share) / new * (now_s - started_s) if new else math.nan
     complete = (results / "complete.txt").exists() and share > 1 - 1e-9
-    return Progress(done, len(tests), failed, complete, share, remaining_s)
+    return Progress(done, len(tests), failed, complete, new < share - 1e-9, share, remaining_s)
+
+
+def _made(path: Path) -> float | None:
+    """When a product was written [s since 1970]; None while there is none."""
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return None
 
 
 def progress_text(name: str, state: Progress) -> str:
@@ -92,6 +103,8 @@ def progress_text(name: str, state: Progress) -> str:
         when = f"{100 * state.share:.0f} % of the work on the records done"
         if math.isfinite(state.remaining_s):
             when += f", about {_duration(state.remaining_s)} to go at the pace of the newest run"
+        if state.earlier:
+            when += " (products of earlier runs are taken to be up to date)"
     lines = [f"{name}: {when}"]
     lines += [f"  {step:13s} {number:5d} of {state.total}" for step, number in state.done.items()]
     lines += [f"  failed: {test}: {reasons}" for test, reasons in state.failed]

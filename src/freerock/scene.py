@@ -4,6 +4,7 @@ A scene with a laser becomes a record file as a laboratory would have it; withou
 """
 
 import math
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -143,8 +144,9 @@ def ground_motion(section: GroundSection, folder: Path) -> "GroundMotion":
 
     path = folder / section.file
     try:
-        table = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
+        with warnings.catch_warnings(action="ignore"):  # of an empty file
+            table = np.genfromtxt(path, delimiter=",", names=True, encoding="utf-8-sig")
+    except (OSError, ValueError, IndexError) as error:
         told = str(error).partition("\n")[0]
         remedy = f"give a CSV file with columns {', '.join(COLUMNS)}"
         raise FreerockError(path, f"can't be read ({told})", remedy) from None

@@ -144,7 +144,8 @@ def _with_fits(number, run, fits) -> tuple[str, str]:
     if fits.attrs["verdict"] == "fail":  # the step gave up
         own = [f"not fitted: {told}"]
     else:
-        own = [each.partition(": ")[2] for each in told.split("; ") if each.startswith(f"run {number}: ")]
+        mine = (f"run {number}: ", "all runs: ")
+        own = [each.removeprefix(mine[0]) for each in told.split("; ") if each.startswith(mine)]
     if not own:
         return verdict, reasons
     lost = f"run_{number}" not in fits.children
@@ -686,7 +687,8 @@ def read_csv(path) -> pd.DataFrame:
     path : path-like
         CSV file.
     """
-    text = dict.fromkeys(("run", "reasons", "reason"), str)
+    names = ("campaign", "test", "run", "block", "foundation", "basis", "model")  # 001 is one too
+    text = dict.fromkeys((*names, "reasons", "reason"), str)
     frame = pd.read_csv(path, dtype=text, keep_default_na=False, na_values=[""])  # a block may be called NA
     return frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
 

@@ -65,6 +65,20 @@ YAML_MISTAKES = {
         ("5.84", "-8.67"),
         "lab.yaml:7: blocks.tall.mass_kg: -8.67 is not greater than 0; give the mass in kilograms",
     ),
+    "wide corners": (
+        ("mass_kg: 5.84", "mass_kg: 5.84\n    contact_width_m: 0.08"),
+        "lab.yaml:8: blocks.tall.contact_width_m: 0.08 is more than the full width; correct one of the two",
+    ),
+    "worn and released too far": (
+        ("mass_kg: 5.84", "mass_kg: 5.84\n    contact_width_m: 0.01\n    release_angle_deg: 10"),
+        "lab.yaml:9: blocks.tall.release_angle_deg: released at 10° the block overturns, its critical angle is "
+        "2.045°; correct the release angle, the height or the width",
+    ),
+    "restitution per impact of all runs": (
+        ("title: ", "fits: {free: {housner: [r_per_impact]}}\ntitle: "),
+        "lab.yaml:1: fits.pooled: a joint fit has no restitution per impact; set it false, or free no "
+        "r_per_impact",
+    ),
     "unknown key": (("title", "titel"), "lab.yaml:1: titel: unknown key; did you mean 'title'?"),
     "renamed key": (
         ("mass_kg", "mass"),

@@ -59,3 +59,12 @@ def test_foreign_manifest_is_refused(folder):
     (folder / "manifest.csv").write_text("name,md5\n")
     with pytest.raises(FreerockError, match="has no columns file and sha256; write file,sha256,bytes first"):
         check_manifest(folder)
+
+
+def test_unreadable_manifest_is_refused(folder):
+    (folder / "manifest.csv").write_bytes("file,sha256\nprüfung.tdms,0\n".encode("latin-1"))
+    with pytest.raises(FreerockError, match=r"manifest\.csv: can't be read \(.*\); save it as CSV in UTF-8"):
+        check_manifest(folder)
+    (folder / "manifest.csv").write_text("file,sha256\na.tdms\n")
+    with pytest.raises(FreerockError, match=r"lists no sha256 of a\.tdms; write the manifest again"):
+        check_manifest(folder)

@@ -34,7 +34,8 @@ def test_pace_of_the_newest_run_tells_the_rest(tmp_path):
     new = 0.25 * 2 / 4 + 0.45 / 4  # the first record is older than the run
     assert state.remaining_s == pytest.approx((1 - state.share) / new * 100)
     assert progress_text("lab", state) == (
-        "lab: 30 % of the work on the records done, about 5 min to go at the pace of the newest run\n"
+        "lab: 30 % of the work on the records done, about 5 min to go at the pace of the newest run "
+        "(products of earlier runs are taken to be up to date)\n"
         "  records           3 of 4\n"
         "  fits              1 of 4\n"
         "  quality pages     0 of 4\n"

@@ -124,6 +124,12 @@ def test_a_mistake_is_told_in_one_line(here, capsys, mistake):
     assert capsys.readouterr().err == f"{line}\n"
 
 
+def test_an_empty_ground_file(here, capsys):
+    Path("ground.csv").write_text("")
+    assert run(SCENE.replace("release_angle_deg: 5", "ground: {file: ground.csv}")) == 1
+    assert capsys.readouterr().err.startswith("ground.csv: can't be read (")
+
+
 def test_a_ground_file_of_other_columns(here, capsys):
     Path("ground.csv").write_text("t,x_m_s2\n0,0\n1,1\n")
     assert run(SCENE.replace("release_angle_deg: 5", "ground: {file: ground.csv}")) == 1

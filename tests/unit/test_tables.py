@@ -18,6 +18,7 @@ from freerock.tables import (
     numbers_tex,
     parameters_table,
     quantity,
+    read_csv,
     recovered_table,
     recovered_text,
     restitution_table,
@@ -68,10 +69,11 @@ def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
         del other[f"run_{number}"]
     runs = runs_table(records, [one, other])
     told = list(zip(runs["test"], runs["run"], runs["verdict"], runs["reasons"], strict=True))
+    joint = "all runs: winkler not fitted: so"
     left_out = "excluded: the block slid & turned <1°"
     assert told == [
-        ("b1_marble", 1, "warn", "winkler not fitted: too short, hold longer"),
-        ("b1_marble", 2, "ok", ""),
+        ("b1_marble", 1, "warn", f"winkler not fitted: too short, hold longer; {joint}"),
+        ("b1_marble", 2, "warn", joint),
         ("b1_marble", 3, "warn", left_out),
         ("b2_marble", 1, "fail", "not fitted: unforeseen: ZeroDivisionError"),
         ("b2_marble", 2, "fail", "not fitted: unforeseen: ZeroDivisionError"),
@@ -326,3 +328,11 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
         text=True,
     )
     assert done.returncode == 0, done.stdout[-2000:]
+
+
+def test_names_of_digits_stay_names(tmp_path):
+    frame = pd.DataFrame({"test": ["001", "02"], "run": [1, 2], "block": ["1", "2"], "r": [0.9, 0.8]})
+    write_csv(frame, tmp_path / "names.csv")
+    again = read_csv(tmp_path / "names.csv")
+    assert again[["test", "run", "block"]].values.tolist() == [["001", "1", "1"], ["02", "2", "2"]]
+    assert again["r"].tolist() == [0.9, 0.8]

@@ -94,3 +94,8 @@ def products(kind):
 def memory(mb):
     """Megabytes of a job on a cluster: twice what was measured; more at the next attempt."""
     return lambda wildcards, attempt: mb * attempt
+
+
+def minutes(first):
+    """Minutes of a job on a cluster; more at the next attempt."""
+    return lambda wildcards, attempt: first * attempt

@@ -26,7 +26,7 @@ for name, section in CAMPAIGNS.items():
                 "../envs/freerock.yaml"
             resources:
                 mem_mb=memory(400),
-                runtime=5 + len(tests),
+                runtime=minutes(5 + len(tests)),
             params:
                 records=own,
                 shared=shared,
@@ -53,7 +53,7 @@ for name, section in CAMPAIGNS.items():
                 "../envs/freerock.yaml"
             resources:
                 mem_mb=memory(700),
-                runtime=5 + len(tests),
+                runtime=minutes(5 + len(tests)),
             params:
                 records=own_fit,
                 shared=shared_fit,
@@ -92,7 +92,7 @@ for name, section in CAMPAIGNS.items():
                 "../envs/freerock.yaml"
             resources:
                 mem_mb=memory(500),
-                runtime=5 + len(tests),
+                runtime=minutes(5 + len(tests)),
             params:
                 tests=tests,
                 labels=settings.labels(section),

@@ -1,6 +1,6 @@
 # Before anything runs: what a run that was killed left behind, and files from the future.
 
-from freerock.guard import check_clock, run_starts
+from freerock.guard import check_clock, job_runs, run_starts
 
 if workflow.is_main_process and not workflow.dryrun:
     run_starts()
@@ -9,9 +9,11 @@ if workflow.is_main_process and not workflow.dryrun:
             [path for name in CAMPAIGNS for path in Path("results", name).rglob("*")],
             [
                 *(Path(file) for each in CAMPAIGNS.values() for file in raw_files(each, each.records)),
-                *PACKAGE.rglob("*.*"),
+                *(path for path in PACKAGE.rglob("*.*") if path.parent.name != "__pycache__"),
                 *SCRIPTS.glob("*.py"),
             ],
         )
     except FreerockError as error:
         sys.exit(str(error))
+elif not workflow.is_main_process:
+    job_runs()

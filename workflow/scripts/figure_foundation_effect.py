@@ -3,10 +3,11 @@
 from freerock.datasets import one_of_each, open_record
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.style import save
+from freerock.tables import usable_runs
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")
-records = one_of_each(snakemake.input.records, snakemake.params.scenes, open_record)
+records = one_of_each(snakemake.input.records, snakemake.params.scenes, open_record, usable_runs)
 drawn = foundation_effect(records, snakemake.params.labels, target=target)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), records[0].attrs["origin"], target=target)

@@ -3,10 +3,11 @@
 from freerock.datasets import one_of_each, open_fits
 from freerock.figures.models import models
 from freerock.figures.style import save
+from freerock.tables import runs_of
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")
-fits = one_of_each(snakemake.input.fits, snakemake.params.scenes, open_fits)
+fits = one_of_each(snakemake.input.fits, snakemake.params.scenes, open_fits, runs_of)
 drawn = models(fits, snakemake.params.labels, target=target)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"], target=target)

@@ -2,14 +2,14 @@
 
 from freerock.datasets import one_of_each, open_fits
 from freerock.figures.style import save
-from freerock.figures.valley import valley
+from freerock.figures.valley import has_valley, valley
 from freerock.models.block import Block
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")
 params = snakemake.params
-fits = one_of_each(snakemake.input.fits, params.scenes, open_fits)
+fits = one_of_each(snakemake.input.fits, params.scenes, open_fits, has_valley)
 blocks = {name: Block(**block) for name, block in params.blocks.items()}
 drawn = valley(fits, blocks, params.labels, params.debonding, target=target)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), fits[0].attrs["origin"], target=target)

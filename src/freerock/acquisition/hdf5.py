@@ -3,6 +3,7 @@
 Nothing outside the file is read: external links, external storage and virtual datasets are passed over.
 """
 
+import signal
 import subprocess
 import sys
 from math import prod
@@ -73,6 +74,8 @@ def opened(path):
     """
     size = path.stat().st_size
     outcome = walked(str(path), WALK_S + size // WALKED_PER_S, max(DENSEST * size, LITTLE))
+    if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
+        raise MemoryError("the process that goes through the file was killed")
     if outcome not in (0, 1):  # 1: an exception, which tells more when it is met here
         raise FreerockError(path, "the file is damaged: HDF5's library does not survive it", COPY_AGAIN)
     return h5py.File(path, locking=False)

@@ -52,7 +52,7 @@ def restitution(runs, impacts, blocks, labels=None):
 
 def _panel(ax, scene, r_housner):
     ax.margins(x=0.05)
-    ax.axhline(r_housner, color="0.45", linestyle=":", label="1 − 1.5 sin²θ$_{cr}$ (rigid)")
+    ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block (Housner)")
     for model in MODELS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
         style = MODEL_STYLES[model] | thin | {"marker": MARKERS[model]}

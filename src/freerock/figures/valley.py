@@ -91,6 +91,11 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
     return figure, gathered(parts, COLUMNS)
 
 
+def has_valley(tree):
+    """Whether a fit dataset holds a fit to be shown."""
+    return any(True for _ in _identified(tree))
+
+
 def _identified(tree):
     """Run, parameters and correlation of the successful fits."""
     for run, model, fit in fits_of(tree):

@@ -171,7 +171,8 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
         a rigid block from the same angles.
     """
     rows = []
-    measured = restitution[restitution["source"] == "experiment"]
+    runs = runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
+    measured = restitution[restitution["source"] == "experiment"].merge(runs[["test", "run"]])
     for test, impacts in measured.groupby("test", sort=False):
         fitted = parameters[
             (parameters["test"] == test) & (parameters["run"] == "pooled") & (parameters["parameter"] == "r")
@@ -489,7 +490,7 @@ def _scripts():
 def _facts(runs, sections, compared, blocks) -> dict:
     """Numbers of the report's sentences, as text."""
     shifts_mm = [
-        500 * blocks[run.block].width_m * (1 - math.cos(math.radians(run.theta0_deg)))
+        1000 * blocks[run.block].b * (1 - math.cos(math.radians(run.theta0_deg)))
         for run in runs.dropna(subset=["theta0_deg"]).itertuples()
     ]
     known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
