@@ -71,8 +71,8 @@ YAML_MISTAKES = {
     ),
     "worn and released too far": (
         ("mass_kg: 5.84", "mass_kg: 5.84\n    contact_width_m: 0.01\n    release_angle_deg: 10"),
-        "lab.yaml:9: blocks.tall.release_angle_deg: released at 10° the block overturns, its critical angle is "
-        "2.045°; correct the release angle, the height or the width",
+        "lab.yaml:9: blocks.tall.release_angle_deg: released at 10° the block overturns, its critical "
+        "angle is 2.045°; correct the release angle, the height or the width",
     ),
     "restitution per impact of all runs": (
         ("title: ", "fits: {free: {housner: [r_per_impact]}}\ntitle: "),
