@@ -13,6 +13,8 @@ PAGES = {"qc": 2, "report": 1, "complete": 1}
 AFTER_TABLES = {"recovered": 1, "figure_restitution": 1, "figure_predictions": 1}
 AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure_models": 2, "figure_valley": 1}
 EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
+AFTER_STYLE = PAGES | FIGURES | {"figure_valley": 1, "figure_predictions": 1}
+AFTER_LABELS = PAGES | FIGURES | AFTER_TABLES | {"tables": 1, "figure_valley": 1}
 OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "qc": 1, "figure_models": 1}
 
 YAML = "config/campaigns/small.yaml"
@@ -56,7 +58,7 @@ def test_added_key(checkout, added, jobs):
     ("path", "old", "new", "jobs"),
     [
         (YAML, "mass_kg: 2.98", "mass_kg: 2.97", OF_ONE_RECORD),
-        (YAML, "label: Mat", "label: Rubber mat", PAGES | FIGURES | AFTER_TABLES | {"tables": 1, "figure_valley": 1}),
+        (YAML, "label: Mat", "label: Rubber mat", AFTER_LABELS),
         (YAML, "position_m: 0.2,", "position_m: 0.21,", OF_ONE_RECORD),
         (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", OF_ONE_RECORD),
         (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
@@ -73,7 +75,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/twin.py", {}),
         ("src/freerock/config.py", {}),
         ("src/freerock/figures/qc.py", PAGES),
-        ("src/freerock/figures/freerock.mplstyle", PAGES | FIGURES | {"figure_valley": 1, "figure_predictions": 1}),
+        ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
         ("src/freerock/report/report.html.j2", {"report": 1, "complete": 1}),
         ("src/freerock/tables.py", AFTER_FITS | FIGURES),
         ("src/freerock/identify.py", {"fit": 2} | AFTER_FITS),
