@@ -1,6 +1,6 @@
 """Campaigns of many records: wall time, processor time and memory over their number, and what a record costs.
 
-python benchmarks/scale.py [run 6 60 600 …] [plan 6000 …] [parts]
+python benchmarks/scale.py run [6 60 600 …] | plan [600 6000 …] | parts
 """
 
 import argparse
@@ -63,12 +63,12 @@ def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
             (folder / f"raw/scale/r{number:05d}.tdms").touch()
 
 
-def snakemake(folder: Path, *arguments: str) -> dict:
+def snakemake(folder: Path, *arguments: str, cores: int = 2) -> dict:
     """Run the workflow in a folder; wall and processor time [s], largest memory of a process [MB], output."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.perf_counter()
     command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", folder]
-    command += ["--profile", ROOT / "profiles/default", "--cores", "2", *arguments]
+    command += ["--profile", ROOT / "profiles/default", "--cores", str(cores), *arguments]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     wall = time.perf_counter() - start
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -86,7 +86,7 @@ def jobs(done: dict) -> int:
     return int((re.findall(r"^total +(\d+)$", done["output"], re.M) or [0])[0])
 
 
-def run(numbers: list[int]) -> None:
+def run(numbers: list[int], cores: int) -> None:
     """Analyse campaigns of so many records, then again, then with one record more."""
     told = []
     for n in numbers:
@@ -94,7 +94,7 @@ def run(numbers: list[int]) -> None:
             folder = Path(scratch, "campaign")
             write_campaign(folder, n)
             plan = snakemake(folder, "--dry-run", "--quiet", "all")
-            whole = snakemake(folder)
+            whole = snakemake(folder, cores=cores)
             again = snakemake(folder)
             assert "Nothing to be done" in again["output"]
             by_step = steps(folder)
@@ -240,12 +240,15 @@ def main() -> int:
     commands = parser.add_subparsers(dest="command", required=True)
     for command, numbers in (("run", [6, 60, 600]), ("plan", [600, 6000])):
         commands.add_parser(command).add_argument("numbers", type=int, nargs="*", default=numbers)
+    commands.choices["run"].add_argument("--cores", type=int, default=2)
     commands.add_parser("parts")
     given = parser.parse_args()
     if given.command == "parts":
         parts()
+    elif given.command == "plan":
+        plan(given.numbers)
     else:
-        {"run": run, "plan": plan}[given.command](given.numbers)
+        run(given.numbers, given.cores)
     return 0
 
 
