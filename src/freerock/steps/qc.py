@@ -13,4 +13,4 @@ def make_pages(
     """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv; with a reason, only that."""
     record = open_record(record_file)
     drawn = failed(record, labels, reason) if reason else qc(record, open_fits(fits_file), labels)
-    save(*drawn, stem, record.attrs["origin"])
+    save(*drawn, stem, record.attrs["origin"], pdf_fonts=3)
