@@ -19,9 +19,11 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
+os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
-from freerock import twin
+import numpy as np  # noqa: E402
+
+from freerock import twin  # noqa: E402
 
 ROOT = Path(__file__).parents[1]
 RECORDS_PER_JOB = 25
