@@ -21,9 +21,9 @@ from pathlib import Path
 
 os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
-import numpy as np  # noqa: E402
+import numpy as np
 
-from freerock import twin  # noqa: E402
+from freerock import twin
 
 ROOT = Path(__file__).parents[1]
 RECORDS_PER_JOB = 25
