@@ -596,6 +596,11 @@ def usable_runs(tree):
     }
 
 
+def usable_rows(runs) -> pd.DataFrame:
+    """The rows of the table runs that `usable_runs` would keep: neither failed nor excluded."""
+    return runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
+
+
 def _published(published, row, name) -> float:
     for key in (row.block, row.foundation, row.model):
         published = (published or {}).get(key)

@@ -278,8 +278,6 @@ rule complete:
     localrule: True
     conda:
         "../envs/freerock.yaml"
-    params:
-        left_out=lambda w: {each.test: [run for run, _ in each.exclusions] for each in campaign(w).records},
     message:
         "{wildcards.campaign}: every record processed?"
     script:

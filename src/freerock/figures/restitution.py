@@ -4,6 +4,7 @@ from matplotlib.figure import Figure
 
 from freerock.figures.style import MODEL_STYLES, columns, footer, label, printed, scaled, size, wrapped
 from freerock.models import MODELS
+from freerock.tables import usable_rows
 
 MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
@@ -28,8 +29,7 @@ def restitution(runs, impacts, blocks, labels=None):
     data : pandas.DataFrame
         Columns of the table restitution.
     """
-    usable = runs[(runs["verdict"] != "fail") & ~runs["excluded"]]
-    data = impacts.merge(usable[["test", "run"]])
+    data = impacts.merge(usable_rows(runs)[["test", "run"]])
     shown, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
 
     width, height = size(0.5 + 2.0 * len(shown))

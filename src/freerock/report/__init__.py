@@ -28,6 +28,7 @@ from freerock.tables import (
     quantity,
     runs_of,
     unit_text,
+    usable_rows,
     with_unit,
 )
 
@@ -171,7 +172,7 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
         a rigid block from the same angles.
     """
     rows = []
-    runs = runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
+    runs = usable_rows(runs)
     measured = restitution[restitution["source"] == "experiment"].merge(runs[["test", "run"]])
     for test, impacts in measured.groupby("test", sort=False):
         fitted = parameters[
