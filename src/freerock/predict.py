@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Iterator
+from itertools import groupby
+from operator import itemgetter
 
 import numpy as np
 import pandas as pd
@@ -20,7 +22,7 @@ SIGNIFICANT = 0.01
 
 
 def _estimates(fits) -> Iterator[tuple]:
-    """Successful fits of single runs, with the run's group and the fit's.
+    """Successful fits of single runs.
 
     With a restitution per impact there is nothing to carry over.
     """
@@ -33,7 +35,7 @@ def _estimates(fits) -> Iterator[tuple]:
             n = len(MODELS[model])
             if "r_2" in value:
                 continue
-            estimate = {
+            yield {
                 **{key: str(tree.attrs[key]) for key in IDENTITY if key != "run"},
                 "run": run,
                 "model": model,
@@ -41,7 +43,6 @@ def _estimates(fits) -> Iterator[tuple]:
                 "covariance": fit["covariance"].values[:n, :n],
                 "release": {name: value[name] for name in ("theta0", "t0", "width") if name in value},
             }
-            yield estimate, tree[f"run_{run}"], fit
 
 
 def _geometric_means(estimates) -> dict:
@@ -49,7 +50,7 @@ def _geometric_means(estimates) -> dict:
     return dict(zip(estimates[0]["parameters"], np.exp(np.mean(logs, axis=0)).tolist(), strict=True))
 
 
-def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
+def predictions(fits, motions, blocks, debonding: str = "geometric") -> pd.DataFrame:
     """How well the parameters of other runs predict a run.
 
     The prediction takes the run's own angle and instant of release, and width where it was freed, and the
@@ -57,8 +58,10 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
 
     Parameters
     ----------
-    fits : callable
-        Returns an iterator over the fit datasets; called twice, and one dataset is held at a time.
+    fits : iterable of xarray.DataTree
+        Fit datasets; samples are not needed.
+    motions : callable
+        Takes a test and returns its runs' motions, as `datasets.motions_in` does; called once per test.
     blocks : mapping of str to freerock.models.block.Block
         The campaign's blocks by name.
     debonding : str
@@ -71,7 +74,8 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
         same foundation, n_runs their number, epsilon_theta a fraction.
     """
     tests, blocks_on, rows = {}, {}, []
-    for estimate, _, _ in _estimates(fits()):
+    estimates = list(_estimates(fits))
+    for estimate in estimates:
         scene = estimate["model"], estimate["foundation"]
         tests.setdefault((*scene, estimate["test"]), []).append(estimate)
         blocks_on.setdefault(scene, {}).setdefault(estimate["block"], []).append(estimate)
@@ -79,25 +83,31 @@ def predictions(fits, blocks, debonding: str = "geometric") -> pd.DataFrame:
         scene: {block: (_geometric_means(own), len(own)) for block, own in every.items()}
         for scene, every in blocks_on.items()
     }
-    for own, run, fit in _estimates(fits()):
-        scene = own["model"], own["foundation"]
-        others = [each for each in tests[*scene, own["test"]] if each["run"] != own["run"]]
-        bases = {"other runs": (_geometric_means(others), len(others))} if others else {}
-        bases |= {block: mean for block, mean in means[scene].items() if block != own["block"]}
-        release = {"theta0": fit["theta_model"].values[0]} | own["release"]
-        time_s, measured = run["time"].values, run["theta"].values
-        for basis, (parameters, n_runs) in bases.items():
-            theta = simulate_fitted(
-                own["model"], blocks[own["block"]], release | parameters, time_s, debonding=debonding
-            )
-            rows.append(
-                {
-                    **{key: own[key] for key in (*IDENTITY, "model")},
-                    "basis": basis,
-                    "n_runs": n_runs,
-                    "epsilon_theta": epsilon_theta(time_s, theta, measured),
-                }
-            )
+    for test, every in groupby(estimates, itemgetter("test")):
+        measured = motions(test)
+        for own in every:
+            scene = own["model"], own["foundation"]
+            others = [each for each in tests[*scene, test] if each["run"] != own["run"]]
+            bases = {"other runs": (_geometric_means(others), len(others))} if others else {}
+            bases |= {block: mean for block, mean in means[scene].items() if block != own["block"]}
+            motion = measured[own["run"]]
+            release = {"theta0": motion.theta0} | own["release"]
+            for basis, (parameters, n_runs) in bases.items():
+                theta = simulate_fitted(
+                    own["model"],
+                    blocks[own["block"]],
+                    release | parameters,
+                    motion.time_s,
+                    debonding=debonding,
+                )
+                rows.append(
+                    {
+                        **{key: own[key] for key in (*IDENTITY, "model")},
+                        "basis": basis,
+                        "n_runs": n_runs,
+                        "epsilon_theta": epsilon_theta(motion.time_s, theta, motion.theta),
+                    }
+                )
     return pd.DataFrame(rows, columns=PREDICTIONS)
 
 
@@ -121,7 +131,7 @@ def shared_foundation(fits) -> pd.DataFrame:
         likelihood ratio is that of all parameters of the model together. shared tells whether the F test
         leaves it standing (p ≥ 0.01).
     """
-    frame = pd.DataFrame([estimate for estimate, _, _ in _estimates(fits)])
+    frame = pd.DataFrame(_estimates(fits))
     rows = []
     if frame.empty:
         return pd.DataFrame(rows, columns=FOUNDATIONS)

@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from freerock.identify import Motion
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
 from freerock.predict import FOUNDATIONS, PREDICTIONS, predictions, shared_foundation
+from freerock.tables import runs_of
 
 BLOCKS = {"a": Block(0.28, 0.07, 5.84), "b": Block(0.14, 0.07, 2.98)}
 TIME = np.arange(0, 2, 2e-3)
@@ -45,8 +47,19 @@ def tree(block, factors, stderr=1e-3, success=True, foundation="marble", width_m
     return xr.DataTree.from_dict(groups)
 
 
+def predicted(*trees):
+    motions = {
+        each.attrs["test"]: {
+            run: Motion(group["time"].values, group["theta"].values, sigma_theta=1e-5, theta0=0.17)
+            for run, group in runs_of(each).items()
+        }
+        for each in trees
+    }
+    return predictions(trees, motions.get, BLOCKS)
+
+
 def test_other_runs_of_the_same_law_predict_a_run():
-    table = predictions(lambda: [tree("a", [1.0, 1.0, 1.0])], BLOCKS)
+    table = predicted(tree("a", [1.0, 1.0, 1.0]))
     assert list(table) == PREDICTIONS
     assert table["basis"].tolist() == ["other runs"] * 3
     assert table["n_runs"].tolist() == [2] * 3
@@ -54,7 +67,7 @@ def test_other_runs_of_the_same_law_predict_a_run():
 
 
 def test_another_foundation_predicts_worse_and_other_blocks_are_told_apart():
-    table = predictions(lambda: [tree("a", [1.0, 1.5]), tree("b", [1.0])], BLOCKS)
+    table = predicted(tree("a", [1.0, 1.5]), tree("b", [1.0]))
     assert set(table["basis"]) == {"other runs", "a", "b"}
     own = table.set_index(["test", "run", "basis"])["epsilon_theta"]
     assert own["a_marble", 1, "b"] < 1e-12  # its one run has the same k and λ
@@ -64,11 +77,11 @@ def test_another_foundation_predicts_worse_and_other_blocks_are_told_apart():
 
 
 def test_a_freed_width_goes_into_the_prediction():
-    assert predictions(lambda: [tree("a", [1.0, 1.0], width_m=0.066)], BLOCKS)["epsilon_theta"].max() < 1e-12
+    assert predicted(tree("a", [1.0, 1.0], width_m=0.066))["epsilon_theta"].max() < 1e-12
 
 
 def test_failed_fits_neither_predict_nor_are_predicted():
-    assert predictions(lambda: [tree("a", [1.0, 1.0], success=False)], BLOCKS).empty
+    assert predicted(tree("a", [1.0, 1.0], success=False)).empty
 
 
 @pytest.mark.parametrize("shift, shared", [(1.0, True), (1.2, False)])

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from freerock.datasets import open_fits, open_record
+from freerock.datasets import motions_in, open_fits, open_record
 from freerock.models.block import Block
 from freerock.predict import predictions, shared_foundation
 from freerock.tables import numbers_tex, printed_tables, tidy_tables, write_csv, write_table, write_text
@@ -13,10 +13,16 @@ inputs, options = snakemake.input, dict(snakemake.params.items())
 records = [open_record(path, samples=False) for path in inputs.records]
 fits = [open_fits(path, samples=False) for path in inputs.fits]
 options["blocks"] = {name: Block(**block) for name, block in options["blocks"].items()}
+files = {Path(path).stem: path for path in inputs.records}
 debonding, folder = options.pop("debonding"), Path(snakemake.output.tidy[0]).parent
 
+
+def motions(test):
+    return motions_in(open_record(files[test]))
+
+
 tidy = tidy_tables(records, fits)
-tidy["predictions"] = predictions(lambda: map(open_fits, inputs.fits), options["blocks"], debonding)
+tidy["predictions"] = predictions(fits, motions, options["blocks"], debonding)
 tidy["foundations"] = shared_foundation(fits)
 for name, frame in tidy.items():
     write_csv(frame, folder / f"{name}.csv")

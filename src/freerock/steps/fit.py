@@ -6,9 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from freerock.compare import wants_general
-from freerock.datasets import open_record, provenance, runs_in, write_fits
+from freerock.datasets import motions_in, open_record, provenance, runs_in, write_fits
 from freerock.errors import FreerockError
-from freerock.identify import Motion, evidence, fit_record
+from freerock.identify import evidence, fit_record
 from freerock.impacts import find_impacts
 from freerock.models import MODELS
 from freerock.models.block import Block
@@ -55,8 +55,8 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
             found["general"] = fit("general", run, [motion])
         return {model: _with_impacts(each, block, impacts) for model, each in found.items() if each}
 
-    runs = [run for run in runs_in(record) if run.verdict != "fail" and not run.excluded]
-    motions = {run.number: _motion(record, run) for run in runs}
+    usable = {run.number for run in runs_in(record) if run.verdict != "fail" and not run.excluded}
+    motions = {number: motion for number, motion in motions_in(record).items() if number in usable}
     fits = {number: found for number, motion in motions.items() if (found := fit_all(number, motion))}
 
     def joint(model):
@@ -74,20 +74,6 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
         attributes["not_fitted"] = "; ".join(not_fitted)
     attributes["provenance"] = provenance([record_file], settings)
     write_fits(output, fits, pooled, attributes)
-
-
-def _motion(record, run):
-    time, theta = record["time"].values, record["theta"].values
-    during = (time >= run.release_s) & (time <= run.end_s)
-    return Motion(
-        time[during] - run.release_s,
-        theta[during],
-        sigma_theta=run.sigma_theta,
-        theta0=run.theta0,
-        theta0_stderr=run.theta0_stderr,
-        t0_stderr=run.release_stderr_s,
-        start_s=run.start_s - run.release_s,
-    )
 
 
 def _with_impacts(found, block, impacts):
