@@ -481,13 +481,19 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
     with atomic(path) as partial:
         try:
             with netCDF4.Dataset(partial, "w") as file:
-                for name, dataset in groups.items():
-                    _write_group(file if name == "/" else file.createGroup(name), dataset, simulated)
+                defined = [
+                    each
+                    for name, dataset in groups.items()
+                    for each in _define(file if name == "/" else file.createGroup(name), dataset, simulated)
+                ]
+                for variable, values in defined:  # at the end: each return to definitions walks the whole file
+                    variable[...] = values
         except RuntimeError as error:  # what netCDF4 says of a full disk
             raise OSError(str(error)) from error
 
 
-def _write_group(group, dataset: xr.Dataset, simulated: bool) -> None:
+def _define(group, dataset: xr.Dataset, simulated: bool) -> Iterator[tuple]:
+    """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
     inherited = group.parent.dimensions if group.parent else {}
     for name, size in dataset.sizes.items():
@@ -508,7 +514,7 @@ def _write_group(group, dataset: xr.Dataset, simulated: bool) -> None:
         if coordinates and name not in dataset.coords:
             attrs["coordinates"] = " ".join(coordinates)
         written.setncatts(attrs)
-        written[...] = variable.values.astype(object) if dtype is str else variable.values
+        yield written, variable.values.astype(object) if dtype is str else variable.values
 
 
 def _describe(name: str, present: Container, simulated: bool) -> dict:
@@ -557,7 +563,7 @@ def _readable(path: str | Path) -> Iterator:
 
 def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:
     with _readable(path) as file:
-        file.set_auto_mask(False)
+        file.set_auto_maskandscale(False)
         tree = xr.DataTree.from_dict(dict(_groups(file, samples)))
     if tree.attrs.get("freerock_product") != product:
         remedy = "delete the file and run snakemake again"

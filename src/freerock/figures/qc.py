@@ -185,7 +185,8 @@ def _page(record, title, number, run, whole, own):
     residual.set_xlabel("time since release / s")
     residual.set_xlim(motion.get_xlim())
     legend_above(residual)
-    figure.align_ylabels()
+    for ax in figure.axes:
+        ax.yaxis.set_label_coords(-0.45 / width / (1 - 0.72 / width), 0.5)
     footer(figure, record.attrs["origin"])
     return figure
 

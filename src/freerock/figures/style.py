@@ -52,13 +52,19 @@ def scaled(points):
 def columns(labels, room=1.0):
     """How many columns of a legend fit side by side into so much of the figure's width."""
     points = _points("legend.fontsize")
-    font, inches = FontProperties(size=points), room * size(1)[0]
+    inches = room * size(1)[0]
     beside = points * (matplotlib.rcParams["legend.handlelength"] + 2.8)  # handle and spaces
-    widths = [beside + TextPath((0, 0), text, prop=font).get_extents().width for text in labels]
+    widths = [beside + _width(text, points) for text in labels]
     for n in range(len(labels), 1, -1):
         if sum(map(max, np.array_split(widths, n))) <= 72 * inches + 2 * points:
             return n
     return 1
+
+
+@functools.cache
+def _width(text, points):
+    """Width of a text in the style's font [points]."""
+    return TextPath((0, 0), text, prop=FontProperties(size=points)).get_extents().width
 
 
 def wrapped(text, room):
