@@ -11,6 +11,7 @@ from functools import cached_property
 import lmfit
 import numpy as np
 from scipy.ndimage import minimum_filter
+from scipy.optimize import OptimizeResult, minimize_scalar
 
 from freerock.compare import epsilon_theta, is_white
 from freerock.errors import FreerockError
@@ -605,6 +606,8 @@ def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
 
 
 def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
+    if len(x) == 1:
+        return _line_search(problem, x[0], samples)
     names = [f"x{i}" for i in range(len(x))]
     parameters = lmfit.Parameters()
     for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
@@ -620,34 +623,41 @@ def _least_squares(problem: _Problem, x, samples: _Samples, ftol: float = 1e-7):
     def jacobian(p):
         return samples.averaged(problem.jacobian(vector(p), samples))
 
-    if len(names) == 1:
-        # r alone: line searches in cells of the scan's grid, moved on while the minimum lies at a cell's
-        # edge; steps by the Jacobian creep where the residual is as large as the motion.
-        r, moved = parameters["x0"].value, True
-        while moved:
-            centre, half = r, R_CELL * (1 - r)
-            parameters["x0"].set(value=r, min=max(low, r - half), max=min(high, r + half))
-            options = {"xtol": 1e-7, "ftol": ftol}
-            result = lmfit.minimize(residual, parameters, method="powell", options=options, max_nfev=1000)
-            r = result.params["x0"].value
-            moved = abs(r - centre) > 0.9 * half and low + 1e-6 < r < high - 1e-6
-        parameters["x0"].set(value=r, min=low, max=high)
-        polished = lmfit.minimize(residual, parameters, method="least_squares", jac=jacobian, max_nfev=20)
-        result = min(result, polished, key=lambda each: each.chisqr)
-    else:
-        result = lmfit.minimize(
-            residual,
-            parameters,
-            method="least_squares",
-            jac=jacobian,
-            x_scale="jac",
-            ftol=ftol,
-            xtol=1e-9,
-            gtol=None,
-            max_nfev=60,
-        )
+    result = lmfit.minimize(
+        residual,
+        parameters,
+        method="least_squares",
+        jac=jacobian,
+        x_scale="jac",
+        ftol=ftol,
+        xtol=1e-9,
+        gtol=None,
+        max_nfev=60,
+    )
     result.x = vector(result.params)
     return result
+
+
+def _line_search(problem: _Problem, r: float, samples: _Samples) -> OptimizeResult:
+    """Least squares in r alone: cells of the scan's grid, moved on while the minimum lies at a cell's edge.
+
+    Steps by the Jacobian creep where the residual is as large as the motion.
+    """
+    ((low, high),) = problem.bounds()
+
+    def error(r):
+        return np.sum(problem.residual(np.array([r]), samples) ** 2)
+
+    r, moved, evaluations = float(np.clip(r, low, high)), True, 0
+    while moved:
+        half = R_CELL * (1 - r)
+        cell = max(low, r - half), min(high, r + half)
+        found = minimize_scalar(error, bounds=cell, method="bounded", options={"xatol": 1e-6 * half})
+        moved = abs(found.x - r) > 0.9 * half and low + 1e-6 < found.x < high - 1e-6
+        r, evaluations = found.x, evaluations + found.nfev
+    ndata = sum(n // samples.m for n in samples.lengths)
+    found.update(x=np.array([r]), chisqr=found.fun, ndata=ndata, nfev=evaluations)
+    return found
 
 
 def _first_half(problem: _Problem, x, m: int) -> tuple:
