@@ -486,7 +486,7 @@ def _write(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
                     for name, dataset in groups.items()
                     for each in _define(file if name == "/" else file.createGroup(name), dataset, simulated)
                 ]
-                for variable, values in defined:  # at the end: each return to definitions walks the whole file
+                for variable, values in defined:  # last: each return to definitions walks all groups
                     variable[...] = values
         except RuntimeError as error:  # what netCDF4 says of a full disk
             raise OSError(str(error)) from error

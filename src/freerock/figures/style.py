@@ -142,10 +142,11 @@ def extremes(values, n_bins=1000):
         Indices to draw, in order.
     """
     values = np.asarray(values, dtype=float)
-    edges = np.linspace(0, len(values), min(n_bins, len(values)) + 1).astype(int)[:-1]
-    bins = np.split(np.arange(len(values)), edges[1:])
-    low, high = np.where(np.isnan(values), np.inf, values), np.where(np.isnan(values), -np.inf, values)
-    return np.unique([i for b in bins if len(b) for i in (b[low[b].argmin()], b[high[b].argmax()])])
+    width = max(1, -(-len(values) // n_bins))
+    bins = np.pad(values, (0, -len(values) % width), constant_values=np.nan).reshape(-1, width)
+    low, high = np.where(np.isnan(bins), np.inf, bins), np.where(np.isnan(bins), -np.inf, bins)
+    first = width * np.arange(len(bins))
+    return np.union1d(first + low.argmin(axis=1), first + high.argmax(axis=1))
 
 
 def gathered(parts, columns):
