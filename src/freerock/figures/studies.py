@@ -37,7 +37,7 @@ STATE_COLOURS = {
     "inaccurate": "#f0d050",
     "unstable": "#b00020",
     "too_slow": "#6a6ad0",
-    "refused": "0.8",
+    "refused": "white",
 }
 CAUSE_STYLES = {
     "the block overturns": {"marker": ".", "markersize": 1.5},
@@ -253,7 +253,7 @@ def _atlas_page(frame, maps, by, title, bounds):
                 ax.set_xlabel(QUANTITIES.get(cells["x"].iloc[0], cells["x"].iloc[0]))
     cells = frame[frame["map"].isin(maps)]
     handles = [
-        Patch(color=colour, label=STATE_LABELS.get(state, state))
+        Patch(facecolor=colour, edgecolor="0.5", linewidth=0.5, label=STATE_LABELS.get(state, state))
         for state, colour in STATE_COLOURS.items()
         if (cells["state"] == state).any()
     ]
