@@ -42,6 +42,8 @@ NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see a hum
 PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
+BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
+SLOWEST_S = 0.05  # a longer sampling interval shows no rocking
 FAINT = 0.1  # of the noise of one sample: a hum below this is not worth a word
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
 
@@ -107,8 +109,8 @@ def rotation(
     Raises
     ------
     FreerockError
-        Uneven time; no unit or a contradiction; no valid sample; a constant signal; an AC-coupled channel; no
-        rest phase; two lasers that don't fit together.
+        Uneven time, or samples further apart than `SLOWEST_S`; no unit or a contradiction; no valid sample; a
+        constant signal; an AC-coupled channel; no rest phase; two lasers that don't fit together.
     """
     import xarray as xr
 
@@ -135,7 +137,7 @@ def rotation(
     arrays = {}
     if len(lasers) == 1:
         theta, sigma = _single(time_s, first, lasers[0], block)
-        zero_stderr = first.zero_stderr
+        zero_stderr = first.zero_stderr / first.per_angle
     else:
         theta, sigma, translation, apart = _pair(time_s, readings, lasers, block, max_disagreement_deg)
         zero_stderr = float(np.hypot(*(r.zero_stderr for r in readings))) / abs(
@@ -192,7 +194,11 @@ _ATTRS = {
 
 
 class _Reading(NamedTuple):
-    """One channel: displacement of the target [m] (or rotation [rad]) from rest, and what was found."""
+    """One channel: displacement of the target [m] (or rotation [rad]) from rest, and what was found.
+
+    The error of the zero is one of the displacement; `per_angle` is the displacement per rotation about θ = 0
+    [m/rad], NaN for a beam over a corner, blind to one side.
+    """
 
     displacement: np.ndarray
     sigma: float | np.ndarray
@@ -202,6 +208,7 @@ class _Reading(NamedTuple):
     recorded: np.ndarray
     rest_mid_s: list
     zero_stderr: float
+    per_angle: float
     attrs: dict
 
 
@@ -228,6 +235,12 @@ def _even_step(time_s, signals):
     if not (step > 0 and max(apart) < step and np.all(np.abs(begins) < step)):
         raise FreerockError(
             "laser signal", "time is not evenly spaced", "resample it, or correct the sampling rate"
+        )
+    if step > SLOWEST_S:
+        raise FreerockError(
+            "laser signal",
+            f"sampled every {step:g} s, which shows no rocking",
+            "give the unit of the time column, as time [ms]",
         )
     return step
 
@@ -299,7 +312,7 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
     per_angle = 1.0
     if quantity != "rotation":
         about_zero = sensitivity(np.array([-1e-12, 1e-12]), block, laser).min()
-        per_angle = about_zero if about_zero > 0 else math.nan  # a beam over a corner is blind to one side
+        per_angle = float(about_zero) if about_zero > BLIND * block.b else math.nan
     per_output = float(np.mean(slope_m)) / per_angle
 
     faults = flagged_faults(time_s, flags)
@@ -330,7 +343,8 @@ def _reading(time_s, step, values, laser, block, stated, *, mains_hz, window_s):
         quantity=quantity,
         recorded=recorded,
         rest_mid_s=mid,
-        zero_stderr=math.hypot(level_stderr, step_between) / per_angle,
+        zero_stderr=math.hypot(level_stderr, step_between),
+        per_angle=per_angle,
         attrs=attrs,
     )
 

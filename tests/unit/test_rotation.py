@@ -103,6 +103,54 @@ def test_a_sensor_without_a_scale():
         replace(HIGH, sensitivity_per_mm=0.1)
 
 
+VERTICAL = Laser("vertical", 0.0349, 0.1), Laser("vertical", 0.01, 0.1)
+
+
+@pytest.mark.parametrize("lasers", [(HIGH,), (HIGH, LOW)], ids=["one", "two"])
+def test_a_rest_that_moves_is_an_error_of_the_zero(lasers):
+    """A quarter of the step of the first laser, over what it or the pair moves per angle."""
+    signals = [volts(each, seed, 1e-5) for seed, each in enumerate(lasers)]
+    signals[0] += np.where(TIME > 6.0, 0.004, 0.0)
+    found = rotation(TIME, signals, lasers, BLOCK, mains_hz=None)
+    per_angle = abs(lasers[0].position_m - (lasers[1].position_m if len(lasers) > 1 else 0.0))
+    assert found.attrs["zero_stderr_rad"] == pytest.approx(0.004 * 0.01 / 4 / per_angle, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("lasers", "seed"),
+    [((HIGH,), 1), ((HIGH, LOW), 2), (VERTICAL, 3)],
+    ids=["one", "two", "two vertical"],
+)
+def test_the_error_of_the_zero_is_that_of_the_rest_levels(lasers, seed):
+    """Against the scatter of θ at rest over many noises."""
+    generator, levels, told = np.random.default_rng(seed), [], []
+    clean = [5 + displacement_from_rotation(THETA, BLOCK, each) / each.metres_per() for each in lasers]
+    for _ in range(25):
+        signals = [each + 0.002 * generator.standard_normal(TIME.size) for each in clean]
+        found = rotation(TIME, signals, lasers, BLOCK, mains_hz=None)
+        held = (TIME > 4.2) & (TIME < 5.8)
+        levels.append(float((found.theta.values - THETA)[held].mean()))
+        told.append(found.attrs["zero_stderr_rad"])
+    assert 0.3 * np.std(levels) < np.mean(told) < 3 * np.std(levels)
+
+
+def test_a_beam_over_a_corner_tells_no_error_of_its_zero():
+    block = Block(0.28, 0.07, 5.84, 0.06)
+    theta = -np.abs(THETA)
+    signal = 5 + displacement_from_rotation(theta, block, Laser("vertical", 0.03, 0.1)) / 0.01
+    found = rotation(TIME, signal + noise(1, 0.002), Laser("vertical", 0.03, 0.1), block)
+    assert math.isnan(found.attrs["zero_stderr_rad"])
+
+
+def test_milliseconds_taken_for_seconds_are_told():
+    with pytest.raises(FreerockError) as error:
+        rotation(1e3 * TIME, volts(), HIGH, BLOCK)
+    assert str(error.value) == (
+        "laser signal: sampled every 1 s, which shows no rocking; "
+        "give the unit of the time column, as time [ms]"
+    )
+
+
 @pytest.mark.parametrize(
     "pair",
     [(HIGH, LOW), (replace(HIGH, face="right"), replace(LOW, face="right"))],
