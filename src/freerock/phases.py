@@ -1,6 +1,6 @@
 """Where a record stands still: at rest, or held by hand before a release.
 
-Neighbour of both `laser` (the zero is read at rest) and `runs` (a run goes from the end of a held phase
+Neighbour of both `rotation` (the zero is read at rest) and `runs` (a run goes from the end of a held phase
 to the start of the rest phase that follows). Works on volts, displacement or θ alike, signed or not.
 """
 
@@ -184,8 +184,5 @@ def _rocks(signal, level, limit) -> bool:
     start = np.flatnonzero(np.concatenate(([True], side[1:] != side[:-1])))
     peaks, side = np.maximum.reduceat(height, start)[side[start] != 0], side[start][side[start] != 0]
     first = np.argmax(peaks)
-    peaks, side = peaks[first:][:MIN_PEAKS], side[first:][:MIN_PEAKS]
-    if peaks.size < MIN_PEAKS:
-        return False
-    apart = 1 if side[0] == side[1] else 2  # the two sides may be seen at different scales
-    return bool(np.all(peaks[apart:] <= peaks[:-apart]))
+    peaks = peaks[first:][: MIN_PEAKS + 1]  # the two sides may be seen at different scales
+    return peaks.size >= MIN_PEAKS and bool(np.all(peaks[2:] <= peaks[:-2]))

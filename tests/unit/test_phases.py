@@ -77,6 +77,28 @@ def test_sides_of_different_scale():
         assert kinds(stationary_phases(time, seen)) == ["rest", "held"] * 2 + ["rest"]
 
 
+@pytest.mark.parametrize("scale", [0.3, 0.6, 1.5, 3.0])
+def test_unsigned_signal_whose_sides_differ_in_scale(scale):
+    """As a vertical beam off centre between the corners sees them."""
+    time, signal, holds = record(np.random.default_rng(2), [(1.0, 2.0), (1.0, 1.5)], noise=0.0, zero=0.0)
+    seen = np.where(signal > 0, scale * signal, -signal)
+    phases = stationary_phases(time, seen + 1e-3 * np.random.default_rng(3).normal(size=time.size))
+    assert kinds(phases) == ["rest", "held", "rest", "held", "rest"]
+    held = [phase.level for phase in phases if phase.kind == "held"]
+    assert held == pytest.approx([scale, scale], abs=1e-3)
+    assert [phase.end_s for phase in phases if phase.kind == "held"] == pytest.approx(
+        [end for _, end in holds], abs=0.06
+    )
+
+
+def test_swings_that_grow_on_one_side_are_no_oscillation():
+    time = np.arange(0, 10, 1 / RATE)
+    t = np.clip(time - 3, 0, 4)
+    pushed = np.sin(np.pi * t) * np.where(np.sin(np.pi * t) > 0, 1.0, 0.2 + 0.2 * t)
+    signal = np.where(time < 2, 0.5, pushed) + 1e-3 * np.random.default_rng(1).normal(size=time.size)
+    assert "held" not in kinds(stationary_phases(time, signal))
+
+
 def test_invalid_samples_during_the_tilt():
     time, signal, holds = record(np.random.default_rng(4), [(1.0, 2.0)])
     signal[(time > 2.3) & (time < 2.6)] = np.nan
