@@ -18,7 +18,6 @@ VERDICTS = {  # of a run during which a fault lasts; flagged samples are judged 
     "sampling_rate": "warn",
     "lasers_disagree": "warn",
 }
-NAMES = (*FLAGS, "ac_coupling", "hum", "drift", "rest_shift", "aliasing", "sampling_rate", "lasers_disagree")
 
 EQUAL = 5  # fewer equal samples in a row say nothing
 BY_CHANCE = 1e-4  # chance of so many equal samples in a row somewhere in the record
@@ -67,11 +66,12 @@ def flag_samples(signal, limits: Limits | None = None, *, step: float = 5e-4):
     Returns
     -------
     ndarray of uint8, shape (n_time,)
-        Sum of `FLAGS`; 0 is valid. "error_level": the sensor reports no target; "out_of_range": outside its
-        valid output; "saturated": more equal samples in a row at the record's largest or smallest valid value
-        than chance explains, and every other sample at that value; "dropout": the same elsewhere, a jump away
-        and back within `LONGEST_S`, or not a number; "spike": the same within three samples. Neither is
-        sought in a signal most of whose samples repeat: a coarse converter, or no noise.
+        Sum of `FLAGS`; 0 is valid. "error_level": the sensor reports no target, wherever its output is that
+        level, be it within the valid output and in passing; "out_of_range": outside the valid output;
+        "saturated": more equal samples in a row at the record's largest or smallest valid value than chance
+        explains, and every other sample at that value; "dropout": the same elsewhere, a jump away and back
+        within `LONGEST_S`, or not a number; "spike": the same within three samples. Neither is sought in a
+        signal most of whose samples repeat: a coarse converter, or no noise.
     """
     signal = np.asarray(signal, float)
     flags = np.zeros(signal.size, np.uint8)
@@ -80,10 +80,8 @@ def flag_samples(signal, limits: Limits | None = None, *, step: float = 5e-4):
         flags[~finite] = FLAGS["dropout"]
     if limits:
         with np.errstate(invalid="ignore"):
-            outside = (signal < limits.low) | (signal > limits.high)
-        error = np.abs(signal[outside] - limits.error_level) <= limits.error_tolerance
-        flags[outside] = np.where(error, FLAGS["error_level"], FLAGS["out_of_range"])
-        flags[np.isinf(signal)] = FLAGS["out_of_range"]
+            flags[(signal < limits.low) | (signal > limits.high)] = FLAGS["out_of_range"]
+            flags[np.abs(signal - limits.error_level) <= limits.error_tolerance] = FLAGS["error_level"]
     invalid = flags > 0
     if invalid.all() or signal.size < 2 * EQUAL:
         return flags
