@@ -16,9 +16,11 @@ BASE = {"voltage": "V", "current": "mA", "displacement": "m", "rotation": "rad"}
 UNITS = {  # what may be declared: its quantity, and its size in the unit used inside
     "V": ("voltage", 1.0),
     "mV": ("voltage", 1e-3),
+    "kV": ("voltage", 1e3),
     "mA": ("current", 1.0),
     "A": ("current", 1e3),
     "m": ("displacement", 1.0),
+    "cm": ("displacement", 1e-2),
     "mm": ("displacement", 1e-3),
     "um": ("displacement", 1e-6),
     "rad": ("rotation", 1.0),
@@ -34,8 +36,13 @@ SPELLINGS = {  # what files write besides, in lower case
     "ampere": "A",
     "amperes": "A",
     "amps": "A",
+    "kilovolt": "kV",
+    "kilovolts": "kV",
     "metre": "m",
     "meter": "m",
+    "centimetre": "cm",
+    "centimeter": "cm",
+    "centimeters": "cm",
     "millimetre": "mm",
     "millimeter": "mm",
     "millimeters": "mm",
@@ -138,16 +145,20 @@ def read_calibration(path: str | Path) -> Calibration:
     except (OSError, UnicodeDecodeError) as error:
         told = getattr(error, "strerror", None) or "is not UTF-8 text"
         raise FreerockError(path, f"cannot be read ({told})", "put the calibration table there") from None
-    rows = [row for row in csv.reader(text.splitlines()) if any(cell.strip() for cell in row)]
-    units = [understood(cell) for cell in rows[0]] if rows else []
+    lines = csv.reader(text.splitlines())
+    rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
+    head = rows.pop(0)[1] if rows else []
+    units = [understood(cell) for cell in head]
     kinds = [UNITS[unit][0] if unit else None for unit in units]
     if len(kinds) != 2 or kinds[0] not in ("voltage", "current") or kinds[1] != "displacement":
-        first = ",".join(rows[0]) if rows else ""
-        raise FreerockError(
-            path, f"the first line is {first!r}", "write the units of the two columns there, as V,mm"
-        )
+        what = f"the first line is {','.join(head)!r}"
+        raise FreerockError(path, what, "write the units of the two columns there, as V,mm")
+    for number, row in rows:
+        if len(row) != 2:
+            what = f"line {number} holds {len(row)} value{'s' if len(row) > 1 else ''}"
+            raise FreerockError(path, what, "write two numbers with a decimal point per line")
     try:
-        table = np.array([[float(cell) for cell in row] for row in rows[1:]])
+        table = np.array([[float(cell) for cell in row] for _, row in rows])
     except ValueError as error:
         raise FreerockError(path, str(error), "write two numbers with a decimal point per line") from None
     whole = table.ndim == 2 and table.shape[1] == 2 and np.isfinite(table).all()

@@ -23,6 +23,8 @@ from freerock.quantity import UNITS, Calibration, in_base_units, read_calibratio
         ("µm", "um"),
         ("MM", "mm"),
         ("kg", None),
+        ("KV", "kV"),
+        ("centimeters", "cm"),
         ("", None),
     ],
 )
@@ -37,6 +39,8 @@ def test_what_files_write(text, unit):
         ("mV", "", "voltage", 1e-3),
         ("mA", "milliampere", "current", 1.0),
         ("mm", "arbitrary", "displacement", 1e-3),
+        ("", "cm", "displacement", 1e-2),
+        ("", "kV", "voltage", 1e3),
         ("deg", "°", "rotation", math.pi / 180),
     ],
 )
@@ -52,6 +56,8 @@ def test_values_come_in_the_unit_used_inside(declared, stated, quantity, factor)
         ("", "", "the channel states no unit; declare it as units of the laser: "),
         ("", "kg", "the channel's unit 'kg' is not known; declare it as units of the laser: "),
         ("V", "mV", "'V' is declared and the file states 'mV'; correct the one that is wrong"),
+        ("mm", "cm", "'mm' is declared and the file states 'cm'; correct the one that is wrong"),
+        ("V", "kV", "'V' is declared and the file states 'kV'; correct the one that is wrong"),
         ("volts", "", "'volts' is unknown; use one of V, mV"),
     ],
 )
@@ -81,7 +87,8 @@ def test_calibration_table(tmp_path):
         ("V,mm\n0,0\n", "the columns don't rise or fall throughout; give two lines or more"),
         ("V,mm\n0,0\n1,2\n2,1\n", "the columns don't rise or fall throughout; give two lines or more"),
         ("V,mm\n0,0\n1,nan\n", "the columns don't rise or fall throughout; give two lines or more"),
-        ("V,mm\n0,0\n1\n", ""),
+        ("V,mm\n0,0\n\n1\n", "line 4 holds 1 value; write two numbers with a decimal point per line"),
+        ("V,mm\n0,0\n1,2,3\n", "line 3 holds 3 values; write two numbers with a decimal point per line"),
     ],
 )
 def test_calibration_table_that_is_none(tmp_path, text, what):
