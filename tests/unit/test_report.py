@@ -14,6 +14,7 @@ from freerock.models.block import Block
 from freerock.report import charted, restitution_comparison, write_report
 from freerock.report.curves import BINS, MISSING, packed, run_curves
 from freerock.tables import (
+    PUBLISHED_NOTE,
     parameters_table,
     printed_tables,
     read_csv,
@@ -274,6 +275,38 @@ def test_first_impact_is_compared_with_that_of_a_rigid_block():
     assert row["r_fitted"] == pytest.approx(0.957)
     assert (row["r_first"], row["r_median"]) == pytest.approx((0.94, 0.9445))
     assert (row["r_low"], row["r_high"]) == pytest.approx((0.94, 0.949))
+
+
+@pytest.mark.parametrize("run", [None, str])  # numbers, and texts as of the written tables
+def test_a_run_without_impacts_is_in_neither_mean(run):
+    records = [record(n_runs=2, theta0_deg=9.9)]
+    fitted = [fits(tree) for tree in records]
+    restitution = restitution_table(records, fitted).query("run == 1")
+    tables = [runs_table(records), parameters_table(fitted), restitution]
+    if run:
+        tables = [table.astype({"run": run}) for table in tables]
+    row = restitution_comparison(*tables, BLOCKS).iloc[0]
+    assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)
+    assert row["first_impact_s"] == pytest.approx(0.3)
+
+
+def test_each_of_two_lasers_leads_to_its_settings(tmp_path):
+    trees = campaign()[0]
+    lines = [line | {"laser": "at_200mm; at_100mm"} for line in settings(trees)["records"]]
+    page = make(tmp_path, campaign(), records=lines)
+    places = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
+    links = {attrs["href"][1:] for _, attrs in page.tags if attrs.get("href", "").startswith("#")}
+    assert {"config-lasers-at_200mm", "config-lasers-at_100mm"} <= links <= places
+
+
+def test_report_says_how_a_held_angle_is_read(page):
+    assert "held at an angle, read over the last 1 s, is let go" in page.text
+
+
+def test_report_says_whose_the_published_values_are(page, tmp_path):
+    told = PUBLISHED_NOTE.format(doi="10.1016/j.proeng.2017.09.024")
+    assert page.text.count(told) == 2
+    assert "Published values: doi" not in make(tmp_path, campaign(), published=None).text
 
 
 def test_report_tells_how_late_the_first_impact_is(page):

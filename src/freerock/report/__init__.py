@@ -20,6 +20,7 @@ from freerock.models.housner import housner_lobes
 from freerock.report.curves import run_curves
 from freerock.tables import (
     MODEL_LABELS,
+    PUBLISHED_NOTE,
     SIMULATED_NOTE,
     SYMBOLS,
     failed,
@@ -101,6 +102,7 @@ def write_report(path, *, provenance, tables, blocks, opened, figures=(), pages=
         labels=labels,
         simulated=config["origin"] == "simulated",
         simulated_note=SIMULATED_NOTE,
+        published_note=PUBLISHED_NOTE.format(**config["published"]) if config["published"] else "",
         counts=_counts(runs),
         overview=_overview(runs, tables["choice"], labels),
         reasons=[row for row in runs.itertuples() if row.reasons],
@@ -169,7 +171,7 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
         One row per record with measured impacts: test, r_fitted and its standard error (joint fit of the
         runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median and range of
         all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the mean time of
-        a rigid block from the same angles.
+        a rigid block from the angles of the same runs.
     """
     rows = []
     runs = usable_rows(runs)
@@ -178,7 +180,7 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
         fitted = parameters[
             (parameters["test"] == test) & (parameters["run"] == "pooled") & (parameters["parameter"] == "r")
         ]
-        own = runs[runs["test"] == test]
+        own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
         block = blocks[own["block"].iloc[0]]
         rigid = [
             housner_lobes(block, 1.0, math.radians(abs(angle)), max_impacts=1).impact_time[0]
@@ -352,7 +354,7 @@ def _section(record, fits, line, verdicts, labels, provenance, wanted, pages) ->
         "reasons": attrs["reasons"],
         "file": file,
         "sha256": provenance["inputs"].get(file, ""),
-        "lasers": line["laser"].split(";"),
+        "lasers": [name.strip() for name in line["laser"].split(";")],
         "by_hand": {key: line[key] for key in ("exclude", "override", "reason", "note") if line.get(key)},
         "samples": len(time),
         "rate_hz": float(attrs.get("sampling_rate_hz", math.nan)),
