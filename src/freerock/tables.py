@@ -72,7 +72,8 @@ def fits_of(tree):
     ------
     run : int or "pooled"
     model : str
-    fit : xarray.DataTree
+    fit : xarray.Dataset
+        View of the group.
     """
     groups = dict(runs_of(tree))
     if "pooled" in tree.children:
@@ -80,7 +81,7 @@ def fits_of(tree):
     for run, group in groups.items():
         for model in MODELS:
             if model in group.children:
-                yield run, model, group[model]
+                yield run, model, group.children[model].dataset
 
 
 def _identity(tree, run) -> dict:
@@ -189,7 +190,7 @@ def epsilon_table(fits) -> pd.DataFrame:
 
     Parameters
     ----------
-    fits : iterable of xarray.DataTree
+    fits : sequence of xarray.DataTree
         Fit datasets.
 
     Returns
@@ -387,11 +388,11 @@ def table2_text(frame, labels=None) -> pd.DataFrame:
     return _grouped(
         frame,
         labels,
-        lambda row: {
-            "Model": MODEL_LABELS[row.model],
-            "Parameter": with_unit(SYMBOLS[row.parameter], row.unit),
-            "Identified": quantity(row.value, row.stderr) + failed(row),
-            "Published": quantity(row.published),
+        {
+            "Model": lambda row: MODEL_LABELS[row.model],
+            "Parameter": lambda row: with_unit(SYMBOLS[row.parameter], row.unit),
+            "Identified": lambda row: quantity(row.value, row.stderr) + failed(row),
+            "Published": lambda row: quantity(row.published),
         },
     )
 
@@ -430,11 +431,11 @@ def table3_text(frame, labels=None) -> pd.DataFrame:
     return _grouped(
         frame,
         labels,
-        lambda row: {
-            "Model": MODEL_LABELS[row.model],
-            "ε_θ / %": quantity(100 * row.epsilon_theta) + failed(row),
-            "Published / %": fixed(100 * row.published, 2),
-            "t_f / s": fixed(row.final_time_s, 2),
+        {
+            "Model": lambda row: MODEL_LABELS[row.model],
+            "ε_θ / %": lambda row: quantity(100 * row.epsilon_theta) + failed(row),
+            "Published / %": lambda row: fixed(100 * row.published, 2),
+            "t_f / s": lambda row: fixed(row.final_time_s, 2),
         },
     )
 
@@ -446,7 +447,7 @@ def failed(row) -> str:
 
 def _grouped(frame, labels, cells) -> pd.DataFrame:
     """Printed rows under the name of their block; a repeated foundation or model is left blank."""
-    labels = labels or {}
+    labels, columns = labels or {}, ["Foundation", *cells]
     text = []
     for block, rows in frame.groupby("block", sort=False):
         if frame["block"].nunique() > 1:
@@ -455,11 +456,14 @@ def _grouped(frame, labels, cells) -> pd.DataFrame:
             for test, fits in own.groupby("test", sort=False):
                 name = labels.get(foundation, foundation)
                 name += f" ({test})" if own["test"].nunique() > 1 else ""
-                printed = pd.DataFrame([{"Foundation": name, **cells(row)} for row in fits.itertuples()])
+                printed = pd.DataFrame(
+                    [[name, *(cell(row) for cell in cells.values())] for row in fits.itertuples()],
+                    columns=columns,
+                )
                 for column in ("Model", "Foundation"):
                     printed[column] = printed[column].mask(printed[column].duplicated(), "")
                 text += printed.to_dict("records")
-    return pd.DataFrame(text).fillna("")
+    return pd.DataFrame(text, columns=columns).fillna("")
 
 
 def recovered_table(parameters, truth) -> pd.DataFrame:
@@ -680,8 +684,12 @@ def write_csv(frame, path):
     path : path-like
         File to write; replaced in one step.
     """
+    texts = {
+        name: ["" if math.isnan(value) else f"{value:.10g}" for value in frame[name].tolist()]
+        for name in frame.select_dtypes("float")
+    }  # pandas' own float_format takes twice as long
     with atomic(path) as part:
-        frame.to_csv(part, index=False, float_format="%.10g", lineterminator="\n")
+        frame.assign(**texts).to_csv(part, index=False, float_format="%.10g", lineterminator="\n")
 
 
 def read_csv(path) -> pd.DataFrame:

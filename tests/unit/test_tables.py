@@ -298,6 +298,17 @@ def has_latex():
     )
 
 
+def test_without_joint_fits_the_tables_keep_their_columns(datasets):
+    tidy = tidy_tables(*datasets)
+    alone = {name: frame[frame["run"] != "pooled"] for name, frame in tidy.items()}
+    second = table2_text(table2(alone["parameters"]))
+    third = table3_text(table3(alone["epsilon"]))
+    assert list(second) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
+    assert list(third) == ["Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
+    assert second.empty and third.empty
+    assert r"\begin{tabular}{lllll}" in latex(second, "Nothing")
+
+
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
 def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
     records, fitted = datasets
@@ -313,9 +324,10 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
         ("table2", second, table2_text(second, labels)),
         ("table3", third, table3_text(third, labels)),
         ("recovered", recovered, recovered_text(recovered)),
+        ("empty", second[:0], table2_text(second[:0])),
     ):
         write_table(tmp_path / name, frame, text, caption="Of θ₀ ± 5 %", notes=["A note."])
-    names = ("numbers", "table1", "table2", "table3", "recovered")
+    names = ("numbers", "table1", "table2", "table3", "recovered", "empty")
     (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
     inputs = "\n".join(rf"\input{{{name}}}" for name in names) + r"\frBOneMarbleRunTwoHuntCrossleyK"
     (tmp_path / "all.tex").write_text(
