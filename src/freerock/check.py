@@ -131,19 +131,23 @@ def _record(
             continue
         (unit,) = (each.units for each in found.values())
         if name in lasers:
-            yield from _unit(f"{where}: laser", unit, lasers[name], name in tables)
+            yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
 
 
-def _unit(where: str, stated: str, laser: LaserSection, tabled: bool) -> Iterator[FreerockError]:
+def _unit(where: str, stated: str, laser: LaserSection, table: Calibration | None) -> Iterator[FreerockError]:
     try:
         _, quantity = in_base_units([], laser.units, stated)
     except FreerockError as error:
         yield _at(where, error)
         return
-    scaled = laser.range_m or laser.sensitivity_per_mm or laser.calibration or tabled
-    if quantity in ("voltage", "current") and not scaled:
+    if quantity not in ("voltage", "current"):
+        return
+    if not (laser.range_m or laser.sensitivity_per_mm or laser.calibration):
         remedy = "give one of range_m, sensitivity_per_mm, calibration to the laser"
         yield FreerockError(where, f"a {quantity} has no scale", remedy)
+    if table and table.quantity != quantity:
+        what = f"the calibration table is of a {table.quantity}, the channel of a {quantity}"
+        yield FreerockError(where, what, "give the table of this sensor")
 
 
 def _at(where: str, error: FreerockError) -> FreerockError:

@@ -6,6 +6,7 @@ The fields of a section are the keyword arguments of the step it configures.
 
 import csv
 import difflib
+import io
 import math
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -89,7 +90,8 @@ Whole = Annotated[int, BeforeValidator(_not_a_switch)]
 Unit = Literal["", "V", "mV", "mA", "A", "m", "mm", "um", "rad", "mrad", "deg"]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
 Model = Literal["housner", "winkler", "hunt_crossley", "general"]
-Nuisance = Literal["width", "theta0", "t0", "r_per_impact"]
+Nuisance = Literal["width", "theta0", "t0"]
+HousnerNuisance = Literal[Nuisance, "r_per_impact"]
 
 
 class Section(BaseModel):
@@ -185,7 +187,9 @@ class LaserSection(Section):
         "for a vertical beam between the corners, which can't tell",
     )
     volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
-    volts_at_end: Number = Field(10.0, description="the volts at the end of the measuring range")
+    volts_at_end: Number = Field(
+        10.0, validate_default=True, description="the volts at the end of the measuring range"
+    )
     valid_low_v: Number = Field(-0.1, description="the lowest valid output in volts")
     valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
     error_level_v: Number = Field(10.2, description="the output in volts that means no target")
@@ -193,7 +197,9 @@ class LaserSection(Section):
     milliamps_at_start: Number = Field(
         4.0, description="the milliamperes at the start of the measuring range"
     )
-    milliamps_at_end: Number = Field(20.0, description="the milliamperes at the end of the measuring range")
+    milliamps_at_end: Number = Field(
+        20.0, validate_default=True, description="the milliamperes at the end of the measuring range"
+    )
     valid_low_ma: Number = Field(3.84, description="the lowest valid output in milliamperes")
     valid_high_ma: Number = Field(20.16, description="the highest valid output in milliamperes")
     error_level_ma: Number = Field(3.75, description="the output in milliamperes that means no target")
@@ -205,7 +211,10 @@ class LaserSection(Section):
     @classmethod
     def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
         units = info.data.get("units", "")
-        if value is None and not (units and UNITS[units][0] == "rotation"):
+        is_rotation = bool(units) and UNITS[units][0] == "rotation"
+        if is_rotation and value is not None:
+            raise Fault(f"a channel in {units} is the rotation itself", "remove it, or correct units")
+        if value is None and not is_rotation:
             given = str(cls.model_fields[str(info.field_name)].description).partition(";")[0]
             raise Fault(
                 "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
@@ -310,12 +319,20 @@ class ProcessingSection(Section):
 class FreeSection(Section):
     """What is fitted besides the parameters of each model, within what was measured of it."""
 
-    housner: tuple[Nuisance, ...] = Field(
+    housner: tuple[HousnerNuisance, ...] = Field(
         (), description="theta0, t0, width, r_per_impact (of single runs: needs pooled: false) or none"
     )
     winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
     hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
     general: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
+
+    @field_validator("*")
+    @classmethod
+    def _each_once(cls, names: Any) -> Any:
+        for name in names:
+            if names.count(name) > 1:
+                raise Fault(f"{name} is given twice", "keep one")
+        return names
 
 
 class FitsSection(Section):
@@ -482,7 +499,15 @@ class CampaignFile(Section):
 
     @field_validator("blocks", "foundations")
     @classmethod
-    def _labelled(cls, sections: Any) -> Any:
+    def _labelled(cls, sections: Any, info: ValidationInfo) -> Any:
+        first: dict[str, str] = {}  # name of each label
+        for name, section in sections.items():
+            if info.field_name == "foundations" and name in info.data.get("blocks", ()):
+                raise Fault(f"{name!r} is the name of a block already", "rename one of the two")
+            other = first.setdefault(section.label or name, name)
+            if other != name:
+                what = f"{other!r} and {name!r} are both printed as {section.label or name!r}"
+                raise Fault(what, "give each its own label")
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
 
     @field_validator("truth")
@@ -577,14 +602,15 @@ class Record(Section):
     @field_validator("laser")
     @classmethod
     def _a_channel_for_each(cls, laser: Any, info: ValidationInfo) -> Any:
-        lasers, channels = laser.split(";"), info.data.get("channel", "").split(";")
+        lasers = laser.split(";")
+        channels = [name.strip() for name in info.data.get("channel", "").split(";")]
+        remedy = "name a channel for each, as a;b in both columns"
         if len(lasers) > 2:
             raise Fault(f"{laser!r} are more than two lasers", "name one or two")
         if len(channels) != len(lasers):
-            raise Fault(
-                f"{len(lasers)} for {len(channels)} channels",
-                "name a channel for each, as a;b in both columns",
-            )
+            raise Fault(f"{len(lasers)} for {len(channels)} channels", remedy)
+        if len(set(channels)) < len(channels):
+            raise Fault(f"both are given channel {channels[0]!r}", remedy)
         return laser
 
     @property
@@ -840,6 +866,10 @@ def read_campaign(path: str | Path) -> Source:
         problems.append(FreerockError(str(path), "not a name", "name the file by letters, digits and _ only"))
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     records = _read_records(path.with_suffix(".csv"), names, path, problems)
+    for line, record in records if file else ():
+        pair = [file.lasers[name] for name in record.lasers if name in file.lasers]
+        for what, remedy in _pair_faults(*pair) if len(pair) == 2 else ():
+            problems.append(FreerockError(f"{path.with_suffix('.csv')}:{line}: laser", what, remedy))
     raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
     campaign = None
     if file and not problems:
@@ -847,6 +877,14 @@ def read_campaign(path: str | Path) -> Source:
         campaign = Campaign.model_construct(**fields, records=tuple(record for _, record in records))
     lasers = file.lasers if file else {}
     return Source(path, campaign, lasers, raw, tuple(records), lines, tuple(problems))
+
+
+def _pair_faults(one: LaserSection, other: LaserSection) -> Iterator[tuple[str, str]]:
+    """Why two lasers can't watch one record, and what to do."""
+    if one.beam is None or (one.beam, one.face) != (other.beam, other.face):
+        yield "the two beams differ in kind or in face", "use two of one kind, on one face"
+    elif one.position_m == other.position_m:
+        yield "the two beams are at one position_m", "give both positions"
 
 
 def _read_text(path: Path) -> str:
@@ -917,7 +955,7 @@ def _in_line(line: str, loc: Key) -> str:
 
 def _read_table(path: Path) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
-    rows = csv.reader(_read_text(path).splitlines(keepends=True), strict=True)
+    rows = csv.reader(io.StringIO(_read_text(path), newline=""), strict=True)
     try:
         table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
     except csv.Error as error:

@@ -131,6 +131,11 @@ FILES = {
         "config/campaigns/lab.csv:2: laser: a voltage has no scale; "
         "give one of range_m, sensitivity_per_mm, calibration to the laser",
     ),
+    "calibration of another output": (
+        lambda raw: edit(raw / "table.csv", "V,mm", "mA,mm"),
+        "config/campaigns/lab.csv:3: laser: the calibration table is of a current, the channel of a voltage; "
+        "give the table of this sensor",
+    ),
     "calibration that turns back": (
         lambda raw: edit(raw / "table.csv", "10,50", "10,50\n5,60"),
         "config/campaigns/lab.yaml:10: lasers.table.calibration: raw/lab/table.csv: the columns don't rise "

@@ -79,6 +79,28 @@ YAML_MISTAKES = {
         "lab.yaml:1: fits.pooled: a joint fit has no restitution per impact; set it false, or free no "
         "r_per_impact",
     ),
+    "restitution per impact of a law without": (
+        ("title: ", "fits: {free: {winkler: [r_per_impact]}}\ntitle: "),
+        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'theta0' or 't0'; "
+        "give theta0, t0, width or none",
+    ),
+    "freed twice": (
+        ("title: ", "fits: {free: {winkler: [t0, theta0, theta0]}}\ntitle: "),
+        "lab.yaml:1: fits.free.winkler: theta0 is given twice; keep one",
+    ),
+    "a foundation named as a block": (
+        ("marble: {}", "tall: {label: Steel plate}\n  marble: {}"),
+        "lab.yaml:8: foundations: 'tall' is the name of a block already; rename one of the two",
+    ),
+    "two blocks of one label": (
+        ("foundations", "  old: {height_m: 1, width_m: 0.5, mass_kg: 1, label: tall}\nfoundations"),
+        "lab.yaml:3: blocks: 'tall' and 'old' are both printed as 'tall'; give each its own label",
+    ),
+    "two foundations of one label": (
+        ("marble: {}", "marble: {label: Stone}\n  granite: {label: Stone}"),
+        "lab.yaml:8: foundations: 'marble' and 'granite' are both printed as 'Stone'; "
+        "give each its own label",
+    ),
     "unknown key": (("title", "titel"), "lab.yaml:1: titel: unknown key; did you mean 'title'?"),
     "renamed key": (
         ("mass_kg", "mass"),
@@ -156,6 +178,15 @@ YAML_MISTAKES = {
         "lab.yaml:11: lasers.near.beam: is missing; give horizontal (meets a side face) or vertical "
         "(meets the top), or declare units: deg where the channel is the rotation",
     ),
+    "beam of a rotation": (
+        ("position_m: 0.1, range_m: 0.05", "units: deg"),
+        "lab.yaml:11: lasers.near.beam: a channel in deg is the rotation itself; remove it, or correct units",
+    ),
+    "position of a rotation": (
+        ("beam: horizontal, position_m: 0.1, range_m: 0.05", "position_m: 0.1, units: mrad"),
+        "lab.yaml:11: lasers.near.position_m: a channel in mrad is the rotation itself; "
+        "remove it, or correct units",
+    ),
     "unit of no channel": (
         ("0.05}", "0.05, units: kg}"),
         "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'mA', 'A', 'm', 'mm', 'um', 'rad', "
@@ -169,6 +200,16 @@ YAML_MISTAKES = {
     "falling current": (
         ("0.05}", "0.05, milliamps_at_end: 4}"),
         "lab.yaml:11: lasers.near.milliamps_at_end: 4 is not above milliamps_at_start; "
+        "swap the two and set sign: -1",
+    ),
+    "volts that start above the usual end": (
+        ("0.05}", "0.05, volts_at_start: 12}"),
+        "lab.yaml:11: lasers.near.volts_at_end: 10 is not above volts_at_start; "
+        "swap the two and set sign: -1",
+    ),
+    "current that starts above the usual end": (
+        ("0.05}", "0.05, milliamps_at_start: 20}"),
+        "lab.yaml:11: lasers.near.milliamps_at_end: 20 is not above milliamps_at_start; "
         "swap the two and set sign: -1",
     ),
     "falling output": (
@@ -299,6 +340,14 @@ CSV_MISTAKES = {
         ("near", "near;near"),
         "lab.csv:2: laser: 2 for 1 channels; name a channel for each, as a;b in both columns",
     ),
+    "one channel for both lasers": (
+        (",,tall,marble,near", ",u; u,tall,marble,near;near"),
+        "lab.csv:2: laser: both are given channel 'u'; name a channel for each, as a;b in both columns",
+    ),
+    "one laser twice": (
+        (",,tall,marble,near", ",top;low,tall,marble,near;near"),
+        "lab.csv:2: laser: the two beams are at one position_m; give both positions",
+    ),
     "channel left to fill in": (
         ("a.tdms,,", "a.tdms,FILL_IN,"),
         "lab.csv:2: channel: is still to be filled in; give the channel of the laser; empty when the file "
@@ -415,6 +464,27 @@ def test_all_mistakes_of_all_files_are_told_at_once(campaign):
         ["lab.csv:2", "file"],
         ["lab.csv:2", "block"],
     ]
+
+
+@pytest.mark.parametrize(
+    "other",
+    ["beam: vertical, position_m: 0.02", "beam: horizontal, position_m: 0.2, face: right", "units: deg"],
+)
+def test_two_lasers_whose_beams_differ_are_refused(campaign, other):
+    lines = campaign(
+        yaml_change=("lasers:", f"lasers:\n  far: {{{other}}}"),
+        csv_change=(",,tall,marble,near", ",top;low,tall,marble,far; near"),
+    )
+    assert lines == [
+        "lab.csv:2: laser: the two beams differ in kind or in face; use two of one kind, on one face"
+    ]
+
+
+def test_only_the_ends_of_lines_end_a_record(campaign):
+    campaign(csv_change=("near", "far"))
+    note = "wet\u2028then\x85cold"
+    Path("config/campaigns/lab.csv").write_text(CSV.replace(",\n", f",{note}\n"), encoding="utf-8")
+    assert load_campaign("config/campaigns/lab.yaml").record("a").note == note
 
 
 def test_a_file_that_is_not_utf8_is_told_with_its_line(campaign):
@@ -595,7 +665,7 @@ def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section,
 def test_freed_nuisances_are_named_for_every_model():
     nuisances = importlib.import_module("freerock.identify").NUISANCES
     assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
-    assert get_args(config.Nuisance) == nuisances
+    assert get_args(config.HousnerNuisance) == nuisances
     assert get_args(config.Model) == tuple(MODELS)
     assert get_args(config.Unit) == ("", *UNITS)
 
