@@ -70,6 +70,9 @@ class Sensor:
             laser = replace(laser, range_m=self.range_m, sensitivity_per_mm=None, calibration=None)
         noise_m = self.noise_m or 0.0
         if self.noise_v is not None:
+            if laser.range_m is None and laser.sensitivity_per_mm is None:
+                what = "noise_v has no scale, as the laser has no range_m"
+                raise FreerockError("plan.sensors", what, "give range_m or noise_m to the sensor")
             noise_m = self.noise_v * abs(laser.metres_per("voltage"))
         sigma = float(noise_m / sensitivity(theta0, block, laser))
         travel = np.ptp(displacement_from_rotation(np.array([theta0, -theta0, 0.0]), block, laser))
@@ -241,16 +244,22 @@ def plan(
 def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
     """`plan` of a campaign as loaded: the setups are those of its records, which need not exist yet.
 
+    A restitution per impact is planned as one r, that of `plan.expected`.
+
     Raises
     ------
     FreerockError
-        The campaign has no section `plan`.
+        The campaign has no section `plan`, or one of its sensors has no scale.
     """
     section = campaign.plan
     if section is None:
         remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
         raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
     nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
+    free = {
+        model: [name for name in names if name != "r_per_impact"]
+        for model, names in campaign.fits.freed.items()
+    }
     angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
     return plan(
         [(each.block, each.foundation, laser) for each in campaign.records for laser in each.lasers],
@@ -261,7 +270,7 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
         release_angles_deg=angles | section.release_angles_deg,
         sampling_rates_hz=section.sampling_rates_hz,
         durations_s=section.durations_s,
-        free=campaign.fits.freed,
+        free=free,
         debonding=campaign.fits.debonding,
         finger_s=campaign.processing.runs.finger_s,
     )

@@ -18,6 +18,7 @@ from freerock.identify import Motion, fit_run
 from freerock.laser import Laser
 from freerock.models.simulate import simulate_theta
 from freerock.plan import CASE, COLUMNS, Sensor, plan, plan_campaign, plan_text, standard_errors
+from freerock.quantity import Calibration
 from freerock.twin import CONFIGURATIONS
 
 PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
@@ -120,6 +121,18 @@ def test_noise_of_the_sensor_becomes_noise_of_the_rotation(face):
     )
 
 
+def test_noise_in_volts_needs_a_range():
+    tabled = Laser("horizontal", 0.2, calibration=Calibration("voltage", (0, 10), (0, 0.1)))
+    with pytest.raises(FreerockError) as caught:
+        Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, tabled)
+    assert str(caught.value) == (
+        "plan.sensors: noise_v has no scale, as the laser has no range_m; "
+        "give range_m or noise_m to the sensor"
+    )
+    scaled = Sensor(noise_v=0.002, range_m=0.1).sigma_theta(TEN, CONFIG2, tabled)
+    assert scaled == Sensor(noise_v=0.002).sigma_theta(TEN, CONFIG2, Laser("horizontal", 0.2, 0.1))
+
+
 def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
     rotation = Laser(units="deg")
     assert Sensor(noise_deg=0.01).sigma_theta(TEN, CONFIG2, rotation) == (pytest.approx(SIGMA), "")
@@ -194,6 +207,18 @@ def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     assert len(pages) == 2
     assert len(pages[0].axes) == 2 * 5
     assert len(pd.read_csv(tmp_path / "plan.csv")) == len(frame)
+
+
+def test_a_restitution_per_impact_is_planned_as_one(tmp_path):
+    def plain(keys):
+        keys["plan"]["expected"] = {name: {"housner": {"r": 0.9}} for name in keys["foundations"]}
+
+    def per_impact(keys):
+        plain(keys)
+        keys["fits"] = {"free": {"housner": ["r_per_impact"]}, "pooled": False}
+
+    frames = [plan_campaign(campaign(tmp_path, change)) for change in (plain, per_impact)]
+    pd.testing.assert_frame_equal(*frames)
 
 
 def test_a_plan_without_any_number_is_drawn_too(tmp_path):
