@@ -6,9 +6,9 @@ A scene with a laser becomes a record file as a laboratory would have it; withou
 import math
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from freerock.config import (
     BlockSection,
@@ -70,6 +70,12 @@ class VirtualLaser(LaserSection):
     noise_v: Positive = Field(0.002, description="the standard deviation of its noise in volts")
     seed: Whole = Field(0, ge=0, description="of the noise and of the operator's angles and times")
     releases: Whole = Field(3, ge=1, description="the number of releases on the record")
+
+    @model_validator(mode="after")
+    def _volts_and_a_range(self) -> Self:
+        if self.units not in ("", "V") or not (self.range_m or self.sensitivity_per_mm):
+            raise Fault("the virtual laser has volts and a range", "give range_m, leave units out")
+        return self
 
 
 class Scene(Section):

@@ -20,6 +20,7 @@ release_angle_deg: 5
 duration_s: 1
 """
 LASER = "laser: {beam: horizontal, position_m: 0.2, range_m: 0.1}\n"
+VOLTS = "the virtual laser has volts and a range; give range_m, leave units out"
 
 
 @pytest.fixture
@@ -107,6 +108,18 @@ MISTAKES = {
     "record of no release": (
         ("release_angle_deg: 5\n", LASER),
         "scene.yaml:3: laser: nothing is released; give release_angle_deg",
+    ),
+    "record of rotations": (
+        ("duration_s: 1\n", "duration_s: 1\nlaser: {units: deg}\n"),
+        f"scene.yaml:5: laser: {VOLTS}",
+    ),
+    "record of milliamperes": (
+        ("duration_s: 1\n", "duration_s: 1\n" + LASER.replace("0.1}", "0.1, units: mA}")),
+        f"scene.yaml:5: laser: {VOLTS}",
+    ),
+    "record by a calibration table": (
+        ("duration_s: 1\n", "duration_s: 1\n" + LASER.replace("range_m: 0.1", "calibration: c.csv")),
+        f"scene.yaml:5: laser: {VOLTS}",
     ),
     "no ground file": (
         ("release_angle_deg: 5", "ground: {file: none.csv}"),
