@@ -135,12 +135,13 @@ def look_text(look: RecordLook) -> str:
 
 def quick_look(looks: Sequence[RecordLook]) -> "Figure":
     """A panel per readable channel over time."""
+    from matplotlib import rc_context
     from matplotlib.figure import Figure
 
     from freerock.figures.style import styled
 
     panels = [(look, channel) for look in looks for channel in look.readable]
-    with styled():
+    with styled(), rc_context({"text.parse_math": False}):  # a $ in a name is a $
         figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
         axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
         for ax, (look, channel) in zip(axes, panels, strict=False):

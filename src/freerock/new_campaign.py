@@ -219,7 +219,7 @@ def _csv_text(
     taken: set[str] = set()
     for look in looks:
         among = _proposed(look)
-        out.write(f"# {look.path.name}: {', '.join(map(_told, look.readable))}\n")
+        out.write(_comment(f"{look.path.name}: {', '.join(map(_told, look.readable))}"))
         if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
             tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
         else:
@@ -229,8 +229,13 @@ def _csv_text(
             names = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]
             rows.writerow([*names, sensors[_kind(each)], "", "", "", ""])
     for error in refused:
-        out.write(f"# left out: {error}\n")
+        out.write(_comment(f"left out: {error}"))
     return out.getvalue()
+
+
+def _comment(text: str) -> str:
+    """A line of its own, whatever the names in it hold."""
+    return f"# {' '.join(text.split())}\n"
 
 
 def _told(channel: ChannelLook) -> str:

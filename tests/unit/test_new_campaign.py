@@ -69,6 +69,19 @@ def test_inspect_draws_the_same_picture_each_time(folder, capsys):
     assert pictures[0][:4] == b"\x89PNG"
 
 
+def test_names_with_dollars_are_drawn_as_they_are(folder):
+    write(folder / "cost $_$.tdms", 1000, **{"p$_$": ("V", [5, 4])})
+    assert cli.main(["inspect", str(folder / "cost $_$.tdms")]) == 0
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+
+
+def test_a_channel_whose_name_has_two_lines_stays_in_its_comment(folder):
+    write(folder / "lines.tdms", 1000, **{"upper\rlaser": ("V", [5, 4])})
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
+    assert "\n# lines.tdms: upper laser (V, 1000 Hz, 0.0 s)\nlines,lines.tdms,,block1," in text
+
+
 def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder):
     table = "Zeit [s];Laser [V];Text\n" + "".join(
         f"{i / 100:.2f};{i};x\n".replace(".", ",") for i in range(9)
