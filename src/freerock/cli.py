@@ -193,13 +193,13 @@ def _plan(chosen: argparse.Namespace) -> None:
     path = Path(chosen.campaign) if named else Path("config/campaigns") / f"{chosen.campaign}.yaml"
     campaign = load_campaign(path)  # refused before the numerical libraries are loaded
 
+    from freerock import settings
     from freerock.figures import plan as figures
     from freerock.figures.style import save
     from freerock.plan import plan_campaign, plan_text
 
     frame = plan_campaign(campaign)
-    labels = {name: block.label for name, block in campaign.blocks.items()}
-    labels |= {name: foundation.label for name, foundation in campaign.foundations.items()}
+    labels = settings.labels(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
     pages, drawn = figures.plan(frame, labels)
     save(pages, drawn, folder / "plan")
