@@ -124,6 +124,21 @@ def test_a_sheet_with_a_fault_is_passed_over(tmp_path):
     assert dataset.attrs["reading"] == "sheet 'bad' passed over: cell B6 holds 'end', not a number"
 
 
+def test_line_breaks_in_headings(tmp_path):
+    rows = [["time\n[s]", "laser\nleft", "laser \n right [V]"], *zip(TIME, theta(1), theta(2), strict=True)]
+    dataset = read_record(save(tmp_path / "a.xlsx", *rows))
+    assert {name: data.units for name, data in dataset.data_vars.items()} == {
+        "laser left": "",
+        "laser right": "V",
+    }
+
+
+def test_a_stated_sampling_rate_of_no_known_unit(tmp_path):
+    rows = [["Sampling rate", "2 kN"], ["left [V]", "right [V]"], *zip(theta(1), theta(2), strict=True)]
+    told = "Sampling rate is in 'kN'; give it in Hz, kHz, MHz or samples/s"
+    assert refusal(save(tmp_path / "a.xlsx", *rows)) == f"sheet 'tests': {told}"
+
+
 def test_stated_sampling_rate(tmp_path):
     rows = [["Sampling rate [Hz]", 250], ["left [V]", "right [V]"], *zip(theta(1), theta(2), strict=True)]
     dataset = read_record(save(tmp_path / "a.xlsx", *rows))

@@ -176,3 +176,9 @@ def test_not_a_mat_file(tmp_path):
     path = tmp_path / "a.mat"
     path.write_text("time;volts\n0;1\n" * 100)
     assert refusal(path).startswith("not a readable MAT file (")
+
+
+def test_a_table_beside_the_channel_is_no_damage(tmp_path):
+    path = save(tmp_path / "a.mat", {"t": TIME, "x": VOLTS, "cal": np.arange(7.0)}, "5")
+    assert refusal(path) == "channels of unequal length: x 60, cal 7; name the channel"
+    np.testing.assert_array_equal(read_record(path, "x")["x"], VOLTS)

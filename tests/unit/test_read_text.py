@@ -80,6 +80,44 @@ def test_stated_sampling_rate(tmp_path, line):
     assert dataset["time"][-1] == pytest.approx(49 / 200)
 
 
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("Sampling rate: 2 kS/s", 2000),
+        ("fs = 2000 Samples/s", 2000),
+        ("Sample rate [S/s]: 500", 500),
+        ("Sample rate: 2500 samples per second", 2500),
+        ("sampling frequency: 0,25 kHz", 250),
+        ("fs: 0.01 MHz", 10_000),
+        ("dt = 500 ns", 2e6),
+        ("dt: 0,500 ms", 2000),
+        ("fs: 1250,5", 1250.5),
+    ],
+)
+def test_units_of_a_stated_sampling_rate(tmp_path, line, rate):
+    path = table(tmp_path / "a.txt", line, "volts [V];second [V]", columns=(VOLTS, VOLTS[::-1]))
+    assert read_record(path).attrs["sampling_rate_hz"] == pytest.approx(rate)
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        ("fs: 2 kN", "fs is in 'kN'; give it in Hz, kHz, MHz or samples/s"),
+        ("dt = 2 h", "dt is in 'h'; give it in s, ms, us or ns"),
+        (
+            "Sampling rate: 2,000 Hz",
+            "the comma of Sampling rate 2,000 may stand for a point, or between thousands; "
+            "write the number without it",
+        ),
+    ],
+)
+def test_a_sampling_rate_that_is_not_told_is_needed_only_without_a_column_of_time(tmp_path, line, what):
+    path = table(tmp_path / "a.txt", line, "volts [V];second [V]", columns=(VOLTS, VOLTS[::-1]))
+    assert refusal(path) == what
+    timed = table(tmp_path / "timed.txt", line, "time [s];volts [V]")
+    assert read_record(timed).attrs["sampling_rate_hz"] == pytest.approx(1000)
+
+
 def test_what_is_taken_for_granted_is_told(tmp_path):
     dataset = read_record(table(tmp_path / "a.txt"))
     assert dataset.attrs["reading"] == (

@@ -24,6 +24,7 @@ SECONDS = {
     **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
     **dict.fromkeys(["ms", "msec", "millisecond", "milliseconds"], 1e-3),
     **dict.fromkeys(["us", "µs", "μs", "microsecond", "microseconds"], 1e-6),
+    **dict.fromkeys(["ns", "nsec", "nanosecond", "nanoseconds"], 1e-9),
     **dict.fromkeys(["min", "minute", "minutes"], 60.0),
 }
 
@@ -97,7 +98,7 @@ def dataset(
         raise FreerockError(path, several, "name the channel")
     if len(set(lengths.values())) > 1:
         told = listed(f"{name} {n}" for name, n in lengths.items())
-        raise FreerockError(path, f"channels of unequal length: {told}", COPY_AGAIN)
+        raise FreerockError(path, f"channels of unequal length: {told}", "name the channel")
 
     length = next(iter(lengths.values()))
     notes = list(notes)

@@ -12,7 +12,7 @@ from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
 from freerock.acquisition.channels import COPY_AGAIN, Even, check_declared, dataset
-from freerock.acquisition.headings import columns, headed, rises, stated_rate
+from freerock.acquisition.headings import columns, headed, rises, states_rate
 from freerock.errors import FreerockError
 
 FORMAT = "Excel"
@@ -62,11 +62,12 @@ def _channels(path, title, above, numbers, clocks):
     numeric = [i for i in numbers if i not in clocks]
     if not numeric:
         return [], []
-    rates = [_rate(row) for row in above]
-    headings = headed([row for row, rate in zip(above, rates, strict=True) if not rate], max(numbers) + 1)
-    rate = next(filter(None, rates), None)
+    stated = [_stated(row) for row in above]
+    rows = [row for row, values in zip(above, stated, strict=True) if not states_rate(values)]
+    headings = headed(rows, max(numbers) + 1)
     first = rises(numbers[numeric[0]])
-    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, rate)
+    by_name = {name: value for values in stated for name, value in values.items()}
+    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, by_name)
 
     def of_sheet(part):
         return part if isinstance(part, Even) else replace(part, column=(title, part.column))
@@ -74,11 +75,9 @@ def _channels(path, title, above, numbers, clocks):
     return [replace(of_sheet(c), group=title, clock=of_sheet(c.clock)) for c in found], notes
 
 
-def _rate(row):
-    """Sampling interval that a row above a table states."""
-    return (
-        stated_rate({str(row[0]): row[1]}) if len(row) > 1 and isinstance(row[1], int | float | str) else None
-    )
+def _stated(row):
+    """Value by name that a row above a table states."""
+    return {str(row[0]): row[1]} if len(row) > 1 and isinstance(row[1], int | float | str) else {}
 
 
 def _table(path, sheet):

@@ -107,7 +107,7 @@ def _dataset(path, arrays, attributes, channel, kind):
         else:
             beside = {name.rpartition("/")[2]: x for name, x in single.items() if _above(name)[0] in folders}
             stated = [attributes[name], *(attributes[folder] for folder in folders), beside]
-            clock = next((rate for values in stated if (rate := stated_rate(_numbers(values)))), None)
+            clock = next((rate for values in stated if (rate := stated_rate(path, _numbers(values)))), None)
         if clock is None:
             without.append(name)
             continue

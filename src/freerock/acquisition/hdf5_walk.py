@@ -1,6 +1,7 @@
 """Go through an HDF5 file as a reader would, in a process of its own: damaged files end the library's.
 
-python hdf5_walk.py FILE SECONDS    (a script that needs no other module of the package, and starts fast)
+python hdf5_walk.py FILE SECONDS MOST_BYTES    (a script that needs no other module of the package, and starts
+fast)
 """
 
 import sys

@@ -46,6 +46,11 @@ UNITS = {
         "1",
     ],
 }
+HERTZ = {  # units of a sampling rate
+    prefix + unit: factor
+    for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
+    for unit in ("hz", "s/s", "sa/s", "sps", "sample/s", "samples/s", "samples")
+} | {"": 1.0, "1/s": 1.0}
 TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
 STEPS = {
@@ -62,7 +67,7 @@ STEPS = {
 
 def split_unit(text: str) -> tuple[str, str]:
     """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "t/ms" or "laser"."""
-    text = text.strip().strip('"').strip()
+    text = " ".join(line.strip() for line in text.splitlines()).strip('" ')
     bracketed = re.fullmatch(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]", text)
     if bracketed:
         return bracketed[1].strip(), bracketed[2].strip()
@@ -78,21 +83,47 @@ def is_time(text: str) -> bool:
     return _plain(name) in TIMES and name != "T"  # a temperature
 
 
-def stated_rate(values: Mapping[str, object]) -> Even | None:
-    """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt."""
+def stated_rate(path, values: Mapping[str, object]) -> Even | None:
+    """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt.
+
+    Raises
+    ------
+    FreerockError
+        A unit that is not known, or a comma that may stand between thousands.
+    """
+    for heading, is_rate, number, unit in _statements(values):
+        if re.fullmatch(r"[1-9]\d{0,2}(,\d{3})+", str(number)):
+            what = f"the comma of {heading} {number} may stand for a point, or between thousands"
+            raise FreerockError(path, what, "write the number without it")
+        value = _float(str(number).replace(",", "."))
+        if value is None or not 1e-12 < value < 1e12:
+            continue
+        factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
+        if factor is None:
+            remedy = f"give it in {'Hz, kHz, MHz or samples/s' if is_rate else 's, ms, us or ns'}"
+            raise FreerockError(path, f"{heading} is in {unit[:40]!r}", remedy)
+        return Even(1 / (value * factor) if is_rate else value * factor)
+    return None
+
+
+def states_rate(values: Mapping[str, object]) -> bool:
+    """Whether one of the values is a sampling rate or interval, in whatever unit."""
+    return any(True for _ in _statements(values))
+
+
+def _statements(values):
+    """Rates and intervals among values by name: heading, whether it is a rate, number as written, unit."""
     for heading, value in values.items():
         name, unit = split_unit(heading)
         name = _plain(name)
-        if isinstance(value, str):
-            number = re.match(r"\s*([-+\d.eE]+)\s*([a-zA-Zµμ]*)", value.replace(",", "."))
-            value, unit = (_float(number[1]), number[2] or unit) if number else (None, unit)
-        if value is None or not 1e-12 < value < 1e12:
+        is_rate = name in RATES or name.removesuffix("hz") in RATES
+        if not is_rate and name not in STEPS:
             continue
-        if name in RATES or name.removesuffix("hz") in RATES:
-            return Even(1 / (value * (1000.0 if unit.casefold() == "khz" else 1.0)))
-        if name in STEPS:
-            return Even(value * SECONDS.get(unit.casefold(), 1.0))
-    return None
+        if isinstance(value, str):
+            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)", value)
+            value, unit = (number[1], number[2] or unit) if number else (None, unit)
+        if value is not None:
+            yield heading.strip(), is_rate, value, unit
 
 
 def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
@@ -124,7 +155,7 @@ def columns(
     numeric: Iterable[int],
     clocks: Sequence[int],
     first_rises: bool,
-    rate: Even | None,
+    stated: Mapping[str, object],
 ):
     """Channels of a table, and what had to be found out.
 
@@ -138,8 +169,8 @@ def columns(
         The columns that hold times of a clock.
     first_rises : bool
         Whether the first numeric column rises steadily, as time does.
-    rate : Even or None
-        The sampling interval that the file states.
+    stated : mapping
+        What the file states by name, maybe its sampling rate, which counts where no column holds the time.
 
     Returns
     -------
@@ -149,10 +180,11 @@ def columns(
     Raises
     ------
     FreerockError
-        Neither a column of time nor a sampling rate; nothing but time.
+        Neither a column of time nor a sampling rate, or one that can't be told; nothing but time.
     """
     numeric, notes = list(numeric), []
     times = [*clocks, *(i for i in numeric if is_time(headings[i][0]))]
+    rate = None if times else stated_rate(path, stated)
     if not times and rate is None and first_rises and len(numeric) > 1:
         times = numeric[:1]
         notes.append(f"column {times[0] + 1} rises steadily and is taken for time")

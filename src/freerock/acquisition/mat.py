@@ -49,11 +49,13 @@ def _dataset(path, shapes, load, channel, version):
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
-    rate = stated_rate({name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()})
     times = [name for name in vectors if is_time(name)]
-    notes, clock = [], rate
+    notes = []
     if times:
         clock = Stamps(times[0], (times[0], None), split_unit(times[0])[1])
+    else:
+        scalar = {name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()}
+        clock = stated_rate(path, scalar)
     columns = [(name, i) for name in matrices for i in range(min(shapes[name]))]
     channels = [(name, None) for name in vectors if name not in times] + columns
     if clock is None and len(matrices) == 1 and not vectors:

@@ -7,7 +7,7 @@ import numpy as np
 
 from freerock.acquisition import lvm
 from freerock.acquisition.channels import dataset
-from freerock.acquisition.headings import columns, headed, rises, stated_rate
+from freerock.acquisition.headings import columns, headed, rises, states_rate
 from freerock.acquisition.table import (
     DATE,
     DECIMALS,
@@ -46,8 +46,8 @@ def read(path, channel=None):
     headings = _headings(lines, layout)
     sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
     first = [_number(row[layout.numeric[0]], layout.decimal) for row in sample if len(row) == layout.width]
-    rate = stated_rate(_stated(lines[: layout.first]))
-    channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), rate)
+    stated = _stated(lines[: layout.first])
+    channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), stated)
 
     def read_columns(wanted):
         (table,) = tables(path, encoding, [layout])
@@ -133,7 +133,7 @@ def _headings(lines, layout):
         line = lines[first - 1].lstrip("#%/ ")
         cells = cells_of(line, layout.delimiter)
         values = any(kind_of(cell, layout.decimal) in ("n", "c") for cell in cells)
-        if len(cells) != layout.width or values or stated_rate(_stated([line])):
+        if len(cells) != layout.width or values or states_rate(_stated([line])):
             break
         rows.insert(0, cells)
         first -= 1
