@@ -87,7 +87,7 @@ def _not_a_switch(value: Any) -> Any:
 
 Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
-Unit = Literal["", "V", "mV", "mA", "A", "m", "mm", "um", "rad", "mrad", "deg"]
+Unit = Literal["", "V", "mV", "kV", "mA", "A", "m", "cm", "mm", "um", "rad", "mrad", "deg"]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
 Model = Literal["housner", "winkler", "hunt_crossley", "general"]
 Nuisance = Literal["width", "theta0", "t0"]
@@ -155,8 +155,8 @@ class LaserSection(Section):
 
     units: Unit = Field(
         "",
-        description="the unit of the channel: V, mV, mA, A (of the sensor's output), m, mm, um (of the "
-        "displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
+        description="the unit of the channel: V, mV, kV, mA, A (of the sensor's output), m, cm, mm, um (of "
+        "the displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
     )
     beam: Literal["horizontal", "vertical"] | None = Field(
         None,

@@ -119,7 +119,7 @@ FILES = {
     "unit of no sensor": (
         lambda raw: write_volts(raw / "b.tdms", "kg", "top"),
         "config/campaigns/lab.csv:3: laser: lasers: units: the channel's unit 'kg' is not known; "
-        "declare it as units of the laser: V, mV, mA, A, m, mm, um, rad, mrad, deg",
+        "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg",
     ),
     "unit other than declared": (
         lambda raw: edit("config/campaigns/lab.yaml", "0.05}", "0.05, units: mA}"),

@@ -189,9 +189,10 @@ YAML_MISTAKES = {
     ),
     "unit of no channel": (
         ("0.05}", "0.05, units: kg}"),
-        "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'mA', 'A', 'm', 'mm', 'um', 'rad', "
-        "'mrad' or 'deg'; give the unit of the channel: V, mV, mA, A (of the sensor's output), m, mm, um (of "
-        "the displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
+        "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'kV', 'mA', 'A', 'm', 'cm', 'mm', "
+        "'um', 'rad', 'mrad' or 'deg'; give the unit of the channel: V, mV, kV, mA, A (of the sensor's "
+        "output), m, cm, mm, um (of the displacement), rad, mrad, deg (of the rotation itself); left out, as "
+        "the file states it",
     ),
     "two scales": (
         ("0.05}", "0.05, sensitivity_per_mm: 0.2}"),
