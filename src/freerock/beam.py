@@ -70,8 +70,8 @@ def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", sid
     block : Block
     laser : Laser
     side : array_like, optional
-        +1 or -1: sign of θ of each sample, needed only for a vertical beam with |X| < b, whose reading is the
-        same for both; `laser.release_side` throughout by default.
+        +1 or -1: sign of θ of each sample, needed only for a vertical beam that both lift (`is_unsigned`);
+        `laser.release_side` throughout by default.
 
     Returns
     -------
@@ -89,14 +89,15 @@ def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", sid
             )
             a = _lever(side, block, laser)
             root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
-            turn = 2 * side * np.arctan(-s / (a + root))
+            turn = 2 * side * np.arctan(np.where(s == 0, 0.0, -s / (a + root)))
         turn = np.where(_on_target(turn, block, laser), turn, np.nan)
     return -turn if mirrored(laser) else turn
 
 
 def is_unsigned(block: Block, laser: "Laser") -> bool:
-    """Whether the reading is the same for θ and -θ: a vertical beam between the corners."""
-    return laser.beam == "vertical" and abs(laser.position_m) < block.b
+    """Whether both signs of θ lift the target: a vertical beam between the corners, or over a worn one."""
+    x = abs(laser.position_m or 0.0)
+    return laser.beam == "vertical" and x <= block.b and x < block.width_m / 2
 
 
 def sensitivity(theta, block: Block, laser: "Laser"):
@@ -149,5 +150,5 @@ def _on_target(turn, block, laser):
         return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
     a, lift = _lever(turn, block, laser), block.height_m * np.sin(t)
     outrigger = abs(laser.position_m) >= edge
-    rises = (a > 0) & (outrigger | (a <= (edge + block.b) * np.cos(t) - lift))
+    rises = (a > 0) if outrigger else (a >= 0) & (a <= (edge + block.b) * np.cos(t) - lift)
     return rises | (lift + outrigger * (edge - block.b) * np.cos(t) <= -a)

@@ -44,7 +44,7 @@ def directly(block, laser, theta):
         outwards = -1 if laser.face == "left" else 1
         return None if hit is None else block.width_m / 2 - outwards * hit[0]
     beyond = abs(laser.position_m) - block.b
-    if laser.position_m * theta > 0 and 0 <= beyond < block.height_m * math.sin(abs(theta)):
+    if laser.position_m * theta > 0 and 0 < beyond < block.height_m * math.sin(abs(theta)):
         return None  # sunk and risen again, or past the edge
     if (
         abs(laser.position_m) >= block.width_m / 2
@@ -94,6 +94,17 @@ def test_vertical_beam_meets_the_turned_rectangle(block, theta, share):
     if sensitivity(theta, block, laser) > 0.05 * block.b:
         side = math.copysign(1, theta)
         assert abs(rotation_from_displacement(expected, block, laser, side) - theta) <= 1e-12
+
+
+@pytest.mark.parametrize("x", [0.1, -0.1])
+def test_a_vertical_beam_over_a_worn_corner(x):
+    block, laser = Block(1.0, 0.25, 50.0, 0.2), Laser("vertical", x, 0.1)
+    theta = np.radians([-1.0, -0.2, 0.0, 0.2, 1.0])
+    s = displacement_from_rotation(theta, block, laser)
+    np.testing.assert_allclose(s, [directly(block, laser, each) for each in theta], atol=2e-14)
+    near = displacement_from_rotation(theta, block, Laser("vertical", 0.9999999 * x, 0.1))
+    np.testing.assert_allclose(s, near, atol=1e-9)
+    np.testing.assert_allclose(rotation_from_displacement(s, block, laser, np.sign(theta)), theta, atol=1e-9)
 
 
 @pytest.mark.parametrize(
