@@ -35,8 +35,8 @@ class Progress:
     share : float
         Done, of the work on all records.
     remaining_s : float
-        Time the records still need [s] at the pace of the newest run of Snakemake; NaN when it has not made
-        any product yet.
+        Time the records still need [s] at the pace of the newest run of Snakemake; NaN when there was none,
+        or when it has not made any product yet.
     """
 
     done: dict[str, int]
@@ -67,7 +67,7 @@ def progress(results: str | Path, tests: Sequence[str], started_s: float, now_s:
     tests : sequence of str
         Names of its records.
     started_s : float
-        When the run that is looked at began [s since 1970]: its pace counts.
+        When the run that is looked at began [s since 1970]: its pace counts; 0 when it is not known.
     now_s : float
         The time now [s since 1970].
     """
@@ -80,7 +80,7 @@ def progress(results: str | Path, tests: Sequence[str], started_s: float, now_s:
     records = {test: results / STEPS["records"][0].format(test) for test in tests}
     verdicts = {test: verdict_of(path) for test, path in records.items() if path.exists()}
     failed = [(test, reasons) for test, (verdict, reasons) in verdicts.items() if verdict == "fail"]
-    remaining_s = (1 - share) / new * (now_s - started_s) if new else math.nan
+    remaining_s = (1 - share) / new * (now_s - started_s) if new and started_s else math.nan
     complete = (results / "complete.txt").exists() and share > 1 - 1e-9
     return Progress(done, len(tests), failed, complete, new < share - 1e-9, share, remaining_s)
 

@@ -1,5 +1,6 @@
 """How far an analysis is."""
 
+import math
 import os
 import time
 
@@ -54,6 +55,13 @@ def test_nothing_made_yet_and_everything_made(tmp_path):
     assert "tables, figures and report" in progress_text("lab", progress(tmp_path, TESTS, 0.0, 9.0))
     (tmp_path / "complete.txt").touch()
     assert progress_text("lab", progress(tmp_path, TESTS, 0.0, 9.0)).startswith("lab: complete\n")
+
+
+def test_products_of_no_known_run_have_no_pace(tmp_path):
+    product(tmp_path, "records/a.nc", 5.0, reason="")
+    state = progress(tmp_path, TESTS, newest_run(tmp_path), 1e9)
+    assert math.isnan(state.remaining_s)
+    assert progress_text("lab", state).startswith("lab: 6 % of the work on the records done\n")
 
 
 def test_the_newest_run_is_known_by_its_log(tmp_path):
