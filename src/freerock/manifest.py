@@ -1,6 +1,7 @@
 """Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes.
 
-`python -m freerock.manifest raw/NAME` lists the files that are there now, after a change that is meant.
+`python -m freerock.manifest raw/NAME` lists the files that are there now, after a change that is meant, but for
+hidden ones.
 """
 
 import csv
@@ -79,12 +80,19 @@ def check_file(folder: str | Path, file: str, listed: str) -> None:
     if not path.is_file():
         raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
     found = sha256(path)
-    if found != listed:
+    if found != listed.casefold():
         raise FreerockError(
             path,
             f"has the sha256 {found}, {manifest} lists {listed}",
             "restore the file, or renew the manifest if the change is meant",
         )
+
+
+def raw_files(folder: Path) -> list[str]:
+    """Files in a folder and its subfolders, relative to it, without its manifest and hidden ones."""
+    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    shown = (file.as_posix() for file in found if not any(part.startswith(".") for part in file.parts))
+    return [file for file in shown if file != "manifest.csv"]
 
 
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
@@ -105,8 +113,7 @@ def main(arguments: Sequence[str]) -> int:
         if len(arguments) != 1 or not Path(arguments[0]).is_dir():
             raise FreerockError("freerock.manifest", "no folder given", "name one, as raw/palermo_virtual")
         folder = Path(arguments[0])
-        listed = listed_checksums(folder) or {path.name: "" for path in folder.iterdir() if path.is_file()}
-        print(write_manifest(folder, [file for file in listed if file != "manifest.csv"]))
+        print(write_manifest(folder, raw_files(folder)))
     except FreerockError as error:
         print(error, file=sys.stderr)
         return 1

@@ -5,7 +5,7 @@ import hashlib
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.manifest import check_manifest, sha256, write_manifest
+from freerock.manifest import check_manifest, listed_checksums, main, sha256, write_manifest
 
 
 @pytest.fixture
@@ -68,3 +68,26 @@ def test_unreadable_manifest_is_refused(folder):
     (folder / "manifest.csv").write_text("file,sha256\na.tdms\n")
     with pytest.raises(FreerockError, match=r"lists no sha256 of a\.tdms; write the manifest again"):
         check_manifest(folder)
+
+
+def test_checksums_in_capitals_pass(folder):
+    manifest = folder / "manifest.csv"
+    text = manifest.read_text()
+    manifest.write_text(text.replace(sha256(folder / "a.tdms"), sha256(folder / "a.tdms").upper()))
+    check_manifest(folder)
+
+
+@pytest.mark.parametrize("listed", [True, False])
+def test_renewing_lists_the_files_that_are_there_now(folder, listed, capsys):
+    for name in ("day2/c.tdms", "day2/.hidden", ".cache/d.tdms"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_bytes(name.encode())
+    (folder / "a.tdms").unlink()
+    (folder / "day1/b.tdms").write_bytes(b"changed")
+    if not listed:
+        (folder / "manifest.csv").unlink()
+    assert main([str(folder)]) == 0
+    assert capsys.readouterr().out == f"{folder}/manifest.csv\n"
+    names = ["day1/b.tdms", "day2/c.tdms"]
+    assert listed_checksums(folder) == {name: sha256(folder / name) for name in names}
+    check_manifest(folder)
