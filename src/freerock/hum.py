@@ -138,8 +138,8 @@ def other_line(segments, step: float, mains_hz: float | None) -> tuple[float, fl
     """The strongest line in the spectrum of a still signal that is no harmonic of the mains.
 
     The mean spectrum of the segments (Hann window) stands above the median of its neighbourhood by more than
-    chance allows: `SURE` standard deviations of the mean of as many exponential variables, in Wilson and
-    Hilferty's approximation.
+    chance allows: `SURE` standard deviations of the mean of as many exponential variables, in the
+    approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
 
     Parameters
     ----------
@@ -178,10 +178,12 @@ def mains_ratio(time_s, signal, mains_hz: float) -> tuple[float, float] | None:
     """Frequency of the mains hum in a signal over the nominal one: the declared sampling rate over the true.
 
     The hum is the highest line of the periodogram (Hann window) within MAINS_SEARCH of the nominal frequency.
-    It counts as seen when noise of the level around it would be as high with a probability below
-    MAINS_FALSE_ALARM. The maximum of the windowed periodogram, with weights w over centred times t, has the
-    variance 2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the amplitude A in white noise of variance
-    σ² (for even weights the Cramér–Rao bound).
+    It counts as seen when noise of the level around it would be as high with a probability P below
+    MAINS_FALSE_ALARM: the power of white noise in a bin is exponential, its mean the median over ln 2, and
+    the highest of n exceeds ln(n/P) means with probability P. The maximum of the windowed periodogram, with
+    weights w over centred times t, has the variance 2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the
+    amplitude A in white noise of variance σ² (for even weights the Cramér–Rao bound): there the slope of the
+    power vanishes, so to first order the error is the noise of the slope, over the curvature.
 
     Parameters
     ----------

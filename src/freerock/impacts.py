@@ -91,7 +91,8 @@ def restitution_from_peaks(before, before_stderr, after, after_stderr, block: Bl
     """Restitution that takes one peak of a rigid block to the next.
 
     r² = (cos φ_after - cos θ_cr)/(cos φ_before - cos θ_cr) with φ = θ_cr - |θ_peak|: the energy integral of
-    φ'' = p² sin φ (Housner 1963) on either side of the impact. Standard error to first order.
+    φ'' = p² sin φ (Housner 1963, doi:10.1785/BSSA0530020403) on either side of the impact. Standard error to
+    first order.
 
     Parameters
     ----------

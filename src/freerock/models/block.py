@@ -56,7 +56,10 @@ class Block:
 
     @property
     def p(self) -> float:
-        """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle [rad/s] (Housner 1963)."""
+        """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle [rad/s].
+
+        Housner 1963, doi:10.1785/BSSA0530020403.
+        """
         return math.sqrt(self.mass_kg * GRAVITY * self.R / (self.inertia_base + self.mass_kg * self.b**2))
 
     @property
@@ -71,5 +74,8 @@ class Block:
 
     @property
     def restitution_housner(self) -> float:
-        """Restitution of a rigid block on a rigid base: 1 - 1.5 sin²θ_cr of a rectangle (Housner 1963)."""
+        """Restitution of a rigid block on a rigid base: 1 - 1.5 sin²θ_cr of a rectangle.
+
+        Housner 1963, doi:10.1785/BSSA0530020403.
+        """
         return 1 - 2 * self.mass_kg * self.b**2 / (self.inertia_base + self.mass_kg * self.b**2)

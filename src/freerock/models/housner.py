@@ -1,8 +1,8 @@
 """Free rocking of Housner's block in closed form.
 
-A rigid block turns about its corners; an impact multiplies its angular rate by r (Housner 1963). With
-φ = θ_cr - |θ|, φ̈ = p² sinφ between impacts: a pendulum turned upside down, whose energy
-E = sin²(φ/2) + (its kinetic part) decides the lobe. From a peak,
+A rigid block turns about its corners; an impact multiplies its angular rate by r (Housner 1963,
+doi:10.1785/BSSA0530020403). With φ = θ_cr - |θ|, φ̈ = p² sinφ between impacts: a pendulum turned upside
+down, whose energy E = sin²(φ/2) + (its kinetic part) decides the lobe. From a peak,
 
     sin(φ/2) = k' / dn(p (t - t_peak) | 1 - k'²),    k' = sin(φ_peak/2),
 
