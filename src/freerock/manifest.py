@@ -1,7 +1,7 @@
 """Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes.
 
-`python -m freerock.manifest raw/NAME` lists the files that are there now, after a change that is meant, but for
-hidden ones.
+`python -m freerock.manifest raw/NAME` lists the files that are there now, after a change that is meant, but
+for hidden ones.
 """
 
 import csv
