@@ -197,12 +197,35 @@ def predicted(datasets):
 def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
     frame, epsilon = predicted(datasets)
     figure, data = predictions(frame, epsilon, "simulated", LABELS)
-    assert [ax.get_title(loc="left") for ax in figure.axes] == ["Housner", "Winkler", "Hunt–Crossley"]
+    assert [ax.get_title(loc="left") for ax in figure.axes] == [
+        "(a) Housner",
+        "(b) Winkler",
+        "(c) Hunt–Crossley",
+    ]
     assert len(data) == 1.5 * len(frame)
     assert set(data["basis"]) == {"fitted to the run itself", "other runs", "b2"}
     own, other, _ = figure.axes[0].lines
     np.testing.assert_allclose(other.get_xdata(), 3 * np.array(own.get_xdata()))
     assert style.FOOTER in texts(figure)
+
+
+def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_shown():
+    epsilon = epsilon_table([fits(record(n_runs=1), failed=["winkler"])])
+    figure, data = predictions(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
+    housner, winkler, hunt_crossley = figure.axes
+    assert [len(ax.lines[0].get_xdata()) for ax in figure.axes] == [1, 0, 1]
+    assert [text.get_text() for text in winkler.texts] == ["failed fit"]
+    assert not housner.texts and not hunt_crossley.texts
+    assert set(data["basis"]) == {"fitted to the run itself"}
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted to the run itself"]
+
+
+@pytest.mark.parametrize("failed", [["housner", "winkler", "hunt_crossley"], None])
+def test_no_prediction_at_all_says_why(failed):
+    epsilon = epsilon_table([fits(failed_record()) if failed is None else fits(record(), failed)])
+    figure, data = predictions(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
+    assert data.empty
+    assert "nothing to predict: no run has a fit that may be used" in texts(figure)
 
 
 def test_panels_are_lettered_beyond_z():

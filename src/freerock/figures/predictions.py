@@ -1,11 +1,11 @@
 """How well parameters identified on other runs and blocks predict a run."""
 
+import matplotlib
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import columns, footer, label, printed, scaled, size
+from freerock.figures.style import columns, footer, gathered, label, panel, printed, scaled, size
 from freerock.models import MODELS
 from freerock.tables import MODEL_LABELS
 
@@ -17,6 +17,7 @@ MARKERS = {
     "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
 }
 NARROWEST_IN = 2.2  # of a panel
+FAILED = "#b00020"
 
 
 @printed
@@ -40,37 +41,59 @@ def predictions(predicted, epsilon, origin, labels=None):
     data : pandas.DataFrame
         Columns of `predicted`, with a row per fit of a run, basis `OWN`.
     """
-    own = epsilon[(epsilon["run"].astype(str) != "pooled") & epsilon["success"]].assign(basis=OWN, n_runs=1)
-    data = pd.concat([own[predicted.columns], predicted], ignore_index=True)
-    shown = [model for model in MODELS if model in set(predicted["model"])]
-    scenes = list(dict.fromkeys(zip(data["block"], data["foundation"], strict=True)))
+    single = epsilon[epsilon["run"].astype(str) != "pooled"]
+    own = single[single["success"]].assign(basis=OWN, n_runs=1)[predicted.columns]
+    data = gathered([each for each in (own, predicted) if len(each)], predicted.columns)
+    if data.empty:
+        figure = Figure(figsize=size(0.8))
+        figure.suptitle("nothing to predict: no run has a fit that may be used", fontsize="medium")
+        footer(figure, origin)
+        return figure, data
+    shown = [model for model in MODELS if model in set(single["model"])]
+    scenes = list(dict.fromkeys(zip(single["block"], single["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
-    below = max(1, -(-len(shown) // beside))
-    figure = Figure(figsize=size(below * (0.8 + 0.3 * max(1, len(scenes)))))
+    below = -(-len(shown) // beside)
+    figure = Figure(figsize=size(below * (0.8 + 0.3 * max(3, len(scenes)))))
     axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
-    for ax, model in zip(axes.ravel(), shown, strict=False):
-        ax.set_title(MODEL_LABELS[model], loc="left")
+    kinds = {kind: style for kind, style in MARKERS.items() if kind in set(data["basis"].map(_kind))}
+    for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
+        ax.set_title(panel(i, len(shown), MODEL_LABELS[model]), loc="left")
         ax.margins(x=0.05)
-        for basis, style in MARKERS.items():
+        for basis, style in kinds.items():
             rows = data[(data["model"] == model) & (data["basis"].map(_kind) == basis)]
             level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
             sized = style | {"markersize": scaled(style["markersize"])}
             shift = 0.22 * (list(MARKERS).index(basis) - 1)
             ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
+        _mark_failed(ax, single[single["model"] == model], scenes)
     for ax in axes.ravel()[len(shown) :]:
         ax.set_axis_off()
     names = [f"{label(labels, block)}, {label(labels, foundation)}" for block, foundation in scenes]
-    axes[0, 0].set(xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(len(scenes) - 0.5, -0.5))
+    axes[0, 0].set(
+        xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(max(1, len(scenes)) - 0.5, -0.5)
+    )
     for ax in axes[-1]:
         ax.set_xlabel("$ε_θ$ / %")
     texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
     handles = [
-        Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in MARKERS.items()
+        Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in kinds.items()
     ]
     told = [handle.get_label() for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(told))
     footer(figure, origin)
     return figure, data
+
+
+def _mark_failed(ax, fits, scenes):
+    for scene, own in fits.groupby(["block", "foundation"], sort=False):
+        if n := int((~own["success"]).sum()):
+            text = "failed fit" if n == 1 else f"{n} failed fits"
+            style = {
+                "fontsize": 0.85 * matplotlib.rcParams["legend.fontsize"],
+                "color": FAILED,
+                "va": "center",
+            }
+            ax.text(0.01, scenes.index(scene) + 0.3, text, transform=ax.get_yaxis_transform(), **style)
 
 
 def _kind(basis):

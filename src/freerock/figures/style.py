@@ -107,6 +107,11 @@ def letter(index):
     return (letter(more - 1) if more else "") + chr(97 + last)
 
 
+def panel(index, n_panels, text):
+    """Title of a panel, with its letter where there are several."""
+    return f"({letter(index)}) {text}" if n_panels > 1 else text
+
+
 def thin(n_samples, n_drawn=1000):
     """Every so many samples, the last included, so that about `n_drawn` remain.
 
