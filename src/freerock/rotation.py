@@ -42,6 +42,7 @@ NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see a hum
 PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
+LATE = 1.5  # times the interval between the lobes before: one was missed
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SLOWEST_S = 0.05  # a longer sampling interval shows no rocking
 FAINT = 0.1  # of the noise of one sample: a hum below this is not worth a word
@@ -498,7 +499,8 @@ def _lobe_sides(rise, sigma, time_s, rest_mid_s, laser):
     """Sign of θ for a reading that has none: lobes change side at each touch-down, anew after every rest.
 
     A lobe is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half of
-    that; what is smaller keeps the side of the lobe before it.
+    that; what is smaller keeps the side of the lobe before it. Where the next lobe is `LATE` times as long in
+    coming as the one before, one was too faint between them, as those of the nearer corner are.
     """
     first = 1.0 if laser.release_side == "positive" else -1.0
     side = np.full(rise.size, first)
@@ -506,9 +508,16 @@ def _lobe_sides(rise, sigma, time_s, rest_mid_s, laser):
     smooth = np.convolve(rise, np.full(5, 0.2), "same")  # to tell lobes from noise; θ itself is not smoothed
     index = np.flatnonzero((smooth > high) | (smooth < high / 2))
     lobes = [(index[i], index[j]) for i, j in stretches(smooth[index] > high)]
-    sign = first
-    for (_, last), (start, _) in pairwise(lobes):
+    sign, interval = first, math.inf
+    for (begin, last), (start, end) in pairwise(lobes):
         rested = any(time_s[last] < mid < time_s[start] for mid in rest_mid_s)
-        sign = first if rested else -sign
+        between = (start + end - begin - last) / 2
+        if not rested and between > LATE * interval:
+            middle = (last + start) // 2
+            side[last + int(np.nanargmin(rise[last : middle + 1])) :] = -sign
+            side[middle + int(np.nanargmin(rise[middle : start + 1])) :] = sign
+            interval = between / 2
+            continue
+        sign, interval = (first, math.inf) if rested else (-sign, between)
         side[last + int(np.nanargmin(rise[last : start + 1])) :] = sign
     return side

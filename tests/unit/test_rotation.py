@@ -172,6 +172,17 @@ def test_two_vertical_lasers_know_the_side():
     assert score(found).var() == pytest.approx(1, abs=0.04)
 
 
+@pytest.mark.parametrize("x", [0.02, -0.02])
+def test_a_vertical_beam_off_centre_knows_the_side_of_lobes_after_those_too_faint(x):
+    """Those about the nearer corner lift the target least, and are lost in the noise first."""
+    laser, theta = Laser("vertical", x, 0.1), motion(2.0)
+    signal = 5 + displacement_from_rotation(theta, BLOCK, laser) / laser.metres_per() + noise(1, 0.002)
+    found = rotation(TIME, signal, laser, BLOCK)
+    clear = np.abs(theta) > math.radians(0.25)
+    assert (found.theta.values[clear] * theta[clear] > 0).all()
+    assert np.abs(found.theta.values - theta)[clear].max() < 6 * found.sigma_theta.values[clear].max()
+
+
 def test_two_lasers_that_disagree_are_told():
     wrong = replace(LOW, range_m=0.12)
     found = rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, wrong), BLOCK)
