@@ -26,6 +26,10 @@ MODEL_LABELS = {
 SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀", "width": "2b"}
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
+RUN_BY_RUN_NOTE = (
+    "Identified: jointly, with its standard error. Run by run: mean and standard deviation of the fits of "
+    "single runs; where it exceeds the standard error, releases differ by more than the noise."
+)
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
@@ -365,18 +369,24 @@ def table2(parameters, published=None) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns test, block, foundation, model, parameter, unit, value, stderr, published, success; SI units.
+        Columns test, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
+        published, success; SI units. The two of the runs are mean and standard deviation of the fits of single runs.
     """
-    frame = parameters[parameters["run"] == "pooled"]
+    key = ["test", "model", "parameter"]
+    single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
+    runs = single.groupby(key)["value"].agg(run_mean="mean", run_scatter="std")
+    frame = parameters[parameters["run"] == "pooled"].join(runs, on=key)
     own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
-    columns = ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr", "published"]
-    return frame[[*columns, "success"]]
+    columns = ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
+    return frame[[*columns, "run_mean", "run_scatter", "published", "success"]]
 
 
 def table2_text(frame, labels=None) -> pd.DataFrame:
     """Cells of `table2` as printed: one row per foundation, model and parameter, grouped by block.
+
+    What the single runs gave stands beside where a record has several.
 
     Parameters
     ----------
@@ -385,6 +395,7 @@ def table2_text(frame, labels=None) -> pd.DataFrame:
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
     """
+    several = {"Run by run": between_runs} if frame["run_scatter"].notna().any() else {}
     return _grouped(
         frame,
         labels,
@@ -392,9 +403,15 @@ def table2_text(frame, labels=None) -> pd.DataFrame:
             "Model": lambda row: MODEL_LABELS[row.model],
             "Parameter": lambda row: with_unit(SYMBOLS[row.parameter], row.unit),
             "Identified": lambda row: quantity(row.value, row.stderr) + failed(row),
+            **several,
             "Published": lambda row: quantity(row.published),
         },
     )
+
+
+def between_runs(row) -> str:
+    """Mean and standard deviation of what the single runs of a record gave; "–" for a single one."""
+    return quantity(row.run_mean, row.run_scatter) if math.isfinite(row.run_scatter) else "–"
 
 
 def table3(epsilon, published=None) -> pd.DataFrame:
@@ -570,12 +587,12 @@ def printed_tables(tidy, records, blocks, *, release_angles_deg=None, published=
             "frame": second.assign(origin=origin),
             "text": table2_text(second, labels),
             "caption": "Identified parameters, all runs of a record jointly",
-            "notes": notes,
+            "notes": [RUN_BY_RUN_NOTE, *notes] if second["run_scatter"].notna().any() else notes,
         },
         "table3": {
             "frame": third.assign(origin=origin),
             "text": table3_text(third, labels),
-            "caption": "Discrepancy ε_θ between measured and modelled rotation up to t_f",
+            "caption": "Discrepancy ε_θ of the joint fit between measured and modelled rotation up to t_f",
             "notes": notes,
         },
     }

@@ -168,11 +168,28 @@ def test_table1_averages_the_usable_runs(datasets):
 def test_table2_prints_value_and_published_side_by_side(datasets):
     table = table2(parameters_table(datasets[1]), PUBLISHED)
     text = table2_text(table[table["block"] == "b1"], {"marble": "Marble", "mat": "Mat"})
-    assert list(text) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
+    assert list(text) == ["Foundation", "Model", "Parameter", "Identified", "Run by run", "Published"]
     assert text["Foundation"].tolist() == ["Marble", "", "", "", "", "Mat", "", "", "", ""]
-    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.958"]
-    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "–"]
-    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "–"]
+    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.957", "0.958"]
+    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "1.30·10⁸", "–"]
+    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "0.957", "–"]
+
+
+def test_table2_shows_how_far_runs_differ():
+    def rows(test, run, value):
+        known = {"block": "b", "foundation": "f", "model": "winkler", "parameter": "k", "unit": "N m-2"}
+        return known | {"test": test, "run": run, "value": value, "stderr": 1.0, "success": True}
+
+    parameters = pd.DataFrame(
+        [rows("a", 1, 100.0), rows("a", 2, 120.0), rows("a", 3, 140.0), rows("a", "pooled", 119.0)]
+        + [rows("alone", 1, 90.0), rows("alone", "pooled", 90.0)]
+    )
+    parameters.loc[2, "success"] = False
+    table = table2(parameters)
+    assert table["run_mean"].tolist() == [110.0, 90.0]
+    assert table["run_scatter"].tolist() == pytest.approx([math.sqrt(200), math.nan], nan_ok=True)
+    assert table2_text(table)["Run by run"].tolist() == ["110 ± 14", "–"]
+    assert "Run by run" not in table2_text(table[1:])
 
 
 def test_table3_prints_percent_and_final_time(datasets):

@@ -10,9 +10,11 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 inputs, params = snakemake.input, snakemake.params
+sections = params.campaign["blocks"]
+models = [(sections[Path(path).stem.removeprefix("models_")]["label"], path) for path in inputs.models]
 figures = [
     ("Effect of the foundation on the measured rotation", inputs.foundation_effect),
-    *(("Measured rotation and the models fitted to it", path) for path in inputs.models),
+    *((f"Measured rotation of {block} and the models fitted to it", path) for block, path in models),
     ("Restitution of each impact", inputs.restitution),
     ("Valleys of the discrepancy around the identified parameters", inputs.valley),
     ("Discrepancy with parameters of the run itself, of other runs, and of other blocks", inputs.predictions),

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup, escape
 from PIL import Image
 
 from freerock.datasets import atomic
@@ -21,8 +22,10 @@ from freerock.report.curves import run_curves
 from freerock.tables import (
     MODEL_LABELS,
     PUBLISHED_NOTE,
+    RUN_BY_RUN_NOTE,
     SIMULATED_NOTE,
     SYMBOLS,
+    between_runs,
     failed,
     fits_of,
     fixed,
@@ -96,12 +99,14 @@ def write_report(path, *, provenance, tables, blocks, opened, figures=(), pages=
     ]
     compared = restitution_comparison(runs, tables["parameters"], restitution, blocks)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
+    environment.filters["indices"] = _indices
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     html = environment.get_template("report.html.j2").render(
         config=config,
         labels=labels,
         simulated=config["origin"] == "simulated",
         simulated_note=SIMULATED_NOTE,
+        run_by_run_note=RUN_BY_RUN_NOTE,
         published_note=PUBLISHED_NOTE.format(**config["published"]) if config["published"] else "",
         counts=_counts(runs),
         overview=_overview(runs, tables["choice"], labels),
@@ -206,6 +211,11 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
 # Tables
 
 
+def _indices(text) -> Markup:
+    """A heading of the report's own with its indices below the line."""
+    return escape(text).replace("ε_θ", Markup("ε<sub>θ</sub>")).replace("t_f", Markup("t<sub>f</sub>"))
+
+
 def _number(text, value) -> Cell:
     return Cell(text, float(value) if math.isfinite(value) else "")
 
@@ -277,13 +287,14 @@ def _scene(row, labels) -> list:
 
 
 def _table2(frame, labels) -> tuple:
-    heads = ["Record", "Block", "Foundation", "Model", "Parameter", "Identified", "Published"]
+    heads = ["Record", "Block", "Foundation", "Model", "Parameter", "Identified", "Run by run", "Published"]
     return heads, [
         [
             *_scene(row, labels),
             Cell(MODEL_LABELS[row.model]),
             Cell(with_unit(SYMBOLS[row.parameter], row.unit)),
             _number(quantity(row.value, row.stderr) + failed(row), row.value),
+            _number(between_runs(row), row.run_mean),
             _number(quantity(row.published), row.published),
         ]
         for row in frame.itertuples()

@@ -30,10 +30,14 @@ function sortBy(head) {
 }
 
 for (const head of document.querySelectorAll("table.sorts th")) {
-  const button = document.createElement("button");
-  button.type = "button";
+  const button = element("span", {role: "button", tabIndex: 0});  // a real one is left out of repeated heads in print
   button.append(...head.childNodes);
   button.addEventListener("click", () => sortBy(head));
+  button.addEventListener("keydown", event => {
+    if (event.key !== "Enter" && event.key !== " ") return;
+    event.preventDefault();
+    sortBy(head);
+  });
   head.append(button);
 }
 
