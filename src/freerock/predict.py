@@ -21,7 +21,7 @@ FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "sha
 SIGNIFICANT = 0.01
 
 
-def _estimates(fits) -> Iterator[tuple]:
+def _estimates(fits) -> Iterator[dict]:
     """Successful fits of single runs.
 
     With a restitution per impact there is nothing to carry over.

@@ -13,7 +13,7 @@ from freerock.manifest import sha256
 
 COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"
-DECLARE = "declare it as units of the laser: V, mV, mA, A, m, mm, um, rad, mrad, deg"
+DECLARE = "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg"
 BAD = {
     "missing": "no such file; put it there, or correct the file column of the campaign's CSV",
     "empty": f"the file is empty; {COPY}",
