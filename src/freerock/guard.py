@@ -1,7 +1,8 @@
-"""What a run finds after a bad day: locks of a killed run, its jobs at work, times of a wrong clock."""
+"""What a run may find: locks of a killed run, its jobs at work, no room to write, times of a wrong clock."""
 
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Iterable
 from contextlib import suppress
@@ -44,6 +45,26 @@ def job_runs() -> None:
 
     with suppress(OSError):  # not below Snakemake
         fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_SH)
+
+
+def check_room(folder: Path) -> None:
+    """Refuse a folder of products that can't be written, or the nearest above it that exists.
+
+    Tried with a file in it and in the folders directly below: what rights say does not hold for everyone.
+
+    Raises
+    ------
+    FreerockError
+        No file can be made in one of them.
+    """
+    above = next(each for each in (folder, *folder.parents) if each.exists())
+    for where in [above, *(each for each in folder.glob("*") if each.is_dir())]:
+        try:
+            with tempfile.TemporaryFile(dir=where):
+                pass
+        except OSError as error:
+            remedy = "give yourself the right to write there, or use --directory"
+            raise FreerockError(where, f"can't be written ({error.strerror})", remedy) from None
 
 
 def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:

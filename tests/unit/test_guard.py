@@ -2,13 +2,14 @@
 
 import fcntl
 import os
+import tempfile
 import time
 from threading import Thread
 
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.guard import JOBS, RUNS, check_clock, job_runs, run_starts
+from freerock.guard import JOBS, RUNS, check_clock, check_room, job_runs, run_starts
 
 
 @pytest.fixture
@@ -93,3 +94,36 @@ def test_inputs_from_the_future_are_refused(tmp_path):
     ):
         check_clock([], [tmp_path / "missing.tdms", raw])
     assert raw.stat().st_mtime > time.time() + 3000
+
+
+def test_a_folder_that_can_be_written_is_left_as_it_was(tmp_path):
+    (tmp_path / "lab/records").mkdir(parents=True)
+    (tmp_path / "lab/report.html").touch()
+    for folder in ("lab", "other/campaign"):
+        check_room(tmp_path / folder)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["lab", "records", "report.html"]
+
+
+def test_a_file_in_the_place_of_the_results_is_refused(tmp_path):
+    (tmp_path / "results").touch()
+    with pytest.raises(FreerockError) as told:
+        check_room(tmp_path / "results/lab")
+    assert str(told.value) == (
+        f"{tmp_path}/results: can't be written (Not a directory); "
+        "give yourself the right to write there, or use --directory"
+    )
+
+
+def test_the_folder_without_rights_is_named(tmp_path, monkeypatch):
+    (tmp_path / "lab/fits").mkdir(parents=True)
+    (tmp_path / "lab/records").mkdir()
+    made = tempfile.TemporaryFile
+
+    def refused(dir):
+        if dir.name == "records":
+            raise PermissionError(13, "Permission denied")
+        return made(dir=dir)
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", refused)
+    with pytest.raises(FreerockError, match=r"lab/records: can't be written \(Permission denied\); give"):
+        check_room(tmp_path / "lab")

@@ -33,6 +33,10 @@ def wrong_truth(checkout):
     (checkout / "raw/lab/truth.json").write_text('{"one": {"runs": []}}')
 
 
+def no_raw_folder(checkout):
+    (checkout / "raw/lab").rename(checkout / "raw/elsewhere")
+
+
 def left_to_fill_in(checkout):
     checkout.edit("config/campaigns/lab.yaml", "mass_kg: 5.84", "mass_kg: FILL_IN")
 
@@ -46,6 +50,7 @@ REFUSED = {
     no_truth: "raw/lab/truth.json: No such file or directory; restore the file, or remove the key truth",
     wrong_truth: "raw/lab/truth.json: one: does not hold the model and its parameters run by run "
     "(KeyError: 'model'); restore the file, or remove the key truth",
+    no_raw_folder: "config/campaigns/lab.yaml: raw: there is no folder raw/lab; put the records there",
     left_to_fill_in: "config/campaigns/lab.yaml:5: blocks.tall.mass_kg: is still to be filled in; "
     "give the mass in kilograms",
 }
@@ -65,3 +70,23 @@ def test_a_misspelt_option_is_told(lab):
     done = lab.snakemake("--dry-run", "--config", "campaign=lab")
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == "--config: campaign: unknown key; did you mean 'campaigns'?"
+
+
+def test_results_that_cannot_be_written(lab):
+    (lab / "results").write_text("")
+    done = lab.snakemake()
+    assert done.returncode == 1
+    told = "results: can't be written (Not a directory); give yourself the right to write there"
+    assert done.stderr.splitlines()[-1] == f"{told}, or use --directory"
+    assert "Traceback" not in done.stderr
+
+
+def test_another_campaign_may_miss_its_raw_folder(lab):
+    (lab / "config/config.yaml").write_text("campaigns: [lab, away]\n")
+    for suffix in ("yaml", "csv"):
+        text = (lab / f"config/campaigns/lab.{suffix}").read_text().replace("truth: truth.json\n", "")
+        (lab / f"config/campaigns/away.{suffix}").write_text(text)
+    for targets in (["results/lab/tables/runs.csv"], ["studies"]):
+        done = lab.snakemake("--dry-run", *targets)
+        assert done.returncode == 0, done.stderr
+    assert "there is no folder raw/away" in lab.snakemake("--dry-run").stderr.splitlines()[-1]

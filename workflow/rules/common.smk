@@ -4,7 +4,8 @@ from functools import cache
 from pathlib import Path
 
 from freerock import settings
-from freerock.config import check_options, load_config
+from freerock.check import check_files
+from freerock.config import check_options, load_config, read_campaign
 from freerock.errors import FreerockError
 from freerock.manifest import listed_checksums
 from freerock.truth import read_truth
@@ -14,9 +15,27 @@ from freerock.workflow import code as files_run
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 
+
+def asked_for():
+    """The campaigns this run may make products of; targets are told by the command line alone at this moment."""
+    if not workflow.is_main_process or "--lint" in sys.argv:
+        return {}
+    named = [Path(word).parts for word in sys.argv[1:] if word == "studies" or word.startswith("results/")]
+    if not named or "all" in sys.argv:
+        return CAMPAIGNS
+    return {
+        name: section
+        for name, section in CAMPAIGNS.items()
+        if ("results", name) in [each[:2] for each in named]
+    }
+
+
 try:
     check_options(config)
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
+    for name, section in asked_for().items():
+        if not os.path.isdir(section.raw):  # not one file: a share that is not there, a renamed folder
+            raise next(check_files(read_campaign(f"config/campaigns/{name}.yaml")))
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     for section in CAMPAIGNS.values():
         if section.truth:

@@ -1,10 +1,12 @@
-# Before anything runs: what a run that was killed left behind, and files from the future.
+# Before anything runs: what a run that was killed left behind, folders to write to, and files from the future.
 
-from freerock.guard import check_clock, job_runs, run_starts
+from freerock.guard import check_clock, check_room, job_runs, run_starts
 
 if workflow.is_main_process and not workflow.dryrun:
     run_starts()
     try:
+        for name in asked_for():
+            check_room(Path("results", name))
         check_clock(
             [path for name in CAMPAIGNS for path in Path("results", name).rglob("*")],
             [
