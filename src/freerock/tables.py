@@ -370,7 +370,8 @@ def table2(parameters, published=None) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns test, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
-        published, success; SI units. The two of the runs are mean and standard deviation of the fits of single runs.
+        published, success; SI units. run_mean and run_scatter: mean and standard deviation of the fits of
+        single runs.
     """
     key = ["test", "model", "parameter"]
     single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
