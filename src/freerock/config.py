@@ -867,8 +867,7 @@ def read_campaign(path: str | Path) -> Source:
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     records = _read_records(path.with_suffix(".csv"), names, path, problems)
     for line, record in records if file else ():
-        pair = [file.lasers[name] for name in record.lasers if name in file.lasers]
-        for what, remedy in _pair_faults(*pair) if len(pair) == 2 else ():
+        for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{path.with_suffix('.csv')}:{line}: laser", what, remedy))
     raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
     campaign = None
@@ -879,8 +878,22 @@ def read_campaign(path: str | Path) -> Source:
     return Source(path, campaign, lasers, raw, tuple(records), lines, tuple(problems))
 
 
+def _laser_faults(record: Record, file: CampaignFile) -> Iterator[tuple[str, str]]:
+    """Why the lasers of a record can't watch it, and what to do."""
+    known = [name for name in record.lasers if name in file.lasers]
+    if len(known) == 2:
+        yield from _pair_faults(*(file.lasers[name] for name in known))
+    block = file.blocks.get(record.block)
+    for name in known:
+        at = file.lasers[name].position_m or 0.0
+        if block and file.lasers[name].beam == "horizontal" and at > block.height_m:
+            what = (
+                f"position_m of {name} is {at:g}: above the block {record.block}, {block.height_m:g} m high"
+            )
+            yield what, "give the beam's height above the base in metres"
+
+
 def _pair_faults(one: LaserSection, other: LaserSection) -> Iterator[tuple[str, str]]:
-    """Why two lasers can't watch one record, and what to do."""
     if one.beam is None or (one.beam, one.face) != (other.beam, other.face):
         yield "the two beams differ in kind or in face", "use two of one kind, on one face"
     elif one.position_m == other.position_m:

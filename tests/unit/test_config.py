@@ -349,6 +349,11 @@ CSV_MISTAKES = {
         (",,tall,marble,near", ",top;low,tall,marble,near;near"),
         "lab.csv:2: laser: the two beams are at one position_m; give both positions",
     ),
+    "beam above the block": (
+        ("position_m: 0.1", "position_m: 100"),
+        "lab.csv:2: laser: position_m of near is 100: above the block tall, 0.28 m high; "
+        "give the beam's height above the base in metres",
+    ),
     "channel left to fill in": (
         ("a.tdms,,", "a.tdms,FILL_IN,"),
         "lab.csv:2: channel: is still to be filled in; give the channel of the laser; empty when the file "
