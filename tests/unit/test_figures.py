@@ -36,7 +36,10 @@ def texts(figure):
 
 def test_foundation_effect_follows_the_papers_line_styles(datasets):
     figure, data = foundation_effect(datasets[0], LABELS)
-    assert [ax.get_title(loc="left") for ax in figure.axes] == ["(a) Slender block", "(b) b2"]
+    assert [ax.get_title(loc="left") for ax in figure.axes] == [
+        "(a) Slender block: b1_marble, run 1; b1_mat, run 1",
+        "(b) b2: b2_marble, run 1; b2_mat, run 1",
+    ]
     marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
     assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")
     assert to_rgb(mat.get_color())[2] > 0.7
@@ -72,6 +75,26 @@ def test_models_shows_measured_models_and_residuals(datasets):
     assert any("24.6 %" in text for text in texts(figure))
 
 
+def test_models_names_the_run_drawn_and_a_failed_fit():
+    figure, _ = models([fits(record("b1_mat", "b1", "mat"), failed=["housner"])], LABELS)
+    assert figure.axes[0].get_title(loc="left") == "Slender block, mat: b1_mat, run 1"
+    told = [text for text in texts(figure) if "failed fit" in text]
+    assert [text.split(",")[0] for text in told] == ["Housner"]
+
+
+def test_restitution_leaves_out_failed_fits():
+    tree = record()
+    _, whole = drawn_restitution([tree], [fits(tree)])
+    figure, data = drawn_restitution([tree], [fits(tree, failed=["winkler"])])
+    assert set(whole["source"]) - set(data["source"]) == {"winkler"}
+    assert len(data) == (whole["source"] != "winkler").sum()
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told[:2] == ["rigid block, theory", "Housner, fitted"]
+    assert "Winkler, fitted" not in told
+    assert figure.axes[0].get_title(loc="left") == "b1, marble"
+
+
 def test_models_without_fits_says_so(datasets):
     figure, data = models([fits(failed_record())])
     assert data.empty
@@ -79,7 +102,8 @@ def test_models_without_fits_says_so(datasets):
 
 
 def drawn_restitution(records, fitted, labels=None):
-    return restitution(runs_table(records), restitution_table(records, fitted), BLOCKS, labels)
+    tables = runs_table(records), restitution_table(records, fitted), epsilon_table(fitted)
+    return restitution(*tables, BLOCKS, labels)
 
 
 def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
@@ -161,7 +185,7 @@ def test_same_figure_same_bytes(tmp_path, datasets):
     ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
 )
 def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, target, width_in):
-    tables = runs_table(datasets[0]), restitution_table(*datasets)
+    tables = runs_table(datasets[0]), restitution_table(*datasets), epsilon_table(datasets[1])
     drawings = {
         "foundation": lambda: foundation_effect(datasets[0], LABELS, target=target),
         "models": lambda: models(datasets[1][:2], LABELS, target=target),

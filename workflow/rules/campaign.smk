@@ -107,6 +107,7 @@ rule figure_restitution:
     input:
         runs="results/{campaign}/tables/runs.csv",
         restitution="results/{campaign}/tables/restitution.csv",
+        epsilon="results/{campaign}/tables/epsilon.csv",
         code=code("figure_restitution"),
     output:
         pdf="results/{campaign}/figures/restitution.pdf",

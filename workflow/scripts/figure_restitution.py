@@ -8,7 +8,8 @@ from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")
-runs, impacts = map(read_csv, (snakemake.input.runs, snakemake.input.restitution))
+inputs = snakemake.input
+runs, impacts, epsilon = map(read_csv, (inputs.runs, inputs.restitution, inputs.epsilon))
 blocks = {name: Block(**block) for name, block in snakemake.params.blocks.items()}
-drawn = restitution(runs, impacts, blocks, snakemake.params.labels, target=target)
+drawn = restitution(runs, impacts, epsilon, blocks, snakemake.params.labels, target=target)
 save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), runs["origin"].iloc[0], target=target)

@@ -13,10 +13,11 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_above,
-    letter,
+    panel,
     printed,
     size,
     thin,
+    wrapped,
 )
 from freerock.tables import usable_runs
 
@@ -50,11 +51,14 @@ def foundation_effect(records, labels=None):
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
+        told = []
         for foundation, style in styles.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
-        ax.set_title(f"({letter(i)}) {label(labels, block)}", loc="left")
+                told.append("{test}, run {run}".format(**curve.iloc[0]))
+        title = ": ".join(filter(None, [label(labels, block), "; ".join(told)]))
+        ax.set_title(wrapped(panel(i, len(blocks), title), 0.9), loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")

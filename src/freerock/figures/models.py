@@ -11,11 +11,12 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_above,
-    letter,
+    panel,
     printed,
     scaled,
     size,
     thin,
+    wrapped,
 )
 from freerock.models import MODELS
 from freerock.tables import quantity, runs_of
@@ -48,7 +49,9 @@ def models(fits, labels=None):
         residual.sharex(motion)
         motion.tick_params(labelbottom=False)
         names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        motion.set_title(f"({letter(i)}) {', '.join(names)}", loc="left")
+        shown = "" if run is None else f": {tree.attrs['test']}, run {number}"
+        title = panel(i, len(drawn), ", ".join(names) + shown)
+        motion.set_title(wrapped(title, 0.9), loc="left")
         motion.set_ylabel("θ / °")
         residual.set_ylabel("residual / °")
         residual.set_xlabel("time since release / s")
@@ -68,7 +71,8 @@ def models(fits, labels=None):
             if len(own):
                 style = MODEL_STYLES[model]
                 epsilon = quantity(100 * run[model]["epsilon_theta"].item())
-                named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %"}
+                failed = "" if run[model]["success"].item() else " (failed fit)"
+                named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %{failed}"}
                 motion.plot(own["time_s"], own["theta_deg"], **named)
                 residual.plot(own["time_s"], own["residual_deg"], **style)
         motion.set_xlim(left=0)

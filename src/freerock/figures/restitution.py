@@ -1,23 +1,36 @@
 """Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
 
+import numpy as np
 from matplotlib.figure import Figure
 
-from freerock.figures.style import MODEL_STYLES, columns, footer, label, printed, scaled, size, wrapped
+from freerock.figures.style import (
+    MODEL_STYLES,
+    columns,
+    footer,
+    label,
+    panel,
+    printed,
+    scaled,
+    size,
+    wrapped,
+)
 from freerock.models import MODELS
-from freerock.tables import usable_rows
+from freerock.tables import MODEL_LABELS, usable_rows
 
 MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
 
 
 @printed
-def restitution(runs, impacts, blocks, labels=None):
+def restitution(runs, impacts, epsilon, blocks, labels=None):
     """Restitution of each impact against the peak before it, one panel per block and foundation.
 
     Parameters
     ----------
     runs, impacts : pandas.DataFrame
         Tidy tables runs and restitution, see `freerock.tables`; failed and excluded runs are left out.
+    epsilon : pandas.DataFrame
+        Tidy table epsilon; impacts of a model whose fit failed are left out.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     labels : mapping of str to str, optional
@@ -30,6 +43,8 @@ def restitution(runs, impacts, blocks, labels=None):
         Columns of the table restitution.
     """
     data = impacts.merge(usable_rows(runs)[["test", "run"]])
+    failed = set(_fits(epsilon[~epsilon["success"]], "model"))
+    data = data[np.array([fit not in failed for fit in _fits(data, "source")], dtype=bool)]
     shown, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
 
     width, height = size(0.5 + 2.0 * len(shown))
@@ -40,22 +55,30 @@ def restitution(runs, impacts, blocks, labels=None):
             scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
             _panel(axes[i, j], scene, blocks[block].restitution_housner)
             names = f"{label(labels, block)}, {label(labels, foundation)}"
-            axes[i, j].set_title(wrapped(names, 0.8 / len(under)), loc="left")
+            title = panel(i * len(under) + j, axes.size, names)
+            axes[i, j].set_title(wrapped(title, 0.8 / len(under)), loc="left")
         axes[i, 0].set_ylabel("restitution r")
     for ax in axes[-1]:
         ax.set_xlabel(wrapped("peak |θ| before the impact / °", 0.8 / len(under)))
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper center", ncols=columns(names))
+    handles = [ax.get_legend_handles_labels() for ax in axes.flat]
+    handles = {name: handle for found in handles for handle, name in zip(*found, strict=True)}
+    figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
     footer(figure, runs["origin"].iloc[0])
     return figure, data
 
 
+def _fits(table, model):
+    """What fit each row is of."""
+    return zip(table["test"], table["run"].astype(str), table[model], strict=True)
+
+
 def _panel(ax, scene, r_housner):
     ax.margins(x=0.05)
-    ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block (Housner)")
+    ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block, theory")
     for model in MODELS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
-        style = MODEL_STYLES[model] | thin | {"marker": MARKERS[model]}
+        own = {"marker": MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
+        style = MODEL_STYLES[model] | thin | own
         for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
             ax.plot(run["peak_before_deg"], run["r"], **style | ({"label": "_"} if k else {}))
     measured = scene[scene["source"] == "experiment"]

@@ -167,7 +167,8 @@ def legend_above(ax, handles=None):
     n = columns(labels, 0.93)
     ax.legend(handles=handles, ncols=n, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
     title = ax.get_title(loc="left")
-    if title and (n < len(labels) or columns([title, *labels], 0.93) <= len(labels)):
+    widest = max(title.split("\n"), key=len)
+    if title and (n < len(labels) or columns([widest, *labels], 0.93) <= len(labels)):
         rows = -(-len(labels) // n)
         ax.set_title(title, loc="left", pad=4 + rows * 1.6 * _points("legend.fontsize"))
 
