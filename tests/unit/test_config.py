@@ -300,6 +300,11 @@ YAML_MISTAKES = {
         "lab.yaml:1: could not determine a constructor for the tag "
         "'tag:yaml.org,2002:python/object/apply:os.getcwd'; correct the YAML; indent with spaces, not tabs",
     ),
+    "beam above the block": (
+        ("position_m: 0.1", "position_m: 100"),
+        "lab.csv:2: laser: position_m of near is 100: above the block tall, 0.28 m high; "
+        "give the beam's height above the base in metres",
+    ),
     "impossible date": (
         ("Blocks", "2017-13-45"),
         "lab.yaml: month must be in 1..12; correct the YAML; put texts in quotes",
@@ -348,11 +353,6 @@ CSV_MISTAKES = {
     "one laser twice": (
         (",,tall,marble,near", ",top;low,tall,marble,near;near"),
         "lab.csv:2: laser: the two beams are at one position_m; give both positions",
-    ),
-    "beam above the block": (
-        ("position_m: 0.1", "position_m: 100"),
-        "lab.csv:2: laser: position_m of near is 100: above the block tall, 0.28 m high; "
-        "give the beam's height above the base in metres",
     ),
     "channel left to fill in": (
         ("a.tdms,,", "a.tdms,FILL_IN,"),
