@@ -10,13 +10,14 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from freerock.compare import epsilon_theta
 from freerock.figures import style
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.models import models
 from freerock.figures.predictions import predictions
 from freerock.figures.qc import qc
 from freerock.figures.restitution import restitution
-from freerock.figures.valley import valley
+from freerock.figures.valley import CELLS, FINER, _finer, valley
 from freerock.models.block import Block
 from freerock.predict import PREDICTIONS
 from freerock.tables import epsilon_table, restitution_table, runs_table
@@ -37,8 +38,8 @@ def texts(figure):
 def test_foundation_effect_follows_the_papers_line_styles(datasets):
     figure, data = foundation_effect(datasets[0], LABELS)
     assert [ax.get_title(loc="left") for ax in figure.axes] == [
-        "(a) Slender block: b1_marble, run 1; b1_mat, run 1",
-        "(b) b2: b2_marble, run 1; b2_mat, run 1",
+        "(a) Slender block: b1_marble, run\N{NO-BREAK SPACE}1; b1_mat, run\N{NO-BREAK SPACE}1",
+        "(b) b2: b2_marble, run\N{NO-BREAK SPACE}1; b2_mat, run\N{NO-BREAK SPACE}1",
     ]
     marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
     assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")
@@ -77,7 +78,7 @@ def test_models_shows_measured_models_and_residuals(datasets):
 
 def test_models_names_the_run_drawn_and_a_failed_fit():
     figure, _ = models([fits(record("b1_mat", "b1", "mat"), failed=["housner"])], LABELS)
-    assert figure.axes[0].get_title(loc="left") == "Slender block, mat: b1_mat, run 1"
+    assert figure.axes[0].get_title(loc="left") == "Slender block, mat: b1_mat, run\N{NO-BREAK SPACE}1"
     told = [text for text in texts(figure) if "failed fit" in text]
     assert [text.split(",")[0] for text in told] == ["Housner"]
 
@@ -308,3 +309,21 @@ def test_valley_marks_every_fit_and_leaves_out_failed_ones(datasets):
     assert grid["k"].min() == pytest.approx(6.88e6 * np.exp(-0.3))
     assert figure.axes[0].get_xlabel() == "k / (N/m²)" and figure.axes[0].get_ylabel() == "λ / (N s/m³)"
     assert "simulated record – not the laboratory's data" in texts(figure)
+    assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: b1_marble, run\N{NO-BREAK SPACE}1"
+    ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
+    assert ticks == ["6.0·10⁶", "8.0·10⁶"]
+
+
+def test_contours_between_the_cells_of_a_narrow_valley():
+    """θ(t) interpolated: the discrepancy between two cells is known far better than from the cells' own."""
+    time_s = np.linspace(0, 4, 801)
+
+    def swing(stiffness, damping):
+        return np.exp(-0.4 * (1 + damping) * time_s) * np.cos(9 * (1 + stiffness - damping) * time_s)
+
+    cells, finer = np.linspace(-0.1, 0.1, CELLS), np.linspace(-0.1, 0.1, FINER)
+    modelled = np.array([[swing(k, damping) for k in cells] for damping in cells])
+    found = _finer(time_s, modelled, swing(0, 0))
+    exact = [[epsilon_theta(time_s, swing(k, damping), swing(0, 0)) for k in finer] for damping in finer]
+    np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-5)
+    assert np.max(exact) > 0.5

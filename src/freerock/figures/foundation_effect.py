@@ -13,6 +13,7 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_above,
+    of_run,
     panel,
     printed,
     size,
@@ -56,7 +57,7 @@ def foundation_effect(records, labels=None):
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
-                told.append("{test}, run {run}".format(**curve.iloc[0]))
+                told.append(of_run(*curve[["test", "run"]].iloc[0]))
         title = ": ".join(filter(None, [label(labels, block), "; ".join(told)]))
         ax.set_title(wrapped(panel(i, len(blocks), title), 0.9), loc="left")
         ax.set_ylabel("θ / °")

@@ -11,6 +11,7 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_above,
+    of_run,
     panel,
     printed,
     scaled,
@@ -49,7 +50,7 @@ def models(fits, labels=None):
         residual.sharex(motion)
         motion.tick_params(labelbottom=False)
         names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        shown = "" if run is None else f": {tree.attrs['test']}, run {number}"
+        shown = "" if run is None else f": {of_run(tree.attrs['test'], number)}"
         title = panel(i, len(drawn), ", ".join(names) + shown)
         motion.set_title(wrapped(title, 0.9), loc="left")
         motion.set_ylabel("θ / °")

@@ -112,6 +112,11 @@ def panel(index, n_panels, text):
     return f"({letter(index)}) {text}" if n_panels > 1 else text
 
 
+def of_run(test, run):
+    """What run is drawn, as a title says it; its number is not parted from the word."""
+    return f"{test}, run\N{NO-BREAK SPACE}{run}"
+
+
 def thin(n_samples, n_drawn=1000):
     """Every so many samples, the last included, so that about `n_drawn` remain.
 

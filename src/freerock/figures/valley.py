@@ -7,9 +7,22 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import CubicSpline
 
 from freerock.compare import epsilon_theta
-from freerock.figures.style import columns, footer, gathered, label, printed, scaled, size
+from freerock.figures.style import (
+    columns,
+    footer,
+    gathered,
+    label,
+    of_run,
+    panel,
+    printed,
+    scaled,
+    size,
+    wrapped,
+)
 from freerock.models import MODELS
 from freerock.models.simulate import simulate_fitted
 from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of, quantity
@@ -17,6 +30,7 @@ from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of, quantity
 MODEL = "hunt_crossley"
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
 CELLS = 25  # each way
+FINER = 4 * CELLS - 3  # points each way of the contours, between which θ(t) is interpolated
 MOST_SAMPLES = 1000
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
@@ -56,10 +70,13 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
     figure = Figure(figsize=size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     parts = []
-    for ax, (tree, found) in zip(axes, shown, strict=False):
+    for i, (ax, (tree, found)) in enumerate(zip(axes, shown, strict=False)):
         parts += _panel(ax, tree, found, blocks[tree.attrs["block"]], debonding)
         block, foundation = (label(labels, tree.attrs[key]) for key in ("block", "foundation"))
-        ax.set_title(f"{block}, {foundation}", loc="left")
+        test, run = tree.attrs["test"], found[0][0]
+        told = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
+        title = panel(i, len(shown), f"{block}, {foundation}: {told}")
+        ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
     for ax in axes[len(shown) :]:
         ax.set_axis_off()
@@ -69,7 +86,7 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
             [],
             color="0.4",
             linewidth=scaled(0.8),
-            label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the first run / %",
+            label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the run named / %",
         ),
         Line2D(
             [],
@@ -119,7 +136,7 @@ def _panel(ax, tree, found, block, debonding):
     time_s, theta = time_s[kept], theta[kept]
     share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
     k, damping = centre[names[0]] * share, centre[names[1]] * share
-    epsilon = np.empty((CELLS, CELLS))
+    theta_model = np.empty((CELLS, CELLS, len(time_s)))
     # of a joint fit the first run's
     release = {name: centre[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in centre}
     known = {"theta0": theta[0]} | release | centre
@@ -127,12 +144,14 @@ def _panel(ax, tree, found, block, debonding):
         for column, other in enumerate(k):
             values = known | dict(zip(names, (other, one), strict=True))
             modelled = simulate_fitted(MODEL, block, values, time_s, debonding=debonding, rtol=1e-4)
-            epsilon[row, column] = epsilon_theta(time_s, modelled, theta)
-    # √ε_θ is nearly linear on the slopes: smoother contours between the cells of a narrow valley
+            theta_model[row, column] = modelled
+    epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
+    # √ε_θ is nearly linear on the slopes: smoother contours
+    finer = np.exp(np.linspace(-SPAN, SPAN, FINER))
     lines = ax.contour(
-        k,
-        damping,
-        np.sqrt(100 * epsilon),
+        centre[names[0]] * finer,
+        centre[names[1]] * finer,
+        np.sqrt(100 * _finer(time_s, theta_model, theta)),
         levels=np.sqrt(LEVELS_PERCENT),
         colors="0.4",
         linewidths=scaled(0.7),
@@ -147,8 +166,9 @@ def _panel(ax, tree, found, block, debonding):
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
-        ticks = values[[3, CELLS // 2, -4]]
-        axis.set_ticks(ticks, [quantity(tick) for tick in ticks])
+        ticks = MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(values[0], values[-1])
+        ticks = ticks[(values[0] < ticks) & (ticks < values[-1])]
+        axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
     for text in labels:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         gaps = [np.hypot(*(at - np.log([v[names[0]] / k[0], v[names[1]] / damping[0]]))) for _, v, _ in found]
@@ -178,3 +198,13 @@ def _panel(ax, tree, found, block, debonding):
             for run, value, correlation in found
         ]
     )
+
+
+def _finer(time_s, theta_model, theta):
+    """ε_θ on the finer grid, θ(t) interpolated between the cells: a valley may be narrower than they are."""
+    step = np.gradient(time_s)
+    weight = np.sqrt(step / (step @ np.nan_to_num(theta) ** 2))
+    residual = np.nan_to_num(theta_model - theta) * weight
+    between = CubicSpline(np.linspace(0, 1, CELLS), np.eye(CELLS))(np.linspace(0, 1, FINER))
+    rows = (between @ np.tensordot(row, residual, 1) for row in between)
+    return np.array([(row**2).sum(axis=1) for row in rows])
