@@ -137,6 +137,16 @@ def test_qc_has_a_page_per_run_with_verdict_and_reasons(datasets):
     assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
 
 
+def test_qc_shows_the_noise_on_top_of_the_residual(datasets):
+    pages, _ = qc(datasets[0][0], datasets[1][0])
+    residual = pages[0].axes[3]
+    assert residual.get_ylabel() == "model − measured / °, symlog"
+    edges = [line.get_ydata()[0] for line in residual.lines if line.get_zorder() > 2]
+    assert edges == pytest.approx([-0.02, 0.02])
+    drawn = [line for line in residual.lines if line.get_zorder() == 2]
+    assert len(drawn) == 3
+
+
 def test_qc_of_a_failed_record_tells_the_reason():
     broken = failed_record()
     (page,), data = qc(broken, fits(broken))

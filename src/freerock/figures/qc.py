@@ -176,10 +176,13 @@ def _page(record, title, number, run, whole, own):
     legend_above(motion)
     motion.set_ylabel("θ / °")
     motion.set_xlabel("time since release / s")
-    residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, color="0.85", linewidth=0, label="noise ± 2σ")
+    noise = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise ± 2σ"}
+    residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, **noise)
+    for edge in (-2 * sigma_deg, 2 * sigma_deg):  # on top: a residual that is noise hides the band
+        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
     residual.set_yscale("symlog", linthresh=10 ** np.ceil(np.log10(3 * sigma_deg)) if sigma_deg else 0.1)
     residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
-    residual.set_ylabel("residual / °")
+    residual.set_ylabel("model − measured / °, symlog", fontsize=6.5)
     if not own["series"].str.startswith("residual").any():
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
     residual.set_xlabel("time since release / s")
