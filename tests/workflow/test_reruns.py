@@ -97,6 +97,22 @@ def test_new_record(checkout):
     assert checkout.planned() == OF_ONE_RECORD
 
 
+def test_products_of_a_record_no_longer_listed_are_named(checkout):
+    left = [
+        checkout / f"results/small/{path}" for path in ("figures/qc_old.png", "fits/old.nc", "records/old.nc")
+    ]
+    for path in left:
+        path.touch()
+    (checkout / "results/small/complete.txt").unlink()
+    done = checkout.snakemake()
+    assert done.returncode == 0
+    told = "results/small: figures/qc_old.png, fits/old.nc, records/old.nc belong to no record "
+    told += "of the campaign's CSV"
+    assert f"\n{told}; delete them\n" in done.stderr
+    assert (checkout / "results/small/logs/complete.log").read_text() == f"{told}; delete them\n"
+    assert all(path.exists() for path in left)
+
+
 def test_records_that_share_a_job_rerun_together(checkout):
     checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
     assert checkout.snakemake().returncode == 0

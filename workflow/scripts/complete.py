@@ -17,6 +17,15 @@ for test, own in records.items():
     if {row["verdict"] for row in kept} == {"fail"}:
         reasons = [row["reasons"] for row in kept]
         failed.append(f"{snakemake.wildcards.campaign}: record {test} failed: {'; '.join(reasons)}")
+folder = Path(snakemake.output.complete).parent
+known = {*records, *(f"qc_{test}" for test in records)}
+products = (
+    path for pattern in ("records/*.nc", "fits/*.nc", "figures/qc_*.*") for path in folder.glob(pattern)
+)
+if left := sorted(path.relative_to(folder).as_posix() for path in products if path.stem not in known):
+    told = f"{folder}: {', '.join(left)} belong to no record of the campaign's CSV; delete them"
+    log.warning(told)
+    print(told, file=sys.stderr)
 if failed:
     log.error("\n".join(failed))
     sys.exit(1)
