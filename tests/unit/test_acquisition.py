@@ -101,7 +101,9 @@ def test_missing_file(tmp_path):
 
 
 def test_unknown_format(tmp_path):
-    assert refusal(tmp_path / "record.wav") == (
+    path = tmp_path / "record.wav"
+    path.touch()
+    assert refusal(path) == (
         "unknown format '.wav'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, .xlsx, .xlsm, .h5, .hdf5, .nc"
     )
 
@@ -155,6 +157,14 @@ def test_truncated_anywhere(tmp_path_factory, share):
     content = path.read_bytes()
     path.write_bytes(content[: int(share * len(content))])
     assert refusal(path, "laser").endswith("copy it again from the acquisition computer")
+
+
+def test_a_truncated_file_is_told_of_once(tmp_path, capfd):
+    path = tmp_path / "record.tdms"
+    write(path, ("rocking", "laser", VOLTS, WAVEFORM))
+    path.write_bytes(path.read_bytes()[:-100])
+    assert "the file is truncated: its last segment is incomplete" in refusal(path, "laser")
+    assert not capfd.readouterr().err
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)

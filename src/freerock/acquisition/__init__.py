@@ -84,12 +84,12 @@ def list_channels(path: str | Path) -> "dict[str, Channel]":
 
 def _read(path: str | Path, channel: object) -> Any:
     path = Path(path)
-    if path.suffix.lower() not in READERS:
-        raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     if not path.is_file():
         raise FreerockError(
             path, "no such file", "put it there, or correct the file column of the campaign's CSV"
         )
+    if path.suffix.lower() not in READERS:
+        raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     if path.stat().st_size == 0:
         raise FreerockError(path, "the file is empty", "copy it again from the acquisition computer")
     reader = import_module(f"freerock.acquisition.{READERS[path.suffix.lower()]}")

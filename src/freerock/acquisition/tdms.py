@@ -2,6 +2,7 @@
 
 import numpy as np
 from nptdms import TdmsFile
+from nptdms.log import log_manager
 
 from freerock.acquisition.channels import COPY_AGAIN, Channel, Even, Stamps, check_declared, dataset
 from freerock.acquisition.headings import is_time
@@ -9,6 +10,8 @@ from freerock.errors import FreerockError
 
 FORMAT = "TDMS"
 UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
+
+log_manager.set_level("ERROR")  # what npTDMS warns of is refused here in a line of our own
 
 
 def read(path, channel=None):
