@@ -24,3 +24,7 @@ rule all:
     default_target: True
     input:
         expand("results/{campaign}/complete.txt", campaign=CAMPAIGNS),
+
+
+onerror:
+    atexit.register(print, "\n".join(why_failed(log)), file=sys.stderr)  # last, below Snakemake's own lines

@@ -3,9 +3,10 @@
 import ast
 import errno
 import logging
+import re
 import sys
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from types import TracebackType
@@ -134,6 +135,16 @@ def log_to(path: str | Path) -> logging.Logger:
     terminal.setFormatter(_OneLine())
     logger.addHandler(terminal)
     return logger
+
+
+def why_failed(logs: Iterable[str | Path]) -> list[str]:
+    """The lines that tell why jobs failed, from their logs, which the log of Snakemake names."""
+    found = []
+    for log in logs:
+        for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text(encoding="utf-8")):
+            lines = Path(path).read_text(encoding="utf-8").splitlines() if Path(path).exists() else []
+            found += lines if Path(path).stem == "complete" else lines[-1:]
+    return list(dict.fromkeys(found))
 
 
 class _OneLine(logging.Formatter):

@@ -19,6 +19,7 @@ def {function}(*arguments, **options):
     return _{function}(*arguments, **options)
 """
 TOLD = "unforeseen: ZeroDivisionError: injected; the log of the step has the traceback"
+FAILED = {"bad_record": TOLD, "bad_fit": f"not fitted: {TOLD}"}
 
 
 def test_the_unforeseen_in_each_step(tmp_path):
@@ -42,6 +43,8 @@ def test_the_unforeseen_in_each_step(tmp_path):
     assert f"\nlab: record bad_record failed: {TOLD}\n" in done.stderr
     assert f"\nlab: record bad_fit failed: not fitted: {TOLD}\n" in done.stderr
     assert "record good failed" not in done.stderr
+    last = "".join(f"\nlab: record {test} failed: {why}" for test, why in FAILED.items())
+    assert done.stderr.endswith(f"{last}\n")
     assert "record bad_qc failed" not in done.stderr
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
         rows = {row["test"]: (row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)}

@@ -1,3 +1,4 @@
+import atexit
 import os
 import sys
 from functools import cache
@@ -11,6 +12,7 @@ from freerock.manifest import listed_checksums
 from freerock.truth import read_truth
 from freerock.workflow import PACKAGE
 from freerock.workflow import code as files_run
+from freerock.workflow import why_failed
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
