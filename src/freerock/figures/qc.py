@@ -133,6 +133,10 @@ def _page(record, title, number, run, whole, own):
             "hspace": 0.6,
         },
     )
+    for ax in (volts, angle, motion):
+        ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
+    for ax in (volts, angle, motion, residual):
+        ax.locator_params(axis="x", nbins=7)
     release, end = run["release"].item(), run["end"].item()
 
     channels = _recorded(record)
