@@ -181,7 +181,14 @@ def test_table2_shows_how_far_runs_differ():
         return known | {"test": test, "run": run, "value": value, "stderr": 1.0, "success": True}
 
     parameters = pd.DataFrame(
-        [rows("a", 1, 100.0), rows("a", 2, 120.0), rows("a", 3, 140.0), rows("a", "pooled", 119.0), rows("alone", 1, 90.0), rows("alone", "pooled", 90.0)]
+        [
+            rows("a", 1, 100.0),
+            rows("a", 2, 120.0),
+            rows("a", 3, 140.0),
+            rows("a", "pooled", 119.0),
+            rows("alone", 1, 90.0),
+            rows("alone", "pooled", 90.0),
+        ]
     )
     parameters.loc[2, "success"] = False
     table = table2(parameters)
