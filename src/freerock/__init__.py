@@ -12,12 +12,13 @@ if TYPE_CHECKING:
     from freerock.config import load_campaign, load_config
     from freerock.datasets import open_fits, open_record
     from freerock.errors import FreerockError
-    from freerock.identify import Fit, Motion, fit_record, fit_run
+    from freerock.identify import Fit, fit_record, fit_run
     from freerock.impacts import Impacts, find_impacts
     from freerock.laser import Laser
     from freerock.models.block import Block
     from freerock.models.ground import GroundMotion, accelerogram, pulse
     from freerock.models.simulate import Response, simulate
+    from freerock.motion import Motion
     from freerock.rotation import rotation as find_rotation
     from freerock.runs import Run, find_runs
 
@@ -27,12 +28,13 @@ _ROOMS = {  # module: the public names it holds
     "config": ("load_campaign", "load_config"),
     "datasets": ("open_fits", "open_record"),
     "errors": ("FreerockError",),
-    "identify": ("Fit", "Motion", "fit_record", "fit_run"),
+    "identify": ("Fit", "fit_record", "fit_run"),
     "impacts": ("Impacts", "find_impacts"),
     "laser": ("Laser",),
     "models.block": ("Block",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.simulate": ("Response", "simulate"),
+    "motion": ("Motion",),
     "rotation": ("find_rotation",),
     "runs": ("Run", "find_runs"),
 }

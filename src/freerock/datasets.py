@@ -22,7 +22,7 @@ from freerock.faults import FLAGS
 from freerock.manifest import sha256
 
 if TYPE_CHECKING:
-    from freerock.identify import Fit, Motion
+    from freerock.identify import Fit
     from freerock.impacts import Impacts
     from freerock.runs import Run
 
@@ -306,26 +306,6 @@ def runs_in(record: xr.DataTree) -> list["Run"]:
         )
         for group in record.children.values()
     ]
-
-
-def motions_in(record: xr.DataTree) -> dict[int, "Motion"]:
-    """What a fit takes of each run of a record, by run number."""
-    from freerock.identify import Motion
-
-    time, theta = record["time"].values, record["theta"].values
-    motions = {}
-    for run in runs_in(record):
-        during = (time >= run.release_s) & (time <= run.end_s)
-        motions[run.number] = Motion(
-            time[during] - run.release_s,
-            theta[during],
-            sigma_theta=run.sigma_theta,
-            theta0=run.theta0,
-            theta0_stderr=run.theta0_stderr,
-            t0_stderr=run.release_stderr_s,
-            start_s=run.start_s - run.release_s,
-        )
-    return motions
 
 
 def impacts_in(group: xr.DataTree) -> "Impacts":

@@ -21,6 +21,7 @@ from freerock.models.block import Block
 from freerock.models.housner import housner_lobes
 from freerock.models.limits import K_RANGE, RATIO_RANGE, WIDTH_RANGE
 from freerock.models.simulate import simulate_fitted
+from freerock.motion import Motion
 from freerock.uncertainty import NORMAL_95, covariance
 
 PER_RUN = ("theta0", "t0")
@@ -39,35 +40,6 @@ STEPS = {"r": -1e-5, "k": 1e-5, "c": 1e-5, "lambda": 1e-5, "width": 1e-6, "theta
 CANDIDATES = 3
 PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
 WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
-
-
-@dataclass(frozen=True)
-class Motion:
-    """One measured free-rocking run, as the fits take it.
-
-    Parameters
-    ----------
-    time_s : ndarray, shape (n_time,)
-        Time since the measured release [s].
-    theta : ndarray, shape (n_time,)
-        Measured rotation [rad]; NaN where a sample is flagged.
-    sigma_theta : float
-        Standard deviation of the noise of theta [rad].
-    theta0, theta0_stderr : float
-        Held angle before the release and its standard error [rad].
-    t0_stderr : float
-        Standard error of the measured release [s].
-    start_s : float
-        First instant that counts, after the finger has left the block [s since the release].
-    """
-
-    time_s: np.ndarray
-    theta: np.ndarray
-    sigma_theta: float
-    theta0: float
-    theta0_stderr: float = 0.0
-    t0_stderr: float = 0.0
-    start_s: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def predictions(fits, motions, blocks, debonding: str = "geometric") -> pd.DataF
     fits : iterable of xarray.DataTree
         Fit datasets; samples are not needed.
     motions : callable
-        Takes a test and returns its runs' motions, as `datasets.motions_in` does; called once per test.
+        Takes a test and returns its runs' motions, as `motion.motions_in` does; called once per test.
     blocks : mapping of str to freerock.models.block.Block
         The campaign's blocks by name.
     debonding : str

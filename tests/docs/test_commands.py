@@ -222,8 +222,8 @@ BASE = {
     "blocks": {"block1": {"height_m": 0.3, "width_m": 0.07, "mass_kg": 5}},
     "foundations": {"foundation1": {}},
     "lasers": {
-        name: {"beam": "horizontal", "position_m": 0.2, "range_m": 0.1}
-        for name in ("laser1", "upper", "lower")
+        name: LASER | {"position_m": position_m}
+        for name, position_m in {"laser1": 0.2, "upper": 0.24, "lower": 0.06}.items()
     },
 }
 LINE = "test,file,block,foundation,laser\na,a.tdms,block1,foundation1,laser1\n"

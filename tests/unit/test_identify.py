@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identify import Motion, fit_record, fit_run
+from freerock.identify import fit_record, fit_run
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
+from freerock.motion import Motion
 
 CONFIG2 = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 CONFIG3 = Block(height_m=0.14, width_m=0.07, mass_kg=2.98)

@@ -14,9 +14,10 @@ from freerock.config import ConfigError, load_campaign
 from freerock.errors import FreerockError
 from freerock.figures.plan import plan as draw
 from freerock.figures.style import save
-from freerock.identify import Motion, fit_run
+from freerock.identify import fit_run
 from freerock.laser import Laser
 from freerock.models.simulate import simulate_theta
+from freerock.motion import Motion
 from freerock.plan import CASE, COLUMNS, Sensor, plan, plan_campaign, plan_text, standard_errors
 from freerock.quantity import Calibration
 from freerock.twin import CONFIGURATIONS

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock.identify import Motion
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
+from freerock.motion import Motion
 from freerock.predict import FOUNDATIONS, PREDICTIONS, predictions, shared_foundation
 from freerock.tables import runs_of
 

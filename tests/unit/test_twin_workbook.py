@@ -9,8 +9,9 @@ from openpyxl import load_workbook
 from freerock import twin_workbook
 from freerock.acquisition import read_record
 from freerock.config import load_campaign
-from freerock.identify import Motion, fit_run
+from freerock.identify import fit_run
 from freerock.laser import Laser
+from freerock.motion import Motion
 from freerock.rotation import rotation
 from freerock.runs import find_runs
 

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from freerock.datasets import motions_in, open_fits, open_record
+from freerock.datasets import open_fits, open_record
 from freerock.models.block import Block
+from freerock.motion import motions_in
 from freerock.predict import predictions, shared_foundation
 from freerock.tables import numbers_tex, printed_tables, tidy_tables, write_csv, write_table, write_text
 from freerock.workflow import log_to

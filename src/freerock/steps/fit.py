@@ -6,12 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from freerock.compare import wants_general
-from freerock.datasets import motions_in, open_record, provenance, runs_in, write_fits
+from freerock.datasets import open_record, provenance, runs_in, write_fits
 from freerock.errors import FreerockError
 from freerock.identify import evidence, fit_record
 from freerock.impacts import find_impacts
 from freerock.models import MODELS
 from freerock.models.block import Block
+from freerock.motion import motions_in
 
 log = logging.getLogger("freerock")
 

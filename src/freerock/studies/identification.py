@@ -16,11 +16,12 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 from freerock.compare import LOUDER, choose_model, wants_general
-from freerock.identify import Motion, evidence, fit_record, fit_run
+from freerock.identify import evidence, fit_record, fit_run
 from freerock.models import MODELS, PAPER_MODELS
 from freerock.models.block import GRAVITY, Block
 from freerock.models.foundation import accelerations, contact_force, static_depth
 from freerock.models.simulate import cores, simulate
+from freerock.motion import Motion
 from freerock.plan import standard_errors
 from freerock.studies.paper import TABLE_2
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS

@@ -26,8 +26,9 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from freerock.identify import Motion, fit_run
+from freerock.identify import fit_run
 from freerock.models.simulate import simulate_theta
+from freerock.motion import Motion
 from freerock.studies.speed_accuracy import HOUSNER, WINKLER
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
 

@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 
 from freerock.compare import epsilon_theta
-from freerock.identify import Motion, fit_run
+from freerock.identify import fit_run
 from freerock.models import MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate_theta
+from freerock.motion import Motion
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, freerock
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
 

@@ -14,10 +14,11 @@ import pandas as pd
 from scipy.optimize import least_squares, minimize_scalar
 
 from freerock.errors import FreerockError
-from freerock.identify import Motion, fit_run
+from freerock.identify import fit_run
 from freerock.models.block import Block
 from freerock.models.limits import K_RANGE, RATIO_RANGE
 from freerock.models.simulate import DEBONDING, simulate_theta
+from freerock.motion import Motion
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, Solution, freerock
 from freerock.studies.speed_accuracy import WINKLER, cyrk_installed
 from freerock.twin import CONFIGURATIONS, FOUNDATIONS
