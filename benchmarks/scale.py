@@ -26,7 +26,7 @@ import numpy as np
 from freerock import twin
 
 ROOT = Path(__file__).parents[1]
-RECORDS_PER_JOB = 50
+RECORDS_PER_JOB = 25
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 
 
