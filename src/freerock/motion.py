@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.datasets import runs_in
+from freerock.runs import Run
 
 
 @dataclass(frozen=True)
@@ -37,19 +38,30 @@ class Motion:
     start_s: float = 0.0
 
 
+def motion_of(run: Run, time_s: np.ndarray, theta: np.ndarray) -> Motion:
+    """What a fit takes of a run.
+
+    Parameters
+    ----------
+    run : Run
+    time_s, theta : ndarray, shape (n_time,)
+        The record's clock [s] and rotation [rad].
+    """
+    during = (time_s >= run.release_s) & (time_s <= run.end_s)
+    return Motion(
+        time_s[during] - run.release_s,
+        theta[during],
+        sigma_theta=run.sigma_theta,
+        theta0=run.theta0,
+        theta0_stderr=run.theta0_stderr,
+        t0_stderr=run.release_stderr_s,
+        start_s=run.start_s - run.release_s,
+    )
+
+
 def motions_in(record: xr.DataTree) -> dict[int, Motion]:
-    """What a fit takes of each run of a record, by run number."""
-    time, theta = record.dataset["time"].values, record.dataset["theta"].values
-    motions = {}
-    for run in runs_in(record):
-        during = (time >= run.release_s) & (time <= run.end_s)
-        motions[run.number] = Motion(
-            time[during] - run.release_s,
-            theta[during],
-            sigma_theta=run.sigma_theta,
-            theta0=run.theta0,
-            theta0_stderr=run.theta0_stderr,
-            t0_stderr=run.release_stderr_s,
-            start_s=run.start_s - run.release_s,
-        )
-    return motions
+    """The motion of each run of a record, by run number; none of a record that could not be processed."""
+    samples = record.dataset
+    return {
+        run.number: motion_of(run, samples["time"].values, samples["theta"].values) for run in runs_in(record)
+    }

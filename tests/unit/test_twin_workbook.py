@@ -11,7 +11,7 @@ from freerock.acquisition import read_record
 from freerock.config import load_campaign
 from freerock.identify import fit_run
 from freerock.laser import Laser
-from freerock.motion import Motion
+from freerock.motion import motion_of
 from freerock.rotation import rotation
 from freerock.runs import find_runs
 
@@ -68,16 +68,7 @@ def test_stiffness_damping_and_the_worn_width_are_recovered():
     found = rotation(time, channel.values, Laser(units="deg"), block, "deg")
     theta, sigma = found["theta"].values, found["sigma_theta"].values
     (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
-    during = (time >= run.release_s) & (time <= run.end_s)
-    motion = Motion(
-        time[during] - run.release_s,
-        theta[during],
-        sigma_theta=run.sigma_theta,
-        theta0=run.theta0,
-        theta0_stderr=run.theta0_stderr,
-        t0_stderr=run.release_stderr_s,
-        start_s=run.start_s - run.release_s,
-    )
+    motion = motion_of(run, time, theta)
     fit = fit_run("hunt_crossley", block, motion, free=("theta0", "t0", "width"))
     assert fit.success
     truth = twin_workbook.TABLE | {"width": twin_workbook.BLOCKS["C3"].contact_width_m}
