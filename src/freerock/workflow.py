@@ -2,6 +2,7 @@
 
 import ast
 import errno
+import hashlib
 import logging
 import re
 import sys
@@ -13,18 +14,32 @@ from types import TracebackType
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.guard import job_runs
+from freerock.manifest import sha256
 
 PACKAGE = Path(__file__).parent
 # What the machine lacks, whichever record is at work: space, a disk that answers, memory, open files.
 MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ESTALE}
 MACHINE |= {errno.ENOMEM, errno.EMFILE, errno.ENFILE}
+_sha256 = cache(sha256)  # modules are shared by many steps
+
+
+@cache
+def code_checksum(script: str | Path) -> str:
+    """SHA-256 of the files a script runs, with their names: not of their times or of where they lie.
+
+    As a parameter of a step it makes an edited module rerun the steps that use it, and no other.
+    """
+    checksum = hashlib.sha256()
+    for path in map(Path, code(script)):
+        inside = path.relative_to(PACKAGE) if path.is_relative_to(PACKAGE) else Path(path.name)
+        checksum.update(f"{inside.as_posix()} {_sha256(path)}\n".encode())
+    return checksum.hexdigest()
 
 
 def code(script: str | Path) -> list[str]:
     """Files a script runs: itself, every freerock module it imports, directly or not, and their data files.
 
-    Declared as a step's input they make an edited module rerun the steps that use it, and no other.
-    Imports inside functions count, those for type checkers don't. What calls `import_module` is taken to
+    Imports inside functions count, those for type checkers don't. What imports `import_module` is taken to
     import every module beside it.
 
     Parameters
@@ -53,17 +68,19 @@ def _imported(file: Path) -> frozenset[Path]:
         return frozenset()
     names: set[str] = set()
     found: set[Path] = set()
-    nodes: list[ast.AST] = [ast.parse(file.read_bytes())]
-    for node in nodes:
-        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+    statements: list[ast.AST] = [ast.parse(file.read_bytes())]
+    for statement in statements:
+        if isinstance(statement, ast.If) and ast.unparse(statement.test) == "TYPE_CHECKING":
             continue
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            names |= {f"{node.module}"} | {f"{node.module}.{alias.name}" for alias in node.names}
-        elif isinstance(node, ast.Name) and node.id == "import_module":
-            found |= set(file.parent.glob("*.py"))
-        nodes += ast.iter_child_nodes(node)
+        if isinstance(statement, ast.Import):
+            names |= {alias.name for alias in statement.names}
+        elif isinstance(statement, ast.ImportFrom):
+            module = str(statement.module)
+            names |= {module} | {f"{module}.{alias.name}" for alias in statement.names}
+        for block in ("body", "orelse", "handlers", "finalbody", "cases"):
+            statements += getattr(statement, block, [])
+    if "importlib.import_module" in names:
+        found |= set(file.parent.glob("*.py"))
     return frozenset(found.union(*map(_files, names)))
 
 

@@ -92,6 +92,10 @@ def test_stated_sampling_rate(tmp_path, line):
         ("dt = 500 ns", 2e6),
         ("dt: 0,500 ms", 2000),
         ("fs: 1250,5", 1250.5),
+        ("Sampling rate;2;kHz", 2000),
+        ("Sampling rate;2;channels 2", 2),
+        ("Sampling rate,0.5,kHz", 500),
+        ("dt;500;\tus", 2000),
     ],
 )
 def test_units_of_a_stated_sampling_rate(tmp_path, line, rate):

@@ -1,16 +1,17 @@
-"""The code declared as a step's input is the code the step runs."""
+"""The code whose checksum is a parameter of a step is the code the step runs."""
 
+import os
 import re
 from pathlib import Path
 
 from small_campaign import ROOT
 
-from freerock.workflow import code
+from freerock.workflow import code, code_checksum
 
 SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
 
 
-def test_every_module_a_step_imports_is_among_its_inputs(finished):
+def test_every_module_a_step_imports_is_among_its_code(finished):
     """Against sys.modules at the end of each script of a real run."""
     seen = set()
     for trace in (finished / "trace").iterdir():
@@ -26,3 +27,19 @@ def test_imports_for_type_checkers_do_not_count(tmp_path):
     script = tmp_path / "script.py"
     script.write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from freerock import twin\n")
     assert code(script) == [str(script)]
+
+
+def test_checksum_counts_names_and_contents_not_times_and_folders(tmp_path):
+    def checksum(path, text):
+        script = tmp_path / path
+        script.parent.mkdir(exist_ok=True)
+        script.write_text(text)
+        if "old" in path:
+            os.utime(script, (0, 0))
+        return code_checksum(script)
+
+    told = checksum("here/script.py", "import freerock.quantity\n")
+    assert checksum("old/script.py", "import freerock.quantity\n") == told
+    assert checksum("here/another.py", "import freerock.quantity\n") != told
+    assert checksum("edited/script.py", "import freerock.quantity  # edited\n") != told
+    assert checksum("more/script.py", "import freerock.laser\n") != told

@@ -19,7 +19,7 @@ def test_only_on_demand(finished):
 
 
 def test_a_study_and_its_figure(checkout):
-    """The smallest one, in its small size, with the code its scripts run among their inputs."""
+    """The smallest one, in its small size, with every module its scripts import among their code."""
     path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
     wanted = [f"results/studies/figures/model_choice.{suffix}" for suffix in ("pdf", "png", "csv")]
     done = checkout.snakemake(

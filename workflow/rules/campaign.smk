@@ -7,7 +7,6 @@ rule tables:
     input:
         records=products("records"),
         fits=products("fits"),
-        code=code("tables"),
     output:
         tidy=expand(
             "results/{{campaign}}/tables/{table}.csv",
@@ -34,6 +33,7 @@ rule tables:
     resources:
         mem_mb=memory(1000),
     params:
+        code=code("tables"),
         blocks=of_campaign(settings.geometries),
         release_angles_deg=of_campaign(settings.release_angles),
         published=lambda w: campaign(w).published and settings.plain(campaign(w).published),
@@ -48,7 +48,6 @@ rule tables:
 rule figure_foundation_effect:
     input:
         records=products("records"),
-        code=code("figure_foundation_effect"),
     output:
         pdf="results/{campaign}/figures/foundation_effect.pdf",
         png=report(
@@ -66,6 +65,7 @@ rule figure_foundation_effect:
     conda:
         "../envs/freerock.yaml"
     params:
+        code=code("figure_foundation_effect"),
         scenes=scenes,
         labels=of_campaign(settings.labels),
     message:
@@ -77,7 +77,6 @@ rule figure_foundation_effect:
 rule figure_models:
     input:
         fits=products("fits"),
-        code=code("figure_models"),
     output:
         pdf="results/{campaign}/figures/models_{block}.pdf",
         png=report(
@@ -95,6 +94,7 @@ rule figure_models:
     conda:
         "../envs/freerock.yaml"
     params:
+        code=code("figure_models"),
         scenes=scenes,
         labels=of_campaign(settings.labels),
     message:
@@ -108,7 +108,6 @@ rule figure_restitution:
         runs="results/{campaign}/tables/runs.csv",
         restitution="results/{campaign}/tables/restitution.csv",
         epsilon="results/{campaign}/tables/epsilon.csv",
-        code=code("figure_restitution"),
     output:
         pdf="results/{campaign}/figures/restitution.pdf",
         png=report(
@@ -126,6 +125,7 @@ rule figure_restitution:
     conda:
         "../envs/freerock.yaml"
     params:
+        code=code("figure_restitution"),
         blocks=of_campaign(settings.geometries),
         labels=of_campaign(settings.labels),
     message:
@@ -138,7 +138,6 @@ rule recovered:
     input:
         parameters="results/{campaign}/tables/parameters.csv",
         truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
-        code=code("recovered"),
     output:
         csv="results/{campaign}/tables/recovered.csv",
         md=report(
@@ -155,6 +154,8 @@ rule recovered:
         "results/{campaign}/benchmarks/recovered.tsv"
     conda:
         "../envs/freerock.yaml"
+    params:
+        code=code("recovered"),
     message:
         "{wildcards.campaign}: identified against true values"
     script:
@@ -164,7 +165,6 @@ rule recovered:
 rule figure_valley:
     input:
         fits=products("fits"),
-        code=code("figure_valley"),
     output:
         pdf="results/{campaign}/figures/valley.pdf",
         png=report(
@@ -182,6 +182,7 @@ rule figure_valley:
     conda:
         "../envs/freerock.yaml"
     params:
+        code=code("figure_valley"),
         scenes=scenes,
         blocks=of_campaign(settings.geometries),
         labels=of_campaign(settings.labels),
@@ -196,7 +197,6 @@ rule figure_predictions:
     input:
         predictions="results/{campaign}/tables/predictions.csv",
         epsilon="results/{campaign}/tables/epsilon.csv",
-        code=code("figure_predictions"),
     output:
         pdf="results/{campaign}/figures/predictions.pdf",
         png=report(
@@ -214,6 +214,7 @@ rule figure_predictions:
     conda:
         "../envs/freerock.yaml"
     params:
+        code=code("figure_predictions"),
         origin=lambda w: campaign(w).origin,
         labels=of_campaign(settings.labels),
     message:
@@ -236,7 +237,6 @@ rule report:
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),
-        code=code("report"),
     output:
         html=report(
             "results/{campaign}/report.html",
@@ -255,6 +255,7 @@ rule report:
     resources:
         mem_mb=memory(1000),
     params:
+        code=code("report"),
         campaign=of_campaign(settings.plain),
         blocks=of_campaign(settings.geometries),
     message:
@@ -269,7 +270,6 @@ rule complete:
         targets=for_targets,
         runs="results/{campaign}/tables/runs.csv",
         recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],
-        code=code("complete"),
     output:
         complete="results/{campaign}/complete.txt",
     log:
@@ -279,6 +279,8 @@ rule complete:
     localrule: True
     conda:
         "../envs/freerock.yaml"
+    params:
+        code=code("complete"),
     message:
         "{wildcards.campaign}: every record processed?"
     script:

@@ -1,7 +1,6 @@
 import atexit
 import os
 import sys
-from functools import cache
 from pathlib import Path
 
 from freerock import settings
@@ -10,9 +9,7 @@ from freerock.config import check_options, load_config, read_campaign
 from freerock.errors import FreerockError
 from freerock.manifest import listed_checksums
 from freerock.truth import read_truth
-from freerock.workflow import PACKAGE
-from freerock.workflow import code as files_run
-from freerock.workflow import why_failed
+from freerock.workflow import PACKAGE, code_checksum, why_failed
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
@@ -56,12 +53,9 @@ wildcard_constraints:
     target="single_column|double_column|slide",
 
 
-@cache
 def code(script):
-    """The files a script runs, as inputs: an edited module reruns the steps that use it."""
-    paths = map(Path, files_run(SCRIPTS / f"{script}.py"))
-    here = Path.cwd()
-    return [local(str(path.relative_to(here) if path.is_relative_to(here) else path)) for path in paths]
+    """Checksum of the files a script runs, as a parameter: an edited module reruns the steps that use it."""
+    return code_checksum(SCRIPTS / f"{script}.py")
 
 
 def campaign(wildcards):

@@ -13,7 +13,6 @@ for name, section in CAMPAIGNS.items():
                 f"record_{name}_{number}"
             input:
                 raw=raw_files(section, records),
-                code=code("record"),
             output:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             log:
@@ -28,6 +27,7 @@ for name, section in CAMPAIGNS.items():
                 mem_mb=memory(400),
                 runtime=minutes(5 + len(tests)),
             params:
+                code=code("record"),
                 records=own,
                 shared=shared,
             message:
@@ -40,7 +40,6 @@ for name, section in CAMPAIGNS.items():
                 f"fit_{name}_{number}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
-                code=code("fit"),
             output:
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
             log:
@@ -55,6 +54,7 @@ for name, section in CAMPAIGNS.items():
                 mem_mb=memory(700),
                 runtime=minutes(5 + len(tests)),
             params:
+                code=code("fit"),
                 records=own_fit,
                 shared=shared_fit,
             message:
@@ -68,7 +68,6 @@ for name, section in CAMPAIGNS.items():
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
-                code=code("qc"),
             output:
                 pdf=[f"results/{name}/figures/qc_{test}.pdf" for test in tests],
                 png=[
@@ -94,6 +93,7 @@ for name, section in CAMPAIGNS.items():
                 mem_mb=memory(500),
                 runtime=minutes(5 + len(tests)),
             params:
+                code=code("qc"),
                 tests=tests,
                 labels=settings.labels(section),
             message:

@@ -1,4 +1,4 @@
-# Before anything runs: what a run that was killed left behind, folders to write to, and files from the future.
+# Before anything runs: what a run that was killed left behind, folders to write to, and times from the future.
 
 from freerock.guard import check_clock, check_room, job_runs, run_starts
 
@@ -9,11 +9,7 @@ if workflow.is_main_process and not workflow.dryrun:
             check_room(Path("results", name))
         check_clock(
             [path for name in CAMPAIGNS for path in Path("results", name).rglob("*")],
-            [
-                *(Path(file) for each in CAMPAIGNS.values() for file in raw_files(each, each.records)),
-                *(path for path in PACKAGE.rglob("*.*") if path.parent.name != "__pycache__"),
-                *SCRIPTS.glob("*.py"),
-            ],
+            [Path(file) for each in CAMPAIGNS.values() for file in raw_files(each, each.records)],
         )
     except FreerockError as error:
         sys.exit(str(error))

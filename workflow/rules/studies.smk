@@ -20,8 +20,6 @@ rule studies:
 
 
 rule study:
-    input:
-        code=lambda w: code(f"study_{w.study}"),
     output:
         csv="results/studies/{study}.csv",
     log:
@@ -34,6 +32,7 @@ rule study:
         "../envs/freerock.yaml"
     threads: workflow.cores  # alone on the machine: it takes times
     params:
+        code=lambda w: code(f"study_{w.study}"),
         size=config.get("studies", "full"),
     message:
         "study: {wildcards.study}"
@@ -44,7 +43,6 @@ rule study:
 rule figure_study:
     input:
         csv=rules.study.output.csv,
-        code=code("figure_study"),
     output:
         pdf="results/studies/figures/{study}.pdf",
         png=report(
@@ -62,6 +60,8 @@ rule figure_study:
         study="|".join(STUDIES),
     conda:
         "../envs/freerock.yaml"
+    params:
+        code=code("figure_study"),
     message:
         "study: figure of {wildcards.study}"
     script:

@@ -10,12 +10,12 @@ from freerock.tables import numbers_tex, printed_tables, tidy_tables, write_csv,
 from freerock.workflow import log_to
 
 log_to(snakemake.log[0])
-inputs, options = snakemake.input, dict(snakemake.params.items())
+inputs, params = snakemake.input, snakemake.params
 records = [open_record(path, samples=False) for path in inputs.records]
 fits = [open_fits(path, samples=False) for path in inputs.fits]
-options["blocks"] = {name: Block(**block) for name, block in options["blocks"].items()}
+blocks = {name: Block(**block) for name, block in params.blocks.items()}
 files = {Path(path).stem: path for path in inputs.records}
-debonding, folder = options.pop("debonding"), Path(snakemake.output.tidy[0]).parent
+folder = Path(snakemake.output.tidy[0]).parent
 
 
 def motions(test):
@@ -23,10 +23,18 @@ def motions(test):
 
 
 tidy = tidy_tables(records, fits)
-tidy["predictions"] = predictions(fits, motions, options["blocks"], debonding)
+tidy["predictions"] = predictions(fits, motions, blocks, params.debonding)
 tidy["foundations"] = shared_foundation(fits)
 for name, frame in tidy.items():
     write_csv(frame, folder / f"{name}.csv")
-for name, table in printed_tables(tidy, records, **options).items():
+printed = printed_tables(
+    tidy,
+    records,
+    blocks,
+    release_angles_deg=params.release_angles_deg,
+    published=params.published,
+    labels=params.labels,
+)
+for name, table in printed.items():
     write_table(folder / name, **table)
 write_text(snakemake.output.numbers, numbers_tex(tidy))

@@ -76,8 +76,10 @@ def _channels(path, title, above, numbers, clocks):
 
 
 def _stated(row):
-    """Value by name that a row above a table states."""
-    return {str(row[0]): row[1]} if len(row) > 1 and isinstance(row[1], int | float | str) else {}
+    """Value by name that a row above a table states, with what the cell behind it says."""
+    if len(row) < 2 or not isinstance(row[1], int | float | str):
+        return {}
+    return {str(row[0]): f"{row[1]};{row[2]}" if len(row) > 2 and isinstance(row[2], str) else row[1]}
 
 
 def _table(path, sheet):

@@ -120,8 +120,10 @@ def _statements(values):
         if not is_rate and name not in STEPS:
             continue
         if isinstance(value, str):
-            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)", value)
-            value, unit = (number[1], number[2] or unit) if number else (None, unit)
+            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)(?:[\s;,]+([a-zA-Zµμ/]+))?", value)
+            value, here, next_cell = number.groups() if number else (None, "", "")
+            known = (next_cell or "").casefold() in (HERTZ if is_rate else SECONDS)
+            unit = here or (known and next_cell) or unit
         if value is not None:
             yield heading.strip(), is_rate, value, unit
 
