@@ -340,6 +340,11 @@ def provenance(inputs: Iterable[str | Path], config: Mapping) -> dict:
     }
 
 
+def inputs_of(record: xr.DataTree) -> dict[str, str]:
+    """SHA-256 by path of the raw files a record was made of, as its provenance tells them."""
+    return json.loads(record.attrs.get("provenance", "{}")).get("inputs", {})
+
+
 def write_json(path: str | Path, data: Mapping) -> None:
     """Write sorted, indented JSON."""
     with atomic(path) as partial:

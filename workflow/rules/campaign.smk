@@ -225,7 +225,6 @@ rule figure_predictions:
 
 rule report:
     input:
-        raw=lambda w: raw_files(campaign(w), campaign(w).records),
         records=products("records"),
         fits=products("fits"),
         tables=lambda w: expand("results/{campaign}/tables/{table}.csv", campaign=w.campaign, table=REPORTED),

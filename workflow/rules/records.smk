@@ -69,7 +69,6 @@ for name, section in CAMPAIGNS.items():
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
             output:
-                pdf=[f"results/{name}/figures/qc_{test}.pdf" for test in tests],
                 png=[
                     report(
                         f"results/{name}/figures/qc_{test}.png",
@@ -80,6 +79,7 @@ for name, section in CAMPAIGNS.items():
                     )
                     for test in tests
                 ],
+                pdf=[f"results/{name}/figures/qc_{test}.pdf" for test in tests],
                 data=[f"results/{name}/figures/qc_{test}.csv" for test in tests],
             log:
                 f"results/{name}/logs/qc_{number}.log",

@@ -61,7 +61,7 @@ rule figure_study:
     conda:
         "../envs/freerock.yaml"
     params:
-        code=code("figure_study"),
+        code=lambda w: code("figure_study"),
     message:
         "study: figure of {wildcards.study}"
     script:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from freerock.datasets import open_fits, open_record, provenance, write_json
+from freerock.datasets import inputs_of, open_fits, open_record, provenance, write_json
 from freerock.models.block import Block
 from freerock.report import write_report
 from freerock.tables import read_csv
@@ -26,7 +26,10 @@ def opened(test, samples):
     return open_record(records[test]), open_fits(fits[test], samples)
 
 
-made_by = provenance(inputs.raw, params.campaign)
+raw = {}
+for path in inputs.records:
+    raw |= inputs_of(open_record(path, samples=False))
+made_by = provenance([], params.campaign) | {"inputs": raw}
 write_json(snakemake.output.provenance, made_by)
 write_report(
     snakemake.output.html,
