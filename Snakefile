@@ -10,7 +10,7 @@ from snakemake.utils import min_version
 
 min_version("9.27")
 # What a plan is made of stays: looking for garbage in it, and once more at the end, takes a sixth of its time.
-gc.disable()  # until jobs start
+gc.set_threshold(1_000_000)
 atexit.register(gc.freeze)
 
 # Campaigns given by --config or by the workflow that uses this one as a module. Without them freerock.config reads
@@ -33,7 +33,6 @@ rule all:
 
 
 onstart:
-    gc.enable()
     # Without its limit of jobs per second, which none here reaches: each job that ends would leave a timer that
     # looks at all open jobs once a second, a fifth of the processor time of 600 records.
     workflow.scheduler.job_rate_limiter = None

@@ -341,8 +341,8 @@ def provenance(inputs: Iterable[str | Path], config: Mapping) -> dict:
 
 
 def inputs_of(record: xr.DataTree) -> dict[str, str]:
-    """SHA-256 by path of the raw files a record was made of, as its provenance tells them."""
-    return json.loads(record.attrs.get("provenance", "{}")).get("inputs", {})
+    """SHA-256 by path of the raw files of a record; none where it failed for an unforeseen reason."""
+    return json.loads(record.attrs.get("provenance", '{"inputs": {}}'))["inputs"]
 
 
 def write_json(path: str | Path, data: Mapping) -> None:

@@ -71,7 +71,8 @@ def _imported(file: Path) -> frozenset[Path]:
     if file.suffix != ".py":
         return frozenset()
     names: set[str] = set()
-    for module, members, modules in IMPORT.findall(FOR_TYPES.sub("", file.read_text(encoding="utf-8"))):
+    text = re.sub(r" *#.*", "", file.read_text(encoding="utf-8"))
+    for module, members, modules in IMPORT.findall(FOR_TYPES.sub("", text)):
         names |= {module, *re.findall(r"[\w.]+", modules)}
         names |= {f"{module}.{member}" for member in re.findall(r"\w+", members)}
     found: set[Path] = set()

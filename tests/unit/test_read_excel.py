@@ -146,7 +146,7 @@ def test_stated_sampling_rate(tmp_path):
     assert [dataset[name].attrs["units"] for name in ("left", "right")] == ["V", "V"]
 
 
-@pytest.mark.parametrize(("cells", "rate"), [([2, "kHz"], 2000), ([2.5, "of each channel"], 2.5)])
+@pytest.mark.parametrize(("cells", "rate"), [([2, "kHz"], 2000), ([2.5, "Samples"], 2.5)])
 def test_unit_of_a_stated_sampling_rate_in_the_next_cell(tmp_path, cells, rate):
     rows = [["Sampling rate", *cells], ["left [V]", "right [V]"], *zip(theta(1), theta(2), strict=True)]
     assert read_record(save(tmp_path / "a.xlsx", *rows)).attrs["sampling_rate_hz"] == rate

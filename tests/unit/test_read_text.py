@@ -96,6 +96,11 @@ def test_stated_sampling_rate(tmp_path, line):
         ("Sampling rate;2;channels 2", 2),
         ("Sampling rate,0.5,kHz", 500),
         ("dt;500;\tus", 2000),
+        ("Sampling rate;2;[kHz]", 2000),
+        ("Sampling rate [kHz];2;Samples;400", 2000),
+        ("Sampling rate;2000;Samples;400", 2000),
+        ("Sampling interval;0.0005;Min;-10;Max;10", 2000),
+        ("fs;0,5;kHz", 500),
     ],
 )
 def test_units_of_a_stated_sampling_rate(tmp_path, line, rate):

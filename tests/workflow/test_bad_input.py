@@ -1,6 +1,7 @@
 """Bad input: one line that tells what to do, an exit code, nothing half-written; the other records finish."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -131,6 +132,9 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
         *("benchmarks", "figures", "fits", "logs", "records", "tables"),
         *("provenance.json", "report.html"),
     }
+    made_by = json.loads((checkout / "results/lab/provenance.json").read_text(encoding="utf-8"))
+    files = [f"raw/lab/{test}.tdms" for test in ("good", "left_out")]
+    assert made_by["inputs"] == {file: sha256(checkout / file) for file in files}
     assert checkout.planned() == {"complete": 1}
 
     twin.write_record(checkout / "raw/lab/missing.tdms", simulated("tall", 2))

@@ -4,8 +4,10 @@ import os
 import re
 from pathlib import Path
 
+import pytest
 from small_campaign import ROOT
 
+from freerock import workflow
 from freerock.workflow import code, code_checksum
 
 SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
@@ -42,4 +44,45 @@ def test_checksum_counts_names_and_contents_not_times_and_folders(tmp_path):
     assert checksum("old/script.py", "import freerock.quantity\n") == told
     assert checksum("here/another.py", "import freerock.quantity\n") != told
     assert checksum("edited/script.py", "import freerock.quantity  # edited\n") != told
-    assert checksum("more/script.py", "import freerock.laser\n") != told
+
+
+def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
+    package = tmp_path / "freerock"
+    package.mkdir()
+    monkeypatch.setattr("freerock.workflow.PACKAGE", package)
+    script = tmp_path / "script.py"
+    script.write_text("import freerock.laser\n")
+    for name in ("__init__.py", "laser.py", "another.py"):
+        (package / name).touch()
+
+    def checksum():
+        for cached in (code_checksum, workflow._imported, workflow._files, workflow._sha256):
+            cached.cache_clear()
+        return code_checksum(script)
+
+    told = checksum()
+    (package / "another.py").write_text("edited = True\n")
+    assert checksum() == told
+    (package / "laser.py").write_text("edited = True\n")
+    assert checksum() != told
+    monkeypatch.undo()
+    checksum()
+
+
+@pytest.mark.parametrize(
+    ("text", "modules"),
+    [
+        ("from freerock import laser, runs", {"laser", "runs"}),
+        ("from freerock import (\n    laser,  # a beam (vertical)\n    runs,\n)", {"laser", "runs"}),
+        ("from freerock import (  # all (now)\n    laser,\n    runs,\n)", {"laser", "runs"}),
+        ("import freerock.laser as beam, freerock.runs", {"laser", "runs"}),
+        ("def late():\n    from freerock.laser import Laser\n", {"laser"}),
+        ("try:\n    import freerock.runs\nexcept ImportError:\n    pass", {"runs"}),
+        ("if TYPE_CHECKING:  # hints\n    import freerock.runs\n\nimport freerock.laser", {"laser"}),
+    ],
+)
+def test_forms_of_imports(tmp_path, text, modules):
+    script = tmp_path / "script.py"
+    script.write_text(text + "\n")
+    found = {path.stem for path in workflow._imported(script)}
+    assert found == {"__init__", *modules}

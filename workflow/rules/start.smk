@@ -2,7 +2,7 @@
 
 from freerock.guard import check_clock, check_room, job_runs, run_starts
 
-if workflow.is_main_process and not workflow.dryrun:
+if workflow.is_main_process:
     run_starts()
     try:
         for name in asked_for():

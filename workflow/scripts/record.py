@@ -1,7 +1,7 @@
 """Record files to θ(t), runs and impacts."""
 
 from freerock.datasets import write_failure
-from freerock.steps.record import attributes_of, make_record
+from freerock.steps.record import make_record
 from freerock.workflow import log_to, make_each
 
 log_to(snakemake.log[0])
@@ -14,7 +14,7 @@ def make(test):
 
 
 def give_up(test, reason):
-    write_failure(outputs[test], reason, attributes_of(records[test] | shared))
+    write_failure(outputs[test], reason, records[test]["attributes"])
 
 
 make_each(list(records), make, give_up)

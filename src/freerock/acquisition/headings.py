@@ -51,6 +51,10 @@ HERTZ = {  # units of a sampling rate
     for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
     for unit in ("hz", "s/s", "sa/s", "sps", "sample/s", "samples/s", "samples")
 } | {"": 1.0, "1/s": 1.0}
+NEXT_CELL = {  # units that, behind a number, don't begin another statement: Min, Samples
+    True: HERTZ.keys() - {"samples", "ksamples", "msamples"},
+    False: SECONDS.keys() - {"min", "minute", "minutes"},
+}
 TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
 RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
 STEPS = {
@@ -120,10 +124,9 @@ def _statements(values):
         if not is_rate and name not in STEPS:
             continue
         if isinstance(value, str):
-            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)(?:[\s;,]+([a-zA-Zµμ/]+))?", value)
-            value, here, next_cell = number.groups() if number else (None, "", "")
-            known = (next_cell or "").casefold() in (HERTZ if is_rate else SECONDS)
-            unit = here or (known and next_cell) or unit
+            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)(?:[\s;,(\[]+([a-zA-Zµμ/]+))?", value)
+            value, here, next_cell = number.groups("") if number else (None, "", "")
+            unit = here or unit or (next_cell if next_cell.casefold() in NEXT_CELL[is_rate] else "")
         if value is not None:
             yield heading.strip(), is_rate, value, unit
 

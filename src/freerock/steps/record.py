@@ -36,7 +36,7 @@ def make_record(settings: Mapping, output: str | Path) -> None:
     path = Path(settings["raw"], settings["file"])
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
-        attributes = attributes_of(settings)
+        attributes["provenance"] = provenance(filter(Path.exists, _files(settings)), settings)
         processed = None if settings["excluded"] else _process(settings, path)
     except FreerockError as error:
         if of_the_machine(error):
@@ -59,18 +59,6 @@ def make_record(settings: Mapping, output: str | Path) -> None:
     for run in runs:
         verdict = ": ".join([run.verdict, *run.reasons])
         log.info("run %d, released at %.3f s: %s", run.number, run.release_s, verdict)
-
-
-def attributes_of(settings: Mapping) -> dict:
-    """Root attributes of a record's dataset, with the checksums of the files it is made of.
-
-    Raises
-    ------
-    FreerockError
-        A file that is there can't be read.
-    """
-    files = filter(Path.exists, _files(settings))
-    return settings["attributes"] | {"provenance": provenance(files, settings)}
 
 
 def _files(settings):
