@@ -18,6 +18,7 @@ from collections import defaultdict
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
+from statistics import median
 
 os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
@@ -97,15 +98,16 @@ def run(numbers: list[int], cores: int) -> None:
             write_campaign(folder, n)
             plan = snakemake(folder, "--dry-run", "--quiet", "all")
             whole = snakemake(folder, cores=cores)
-            again = snakemake(folder)
-            assert "Nothing to be done" in again["output"]
+            again = [snakemake(folder) for _ in range(5)]
+            assert all("Nothing to be done" in each["output"] for each in again)
+            idle = sorted(each["wall_s"] for each in again)
             by_step = steps(folder)
             added = add_one(folder, n)
         told.append((n, whole["wall_s"]))
         print(
             f"{n:5d} records: {whole['wall_s']:7.1f} s wall, {whole['cpu_s'] / n:5.2f} s CPU per record, "
             f"{jobs(whole)} jobs, {whole['peak_mb']:.0f} MB at most; plan {plan['wall_s']:.1f} s, "
-            f"nothing to do {again['wall_s']:.1f} s, one record more {jobs(added)} jobs",
+            f"nothing to do {median(idle):.1f} s ({idle[0]:.1f} to {idle[-1]:.1f}), one record more {jobs(added)} jobs",
             flush=True,
         )
         for step, (seconds, memory) in by_step.items():
