@@ -107,7 +107,8 @@ def run(numbers: list[int], cores: int) -> None:
         print(
             f"{n:5d} records: {whole['wall_s']:7.1f} s wall, {whole['cpu_s'] / n:5.2f} s CPU per record, "
             f"{jobs(whole)} jobs, {whole['peak_mb']:.0f} MB at most; plan {plan['wall_s']:.1f} s, "
-            f"nothing to do {median(idle):.1f} s ({idle[0]:.1f} to {idle[-1]:.1f}), one record more {jobs(added)} jobs",
+            f"nothing to do {median(idle):.1f} s ({idle[0]:.1f} to {idle[-1]:.1f}), "
+            f"one record more {jobs(added)} jobs",
             flush=True,
         )
         for step, (seconds, memory) in by_step.items():
