@@ -29,12 +29,27 @@ def code_checksum(script: str | Path) -> str:
     """SHA-256 of the files a script runs, with their names: not of their times or of where they lie.
 
     As a parameter of a step it makes an edited module rerun the steps that use it, and no other.
+
+    Parameters
+    ----------
+    script : path
+        A Python file.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+
+    Raises
+    ------
+    FreerockError
+        One of the files can't be read.
     """
-    checksum = hashlib.sha256()
+    lines = []
     for path in map(Path, code(script)):
         inside = path.relative_to(PACKAGE) if path.is_relative_to(PACKAGE) else Path(path.name)
-        checksum.update(f"{inside.as_posix()} {_sha256(path)}\n".encode())
-    return checksum.hexdigest()
+        lines.append(f"{inside.as_posix()} {_sha256(path)}\n")
+    return hashlib.sha256("".join(sorted(lines)).encode()).hexdigest()
 
 
 def code(script: str | Path) -> list[str]:

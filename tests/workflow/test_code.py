@@ -46,6 +46,23 @@ def test_checksum_counts_names_and_contents_not_times_and_folders(tmp_path):
     assert checksum("edited/script.py", "import freerock.quantity  # edited\n") != told
 
 
+def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatch):
+    package = tmp_path / "m/freerock"
+    package.mkdir(parents=True)
+    (package / "__init__.py").touch()
+    workflow._files.cache_clear()
+    monkeypatch.setattr("freerock.workflow.PACKAGE", package)
+    told = set()
+    for folder in ("a", "z"):
+        script = tmp_path / folder / "script.py"
+        script.parent.mkdir()
+        script.write_text("import freerock\n")
+        assert str(package / "__init__.py") in code(script)
+        told.add(code_checksum(script))
+    workflow._files.cache_clear()
+    assert len(told) == 1
+
+
 def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     package = tmp_path / "freerock"
     package.mkdir()

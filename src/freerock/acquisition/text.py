@@ -31,8 +31,8 @@ def read(path, channel=None):
 
     A column of time is recognised by its heading, by its clock times (09:30:00.125, after a date or not), or
     because it is the first one and rises steadily; else the lines above the table must state the sampling
-    rate ("sampling rate: 2000 Hz", "dt = 0.0005"). Of several columns of time, each belongs to the columns at
-    its right.
+    rate ("sampling rate: 2000 Hz", "dt = 0.0005"), whose unit may stand in the next cell. Of several columns
+    of time, each belongs to the columns at its right.
     """
     encoding = encoding_of(path)
     with open(path, encoding=encoding, errors="replace") as file:
