@@ -26,7 +26,7 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 # The integrator is compiled once here, before two jobs do so at the same time.
-$(KERNEL): src/freerock/models/integrate.py $(READY)
+$(KERNEL): src/freerock/models/kernel.py $(READY)
 	python -c 'from freerock.models import block, simulate; simulate.simulate("winkler", \
 		block.Block(1, 0.2, 1), {"k": 1e6, "c": 1e3}, [0, 0.01], theta0=0.1)'
 	touch $@

@@ -13,7 +13,7 @@ min_version("9.27")
 gc.set_threshold(1_000_000)
 atexit.register(gc.freeze)
 
-# Campaigns given by --config or by the workflow that uses this one as a module. Without them freerock.config reads
+# Campaigns given by --config or by the workflow that uses this one as a module. Without them freerock.config.campaign reads
 # config/config.yaml and tells its mistakes line by line, which the directive configfile would not.
 given = config.get("campaigns")
 

@@ -83,8 +83,8 @@ def _limit() -> None:
 
 
 def _read(path: Path) -> int:
-    from freerock.acquisition import read_record
     from freerock.errors import FreerockError
+    from freerock.records import read_record
 
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     signal.alarm(ASLEEP_SECONDS)
@@ -106,11 +106,11 @@ def _import_readers() -> None:
 
     from records import walked_by_a_fork
 
-    from freerock.acquisition import READERS
+    from freerock.records import READERS
 
     for name in {*READERS.values()}:
-        import_module(f"freerock.acquisition.{name}")
-    import_module("freerock.acquisition.hdf5").walked = walked_by_a_fork
+        import_module(f"freerock.records.{name}")
+    import_module("freerock.records.hdf5").walked = walked_by_a_fork
 
 
 if __name__ == "__main__":

@@ -17,11 +17,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
 from test_faults import random_signal
 
 from freerock.errors import FreerockError
-from freerock.impacts import find_impacts
-from freerock.laser import Laser
 from freerock.models.block import Block
-from freerock.rotation import rotation
-from freerock.runs import find_runs
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.impacts import find_impacts
+from freerock.runs.segment import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 KINDS = ("noise", "walk", "steps", "swing", "spoilt", "runs")

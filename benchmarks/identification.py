@@ -11,11 +11,12 @@ import time as clock
 
 import numpy as np
 
-from freerock.identify import Motion, fit_run
-from freerock.models import PAPER_MODELS, simulate
+from freerock.identification.fit import Motion, fit_run
+from freerock.models import simulate
+from freerock.models.laws import PAPER_MODELS
 from freerock.studies.identification import RATE_HZ, _scene, virtual_motion
 from freerock.studies.methods import METHODS, Scene
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 AIMS_S = {"housner": 0.05, "winkler": 0.25, "hunt_crossley": 0.25}
 REPEATS = 5

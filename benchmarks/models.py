@@ -16,12 +16,12 @@ from numba import njit
 
 from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
-from freerock.models.integrate import _accelerations, _sample
+from freerock.models.kernel import _accelerations, _sample
 from freerock.models.simulate import simulate, simulate_many, simulate_theta
 from freerock.studies.methods import METHODS, Scene, housner_overturns
 from freerock.studies.speed_accuracy import errors, interleaved
 from freerock.studies.stability import scene_of
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
 MARBLE = FOUNDATIONS["marble"]

@@ -24,7 +24,7 @@ os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
 import numpy as np
 
-from freerock import twin
+from freerock.virtual_lab import record as twin
 
 ROOT = Path(__file__).parents[1]
 RECORDS_PER_JOB = 25
@@ -151,9 +151,9 @@ def plan(numbers: list[int]) -> None:
 
 
 IMPORTS = {  # what starting the job of a step costs: its script's imports
-    "record": "freerock.datasets, freerock.steps.record, freerock.workflow",
-    "fit": "freerock.datasets, freerock.steps.fit, freerock.workflow",
-    "qc": "freerock.steps.qc, freerock.workflow",
+    "record": "freerock.products.netcdf, freerock.jobs.record, freerock.jobs.code",
+    "fit": "freerock.products.netcdf, freerock.jobs.fit, freerock.jobs.code",
+    "qc": "freerock.jobs.quality, freerock.jobs.code",
 }
 PARTS = {  # function of a step's module -> part of the cost
     "record": {
@@ -203,8 +203,8 @@ def timed(step: str, spent: dict):
 
 def parts(n: int = 24) -> None:
     """What a record costs, part by part: n records, one after the other in this process."""
-    from freerock import settings
-    from freerock.config import load_campaign
+    from freerock.config import steps as settings
+    from freerock.config.campaign import load_campaign
 
     spent, whole = defaultdict(float), 0.0
     with tempfile.TemporaryDirectory() as scratch:

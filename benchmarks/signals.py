@@ -13,14 +13,14 @@ import time
 
 import numpy as np
 
-from freerock.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
-from freerock.faults import listed_faults
-from freerock.impacts import find_impacts
-from freerock.laser import Laser
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes, housner_motion
-from freerock.rotation import rotation
-from freerock.runs import find_runs
+from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
+from freerock.rotation.flags import listed_faults
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.impacts import find_impacts
+from freerock.runs.segment import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASERS = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Polygon
 from scipy.integrate import quad
 
-from freerock.datasets import atomic
 from freerock.figures.style import styled
+from freerock.files import atomic
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import contact_intervals
+from freerock.models.contact import contact_intervals
 from freerock.models.housner import housner_lobes, housner_motion
 from freerock.models.simulate import simulate
 

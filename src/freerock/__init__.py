@@ -7,36 +7,36 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from freerock.acquisition import list_channels, read_record
-    from freerock.compare import epsilon_theta
-    from freerock.config import load_campaign, load_config
-    from freerock.datasets import open_fits, open_record
+    from freerock.config.campaign import load_campaign, load_config
     from freerock.errors import FreerockError
-    from freerock.identify import Fit, fit_record, fit_run
-    from freerock.impacts import Impacts, find_impacts
-    from freerock.laser import Laser
+    from freerock.identification.choice import epsilon_theta
+    from freerock.identification.fit import Fit, fit_record, fit_run
     from freerock.models.block import Block
     from freerock.models.ground import GroundMotion, accelerogram, pulse
     from freerock.models.simulate import Response, simulate
-    from freerock.motion import Motion
-    from freerock.rotation import rotation as find_rotation
-    from freerock.runs import Run, find_runs
+    from freerock.products.netcdf import open_fits, open_record
+    from freerock.records import list_channels, read_record
+    from freerock.rotation.rotation import rotation as find_rotation
+    from freerock.rotation.sensor import Laser
+    from freerock.runs.impacts import Impacts, find_impacts
+    from freerock.runs.motion import Motion
+    from freerock.runs.segment import Run, find_runs
 
 _ROOMS = {  # module: the public names it holds
-    "acquisition": ("list_channels", "read_record"),
-    "compare": ("epsilon_theta",),
-    "config": ("load_campaign", "load_config"),
-    "datasets": ("open_fits", "open_record"),
+    "config.campaign": ("load_campaign", "load_config"),
     "errors": ("FreerockError",),
-    "identify": ("Fit", "fit_record", "fit_run"),
-    "impacts": ("Impacts", "find_impacts"),
-    "laser": ("Laser",),
+    "identification.choice": ("epsilon_theta",),
+    "identification.fit": ("Fit", "fit_record", "fit_run"),
     "models.block": ("Block",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.simulate": ("Response", "simulate"),
-    "motion": ("Motion",),
-    "rotation": ("find_rotation",),
-    "runs": ("Run", "find_runs"),
+    "products.netcdf": ("open_fits", "open_record"),
+    "records": ("list_channels", "read_record"),
+    "rotation.rotation": ("find_rotation",),
+    "rotation.sensor": ("Laser",),
+    "runs.impacts": ("Impacts", "find_impacts"),
+    "runs.motion": ("Motion",),
+    "runs.segment": ("Run", "find_runs"),
 }
 _OWN_NAMES = {"find_rotation": "rotation"}  # where the name of the module is in the way
 

@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from freerock.config import Record, load_campaign
-from freerock.truth import read_truth
+from freerock.config.campaign import Record, load_campaign
+from freerock.virtual_lab.truth import read_truth
 
 ROOT = Path(__file__).parents[2]
 PARTS = ["src", "workflow", "config", "raw", "profiles", "examples", "docs/tutorial", "Snakefile"]
@@ -46,7 +46,7 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "OMP_NUM_THREADS=1 python benchmarks/": "minutes; measures speed",
     "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",
     "snakemake": "the shipped campaign is analysed by tests/workflow/test_palermo.py",
-    "python -m freerock.twin": "the bytes are compared by the tests of the twins",
+    "python -m freerock.virtual_lab.record": "the bytes are compared by the tests of the twins",
 }
 RUN_AFTER_ALL = "snakemake --config campaigns=stones"
 PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|FILE|<|…|/data/|results/[ABab]\b|stones,marble")
@@ -235,7 +235,7 @@ def test_snippets_are_sound(path, language, body, tmp_path):
     if "ground" in snippet:
         scene = {"block": BASE["blocks"]["block1"], "models": {"housner": {"r": 0.9}}} | snippet
         (tmp_path / "scene.yaml").write_text(yaml.safe_dump(scene))
-        from freerock.scene import load_scene
+        from freerock.config.scene import load_scene
 
         assert load_scene(tmp_path / "scene.yaml").ground.file
         return

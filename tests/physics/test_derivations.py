@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from freerock.models import foundation
+from freerock.models import contact as foundation
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import (
+from freerock.models.contact import (
     accelerations,
     contact_force,
     contact_intervals,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from freerock.models.block import Block
-from freerock.models.foundation import accelerations, contact_force, contact_intervals
+from freerock.models.contact import accelerations, contact_force, contact_intervals
 
 BLOCK = Block(0.28, 0.07, 5.84)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import compiled, foundation
-from freerock.models import integrate as kernel
+from freerock.models import compiled, kernel
+from freerock.models import contact as foundation
 from freerock.models.block import GRAVITY, Block
 
 BLOCK = Block(0.28, 0.07, 5.84)

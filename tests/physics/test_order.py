@@ -8,7 +8,7 @@ import pytest
 from freerock.models.simulate import simulate
 from freerock.studies.methods import METHODS, Scene
 from freerock.studies.speed_accuracy import WINKLER
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 BLOCK, _, _ = CONFIGURATIONS["config2"]
 LAWS = {"hunt_crossley": FOUNDATIONS["marble"], "winkler": WINKLER["marble"]}

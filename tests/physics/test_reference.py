@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.compare import epsilon_theta
+from freerock.identification.choice import epsilon_theta
 from freerock.models.block import Block
-from freerock.models.foundation import static_depth
+from freerock.models.contact import static_depth
 from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate
 

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from freerock.impacts import find_impacts, restitution_from_peaks
 from freerock.models.block import GRAVITY, Block
 from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate_theta
+from freerock.runs.impacts import find_impacts, restitution_from_peaks
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 RELEASE_DEG = {1: 6.0, 2: 10.0, 3: 20.0}

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from freerock.compare import epsilon_theta
 from freerock.errors import FreerockError
+from freerock.identification.choice import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import accelerations, energy, static_depth
+from freerock.models.contact import accelerations, energy, static_depth
 from freerock.models.ground import accelerogram, pulse
 from freerock.models.simulate import simulate, simulate_many, simulate_theta
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from freerock import datasets
 from freerock.errors import FreerockError
-from freerock.identify import Fit
-from freerock.impacts import Impacts
-from freerock.models import MODELS, PAPER_MODELS, UNITS
-from freerock.runs import Run
+from freerock.identification.fit import Fit
+from freerock.models.laws import MODELS, PAPER_MODELS, UNITS
+from freerock.products import netcdf as datasets
+from freerock.runs.impacts import Impacts
+from freerock.runs.segment import Run
 
 VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}

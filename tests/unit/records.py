@@ -11,7 +11,7 @@ from nptdms import ChannelObject, RootObject, TdmsWriter
 from openpyxl import Workbook
 from scipy.io import netcdf_file, savemat
 
-from freerock.acquisition import hdf5_walk
+from freerock.records import hdf5_walk
 
 TIME = np.arange(100) / 200
 VOLTS = np.round(5 + np.cos(20 * TIME), 6)

@@ -9,8 +9,8 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 
 from freerock import cli
-from freerock.check import check_config
-from freerock.manifest import sha256, write_manifest
+from freerock.cli.check import check_config
+from freerock.files import sha256, write_manifest
 
 ROOT = Path(__file__).parents[2]
 YAML = """\

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from freerock.compare import choose_model, epsilon_theta, is_white, wants_general
+from freerock.identification.choice import choose_model, epsilon_theta, is_white, wants_general
 
 
 def test_epsilon_theta_of_a_scaled_motion_is_the_squared_relative_difference():

@@ -6,9 +6,9 @@ import pytest
 from fabricated import campaign
 
 from freerock import cli
-from freerock.comparison import compare_results, comparison_text
+from freerock.cli.compare import compare_results, comparison_text
 from freerock.errors import FreerockError
-from freerock.tables import tidy_tables, write_csv
+from freerock.tables.tidy import tidy_tables, write_csv
 
 RECORDS = [{"test": test, "file": f"{test}.tdms"} for test in ("b1_marble", "b1_mat", "b2_marble", "b2_mat")]
 

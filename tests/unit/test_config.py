@@ -14,14 +14,14 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from freerock import config
-from freerock.config import ConfigError, load_campaign, load_config, section_in
-from freerock.config_reference import MARK, files
+from freerock.config import campaign as config
+from freerock.config.campaign import ConfigError, load_campaign, load_config, section_in
+from freerock.config.reference import MARK, files
+from freerock.config.scene import Scene
 from freerock.errors import FreerockError
-from freerock.laser import Laser
-from freerock.models import MODELS
-from freerock.quantity import UNITS
-from freerock.scene import Scene
+from freerock.models.laws import MODELS
+from freerock.rotation.sensor import Laser
+from freerock.units import UNITS
 
 ROOT = Path(__file__).parents[2]
 
@@ -609,7 +609,7 @@ def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
 
 
 def test_palermo_campaign():
-    twin = importlib.import_module("freerock.twin")
+    twin = importlib.import_module("freerock.virtual_lab.record")
     palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
     blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
     assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
@@ -669,7 +669,7 @@ def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section,
 
 
 def test_freed_nuisances_are_named_for_every_model():
-    nuisances = importlib.import_module("freerock.identify").NUISANCES
+    nuisances = importlib.import_module("freerock.identification.fit").NUISANCES
     assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
     assert get_args(config.HousnerNuisance) == nuisances
     assert get_args(config.Model) == tuple(MODELS)
@@ -756,6 +756,6 @@ def test_schema_has_the_keys_of_the_example():
 
 
 def test_configuration_loads_without_the_numerical_libraries():
-    code = "import sys, freerock.config; print([m for m in ('numpy', 'scipy', 'pandas') if m in sys.modules])"
+    code = "import sys, freerock.config.campaign; print([m for m in ('numpy', 'scipy', 'pandas') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

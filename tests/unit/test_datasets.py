@@ -15,9 +15,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock import datasets, predict, tables
-from freerock.datasets import (
-    atomic,
+from freerock.errors import FreerockError
+from freerock.files import atomic, sha256, write_json
+from freerock.identification import predict
+from freerock.models.laws import MODELS, UNITS
+from freerock.products import netcdf as datasets
+from freerock.products.netcdf import (
     impacts_in,
     one_of_each,
     open_fits,
@@ -26,14 +29,11 @@ from freerock.datasets import (
     runs_in,
     write_failure,
     write_fits,
-    write_json,
     write_record,
 )
-from freerock.errors import FreerockError
-from freerock.impacts import Impacts
-from freerock.manifest import sha256
-from freerock.models import MODELS, UNITS
-from freerock.runs import Run
+from freerock.runs.impacts import Impacts
+from freerock.runs.segment import Run
+from freerock.tables import tidy as tables
 
 ATTRS = {
     "campaign": "lab",
@@ -320,7 +320,7 @@ def test_atomic_leaves_all_or_nothing(tmp_path):
 
 def test_atomic_writes_over_what_a_killed_process_left(tmp_path):
     code = (
-        "import os, sys; from freerock.datasets import atomic\n"
+        "import os, sys; from freerock.files import atomic\n"
         "with atomic(sys.argv[1]) as partial: partial.write_text('half'); os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path / "a.txt"]).returncode == 9

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from freerock.compare import epsilon_theta
-from freerock.identify import fit_run
-from freerock.impacts import find_impacts
+from freerock.identification.choice import epsilon_theta
+from freerock.identification.fit import fit_run
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import contact_force, static_depth
+from freerock.models.contact import contact_force, static_depth
 from freerock.models.housner import housner_lobes
 from freerock.models.simulate import simulate, simulate_theta
-from freerock.motion import Motion
+from freerock.runs.impacts import find_impacts
+from freerock.runs.motion import Motion
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")

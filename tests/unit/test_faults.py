@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from freerock.errors import FreerockError
-from freerock.faults import FLAGS, Limits, ac_cutoff, flag_samples, flagged_faults
-from freerock.laser import Laser
 from freerock.models.block import Block
-from freerock.rotation import rotation
+from freerock.rotation.flags import FLAGS, Limits, ac_cutoff, flag_samples, flagged_faults
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
 
 LIMITS = Limits(-0.1, 10.1, 10.2, 0.01)
 BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)

@@ -10,7 +10,6 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from freerock.compare import epsilon_theta
 from freerock.figures import style
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.models import models
@@ -18,9 +17,10 @@ from freerock.figures.predictions import predictions
 from freerock.figures.qc import qc
 from freerock.figures.restitution import restitution
 from freerock.figures.valley import CELLS, FINER, _finer, valley
+from freerock.identification.choice import epsilon_theta
+from freerock.identification.predict import PREDICTIONS
 from freerock.models.block import Block
-from freerock.predict import PREDICTIONS
-from freerock.tables import epsilon_table, restitution_table, runs_table
+from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}

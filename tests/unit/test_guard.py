@@ -9,7 +9,7 @@ from threading import Thread
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.guard import JOBS, RUNS, check_clock, check_room, job_runs, run_starts
+from freerock.jobs.guard import JOBS, RUNS, check_clock, check_room, job_runs, run_starts
 
 
 @pytest.fixture

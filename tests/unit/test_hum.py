@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freerock.hum import fit_hum, mains_ratio
+from freerock.rotation.mains import fit_hum, mains_ratio
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identify import fit_record, fit_run
+from freerock.identification.fit import fit_record, fit_run
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
-from freerock.motion import Motion
+from freerock.runs.motion import Motion
 
 CONFIG2 = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 CONFIG3 = Block(height_m=0.14, width_m=0.07, mass_kg=2.98)
@@ -219,7 +219,7 @@ def test_an_unknown_width_widens_the_intervals():
 def test_slow_noise_is_seen_in_its_spectrum():
     from scipy.signal import lfilter
 
-    from freerock.uncertainty import _spectrum
+    from freerock.identification.intervals import _spectrum
 
     generator = np.random.default_rng(1)
     slow = lfilter([1.0], [1.0, -0.999], generator.standard_normal(16000)) * np.sqrt(1 - 0.999**2)
@@ -232,7 +232,7 @@ def test_slow_noise_is_seen_in_its_spectrum():
 
 
 def test_parameters_that_the_data_do_not_tell_apart_have_no_standard_error():
-    from freerock.uncertainty import covariance
+    from freerock.identification.intervals import covariance
 
     generator = np.random.default_rng(1)
     column, residual = generator.normal(size=(2, 500))

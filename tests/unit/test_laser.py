@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freerock.beam import displacement_from_rotation, rotation_from_displacement, sensitivity
 from freerock.errors import FreerockError
-from freerock.faults import FLAGS
-from freerock.laser import Laser, distance_from_output
 from freerock.models.block import Block
-from freerock.rotation import rotation
+from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement, sensitivity
+from freerock.rotation.flags import FLAGS
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser, distance_from_output
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)

@@ -5,7 +5,7 @@ import hashlib
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.manifest import check_manifest, listed_checksums, main, sha256, write_manifest
+from freerock.files import check_manifest, listed_checksums, main, sha256, write_manifest
 
 
 @pytest.fixture

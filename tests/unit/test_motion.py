@@ -2,8 +2,7 @@
 
 from fabricated import failed_record, record
 
-from freerock.datasets import runs_in
-from freerock.motion import motions_in
+from freerock.products.netcdf import motions_in, runs_in
 
 
 def test_a_motion_per_run_since_its_release():

@@ -9,9 +9,9 @@ from nptdms import ChannelObject, TdmsWriter
 from openpyxl import Workbook
 
 from freerock import cli
-from freerock.config import FILL_IN, ConfigError, load_campaign
-from freerock.inspect_record import look_into, look_text
-from freerock.manifest import listed_checksums, sha256
+from freerock.cli.inspect import look_into, look_text
+from freerock.config.campaign import FILL_IN, ConfigError, load_campaign
+from freerock.files import listed_checksums, sha256
 
 FOLDER = Path("stick/day 1")
 

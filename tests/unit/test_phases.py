@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from freerock.phases import stationary_phases, stretches
+from freerock.rotation.still import stationary_phases, stretches
 
 RATE = 1000.0
 

@@ -9,18 +9,26 @@ import pytest
 import yaml
 from scipy.stats import chi2
 
-from freerock.beam import displacement_from_rotation
-from freerock.config import ConfigError, load_campaign
+from freerock.config.campaign import ConfigError, load_campaign
 from freerock.errors import FreerockError
 from freerock.figures.plan import plan as draw
 from freerock.figures.style import save
-from freerock.identify import fit_run
-from freerock.laser import Laser
+from freerock.identification.fit import fit_run
+from freerock.identification.plan import (
+    CASE,
+    COLUMNS,
+    Sensor,
+    plan,
+    plan_campaign,
+    plan_text,
+    standard_errors,
+)
 from freerock.models.simulate import simulate_theta
-from freerock.motion import Motion
-from freerock.plan import CASE, COLUMNS, Sensor, plan, plan_campaign, plan_text, standard_errors
-from freerock.quantity import Calibration
-from freerock.twin import CONFIGURATIONS
+from freerock.rotation.beam import displacement_from_rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.motion import Motion
+from freerock.units import Calibration
+from freerock.virtual_lab.record import CONFIGURATIONS
 
 PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))

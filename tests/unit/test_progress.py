@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from freerock.datasets import write_failure
-from freerock.progress import newest_run, progress, progress_text
+from freerock.cli.progress import newest_run, progress, progress_text
+from freerock.products.netcdf import write_failure
 
 TESTS = ["a", "b", "c", "d"]
 ATTRS = {"campaign": "lab", "title": "A lab", "origin": "measured", "block": "tall", "foundation": "mat"}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.quantity import UNITS, Calibration, in_base_units, read_calibration, understood
+from freerock.units import UNITS, Calibration, in_base_units, read_calibration, understood
 
 
 @pytest.mark.parametrize(

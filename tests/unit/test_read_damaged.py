@@ -3,8 +3,8 @@ import warnings
 import pytest
 from records import KINDS, TIME, VOLTS, damaged_files, walked_by_a_fork
 
-from freerock.acquisition import read_record
 from freerock.errors import FreerockError
+from freerock.records import read_record
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -20,7 +20,7 @@ def test_the_files_that_are_damaged_are_read_when_whole(tmp_path, kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_files_are_read_or_refused(tmp_path, kind, monkeypatch):
     """`benchmarks/fuzz.py` does the same with more files, under limits of memory and time."""
-    monkeypatch.setattr("freerock.acquisition.hdf5.walked", walked_by_a_fork)
+    monkeypatch.setattr("freerock.records.hdf5.walked", walked_by_a_fork)
     refused = 0
     with warnings.catch_warnings(action="error"):
         for path in damaged_files(kind, tmp_path, 200, seed=0):

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from openpyxl import Workbook
 
-from freerock.acquisition import read_record
 from freerock.errors import FreerockError
+from freerock.records import read_record
 
 TIME = np.arange(80) / 100
 SPECIMENS = [f"{letter}{number}" for letter in "ABC" for number in (1, 2, 3)]

@@ -7,9 +7,9 @@ import pytest
 import xarray as xr
 from scipy.io import netcdf_file
 
-from freerock.acquisition import read_record
-from freerock.datasets import write_record
 from freerock.errors import FreerockError
+from freerock.products.netcdf import write_record
+from freerock.records import read_record
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)
@@ -180,7 +180,7 @@ def test_a_collection_of_texts_without_end(tmp_path, monkeypatch):
     free = content.index(b"GCOL") + 16 + 24
     (length,) = struct.unpack_from("<Q", content, free + 8)
     path.write_bytes(content[: free + 8] + struct.pack("<Q", length - 16) + content[free + 16 :])
-    monkeypatch.setattr("freerock.acquisition.hdf5.WALK_S", 1)
+    monkeypatch.setattr("freerock.records.hdf5.WALK_S", 1)
     assert refusal(path) == DEADLY
 
 

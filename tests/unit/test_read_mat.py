@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from freerock.acquisition import read_record
 from freerock.errors import FreerockError
+from freerock.records import read_record
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)

@@ -9,11 +9,11 @@ import pytest
 from fabricated import campaign, failed_record, fits, record
 from matplotlib.image import imsave
 
-from freerock.config import load_campaign
+from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
-from freerock.report import charted, restitution_comparison, write_report
-from freerock.report.curves import BINS, MISSING, packed, run_curves
-from freerock.tables import (
+from freerock.report.charts import BINS, MISSING, packed, run_curves
+from freerock.report.page import charted, restitution_comparison, write_report
+from freerock.tables.tidy import (
     PUBLISHED_NOTE,
     parameters_table,
     printed_tables,
@@ -210,7 +210,7 @@ def test_charts_are_for_the_worst_runs_then_for_the_first_of_each_record():
 
 
 def test_runs_beyond_the_limit_are_told_and_linked(tmp_path, monkeypatch):
-    monkeypatch.setattr("freerock.report.MOST_CHARTED", 2)
+    monkeypatch.setattr("freerock.report.page.MOST_CHARTED", 2)
     page = make(tmp_path, campaign())
     assert page.html.count('class="charts"') == 2
     assert "2 of the 9 runs have charts here" in page.text
@@ -231,7 +231,7 @@ def test_images_have_size_and_description(page):
 
 
 def test_figures_beyond_the_limit_are_linked(tmp_path, monkeypatch):
-    monkeypatch.setattr("freerock.report.MOST_FIGURES", 0)
+    monkeypatch.setattr("freerock.report.page.MOST_FIGURES", 0)
     page = make(tmp_path, campaign())
     assert not [tag for tag, _ in page.tags if tag == "img"]
     assert "image.pdf" in page.text

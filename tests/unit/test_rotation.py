@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.beam import displacement_from_rotation
 from freerock.errors import FreerockError
-from freerock.faults import listed_faults
-from freerock.laser import Laser, distance_from_output
 from freerock.models.block import Block
-from freerock.quantity import Calibration
-from freerock.rotation import rotation
-from freerock.runs import find_runs
+from freerock.rotation.beam import displacement_from_rotation
+from freerock.rotation.flags import listed_faults
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser, distance_from_output
+from freerock.runs.segment import find_runs
+from freerock.units import Calibration
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.08, 0.1)
@@ -270,7 +270,7 @@ def test_gaps_are_dropouts():
 
 
 def test_an_ac_coupled_channel_is_refused():
-    from freerock.twin_faults import ac_coupled
+    from freerock.virtual_lab.faults import ac_coupled
 
     for cutoff in (0.02, 0.1, 0.5):
         signal = ac_coupled(cutoff)(TIME, volts(), None)

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
-from freerock.faults import Fault
 from freerock.models.block import Block
 from freerock.models.housner import housner_lobes, housner_motion
 from freerock.models.simulate import simulate
-from freerock.runs import find_runs
+from freerock.rotation.flags import Fault
+from freerock.runs.segment import find_runs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.005)
@@ -365,9 +365,9 @@ def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, 
 
 @pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
 def test_virtual_campaign(test):
-    from freerock.acquisition import read_record
-    from freerock.laser import Laser
-    from freerock.rotation import rotation
+    from freerock.records import read_record
+    from freerock.rotation.rotation import rotation
+    from freerock.rotation.sensor import Laser
 
     truth = json.loads((RAW / "truth.json").read_text(encoding="utf-8"))[test]
     volts = read_record(RAW / f"{test}.tdms")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from freerock.figures import identification as figures
-from freerock.models import PAPER_MODELS
+from freerock.models.laws import PAPER_MODELS
 from freerock.studies import identification
 from freerock.studies.identification import Truth, draw_truth, imperfect_motion, noise
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config3"]
 TRUTH = Truth("hunt_crossley", BLOCK, FOUNDATIONS["marble"], THETA0, 1e-4)

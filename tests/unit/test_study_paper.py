@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.compare import epsilon_theta
-from freerock.config import load_campaign
+from freerock.config.campaign import load_campaign
 from freerock.figures.paper import paper as draw
 from freerock.figures.style import save
-from freerock.models import MODELS
+from freerock.identification.choice import epsilon_theta
+from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
 from freerock.studies.paper import COLUMNS, TABLE_2, TABLE_3, paper
-from freerock.twin import CONFIGURATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 8, 5e-4)

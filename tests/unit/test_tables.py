@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from freerock.models.block import Block
-from freerock.tables import (
+from freerock.products.netcdf import usable_runs
+from freerock.tables.tidy import (
     epsilon_table,
     latex,
     markdown,
@@ -30,7 +31,6 @@ from freerock.tables import (
     table3,
     table3_text,
     tidy_tables,
-    usable_runs,
     write_csv,
     write_table,
 )

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from freerock.acquisition.timebase import on_grid, regular_grid
 from freerock.errors import FreerockError
+from freerock.records.timebase import on_grid, regular_grid
 
 RATE = 2000
 TIME = np.arange(4000) / RATE

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from nptdms import TdmsFile
 
-from freerock.acquisition import read_record
-from freerock.beam import rotation_from_displacement
-from freerock.faults import FLAGS
-from freerock.laser import Laser
-from freerock.manifest import check_manifest
+from freerock.files import check_manifest
 from freerock.models.block import Block
-from freerock.phases import stationary_phases
-from freerock.rotation import rotation
-from freerock.twin import (
+from freerock.records import read_record
+from freerock.rotation.beam import rotation_from_displacement
+from freerock.rotation.flags import FLAGS
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
+from freerock.rotation.still import stationary_phases
+from freerock.virtual_lab.record import (
     CONFIGURATIONS,
     FOUNDATIONS,
     Noise,
@@ -186,7 +186,10 @@ def test_more_releases_and_coarser_converter():
 
 def test_command_line(tmp_path, capsys):
     assert main([]) == 1
-    assert capsys.readouterr().err == "freerock.twin: no folder given; name one, as raw/palermo_virtual\n"
+    assert (
+        capsys.readouterr().err
+        == "freerock.virtual_lab.record: no folder given; name one, as raw/palermo_virtual\n"
+    )
 
 
 @pytest.mark.parametrize(("theta0", "release_side"), [(0.085, "positive"), (-0.085, "negative")])

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from openpyxl import load_workbook
 
-from freerock import twin_workbook
-from freerock.acquisition import read_record
-from freerock.config import load_campaign
-from freerock.identify import fit_run
-from freerock.laser import Laser
-from freerock.motion import motion_of
-from freerock.rotation import rotation
-from freerock.runs import find_runs
+from freerock.config.campaign import load_campaign
+from freerock.identification.fit import fit_run
+from freerock.records import read_record
+from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.motion import motion_of
+from freerock.runs.segment import find_runs
+from freerock.virtual_lab import workbook as twin_workbook
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ROOT / "raw/wooden_blocks" / twin_workbook.FILE

@@ -6,8 +6,8 @@ import os
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.steps import record
-from freerock.workflow import make_each, of_the_machine, why_failed
+from freerock.jobs import record
+from freerock.jobs.code import make_each, of_the_machine, why_failed
 
 
 def error(number):

@@ -6,7 +6,7 @@ import shutil
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, simulated
 
-from freerock import twin
+from freerock.virtual_lab import record as twin
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,9 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from freerock import twin
-from freerock.laser import Laser
 from freerock.models.block import Block
+from freerock.rotation.sensor import Laser
+from freerock.virtual_lab import record as twin
 
 ROOT = Path(__file__).parents[2]
 CAMPAIGN = """\

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT, simulated
 
-from freerock import twin
-from freerock.datasets import open_record
-from freerock.manifest import sha256
+from freerock.files import sha256
+from freerock.products.netcdf import open_record
+from freerock.virtual_lab import record as twin
 
 # Stage -> a product of its own; the job that makes it is the one that meets with the accident.
 STAGES = {

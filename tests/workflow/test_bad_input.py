@@ -8,9 +8,10 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
-from freerock import twin, twin_faults
-from freerock.datasets import open_record
-from freerock.manifest import sha256
+from freerock.files import sha256
+from freerock.products.netcdf import open_record
+from freerock.virtual_lab import faults as twin_faults
+from freerock.virtual_lab import record as twin
 
 COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"

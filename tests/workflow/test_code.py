@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock import workflow
-from freerock.workflow import code, code_checksum
+from freerock.jobs import code as workflow
+from freerock.jobs.code import code, code_checksum
 
 SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
 
@@ -40,10 +40,10 @@ def test_checksum_counts_names_and_contents_not_times_and_folders(tmp_path):
             os.utime(script, (0, 0))
         return code_checksum(script)
 
-    told = checksum("here/script.py", "import freerock.quantity\n")
-    assert checksum("old/script.py", "import freerock.quantity\n") == told
-    assert checksum("here/another.py", "import freerock.quantity\n") != told
-    assert checksum("edited/script.py", "import freerock.quantity  # edited\n") != told
+    told = checksum("here/script.py", "import freerock.units\n")
+    assert checksum("old/script.py", "import freerock.units\n") == told
+    assert checksum("here/another.py", "import freerock.units\n") != told
+    assert checksum("edited/script.py", "import freerock.units  # edited\n") != told
 
 
 def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatch):
@@ -51,7 +51,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
     workflow._files.cache_clear()
-    monkeypatch.setattr("freerock.workflow.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.code.PACKAGE", package)
     told = set()
     for folder in ("a", "z"):
         script = tmp_path / folder / "script.py"
@@ -66,9 +66,9 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
 def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     package = tmp_path / "freerock"
     package.mkdir()
-    monkeypatch.setattr("freerock.workflow.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.code.PACKAGE", package)
     script = tmp_path / "script.py"
-    script.write_text("import freerock.laser\n")
+    script.write_text("import freerock.rotation.sensor\n")
     for name in ("__init__.py", "laser.py", "another.py"):
         (package / name).touch()
 
@@ -92,10 +92,13 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
         ("from freerock import laser, runs", {"laser", "runs"}),
         ("from freerock import (\n    laser,  # a beam (vertical)\n    runs,\n)", {"laser", "runs"}),
         ("from freerock import (  # all (now)\n    laser,\n    runs,\n)", {"laser", "runs"}),
-        ("import freerock.laser as beam, freerock.runs", {"laser", "runs"}),
-        ("def late():\n    from freerock.laser import Laser\n", {"laser"}),
-        ("try:\n    import freerock.runs\nexcept ImportError:\n    pass", {"runs"}),
-        ("if TYPE_CHECKING:  # hints\n    import freerock.runs\n\nimport freerock.laser", {"laser"}),
+        ("import freerock.rotation.sensor as beam, freerock.runs.segment", {"laser", "runs"}),
+        ("def late():\n    from freerock.rotation.sensor import Laser\n", {"laser"}),
+        ("try:\n    import freerock.runs.segment\nexcept ImportError:\n    pass", {"runs"}),
+        (
+            "if TYPE_CHECKING:  # hints\n    import freerock.runs.segment\n\nimport freerock.rotation.sensor",
+            {"laser"},
+        ),
     ],
 )
 def test_forms_of_imports(tmp_path, text, modules):

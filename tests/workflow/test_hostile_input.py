@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from small_campaign import COLUMNS, ROOT, check_out, simulated
 
-from freerock import twin
-from freerock.acquisition import read_record
-from freerock.config import load_campaign
+from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
+from freerock.records import read_record
+from freerock.virtual_lab import record as twin
 
 FILE = "$(touch pwned);'` \".tdms"
 SCRIPT = "</script><script>alert(1)</script>"

@@ -4,8 +4,8 @@ import csv
 
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
-from freerock import twin
-from freerock.datasets import open_record
+from freerock.products.netcdf import open_record
+from freerock.virtual_lab import record as twin
 
 STEPS = {"record": "make_record", "fit": "make_fits", "qc": "make_pages"}
 INJECTED = """
@@ -31,7 +31,7 @@ def test_the_unforeseen_in_each_step(tmp_path):
     for seed, test in enumerate(tests):
         twin.write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
     for step, function in STEPS.items():
-        with open(checkout / f"src/freerock/steps/{step}.py", "a") as module:
+        with open(checkout / f"src/freerock/jobs/{step}.py", "a") as module:
             module.write(
                 INJECTED.format(
                     function=function, test=f"bad_{step}.tdms" if step == "record" else f"bad_{step}.nc"

@@ -5,8 +5,8 @@ import os
 import pytest
 from small_campaign import simulated
 
-from freerock import twin
-from freerock.manifest import sha256
+from freerock.files import sha256
+from freerock.virtual_lab import record as twin
 
 FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
 PAGES = {"qc": 2, "report": 1, "complete": 1}
@@ -72,16 +72,16 @@ def test_edited_line(checkout, path, old, new, jobs):
 @pytest.mark.parametrize(
     ("path", "jobs"),
     [
-        ("src/freerock/twin.py", {}),
-        ("src/freerock/config.py", {}),
+        ("src/freerock/virtual_lab/record.py", {}),
+        ("src/freerock/config/campaign.py", {}),
         ("src/freerock/figures/qc.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
         ("src/freerock/report/report.html.j2", {"report": 1, "complete": 1}),
-        ("src/freerock/tables.py", AFTER_FITS | FIGURES),
-        ("src/freerock/identify.py", {"fit": 2} | AFTER_FITS),
-        ("src/freerock/models/integrate.py", {"fit": 2} | AFTER_FITS),
-        ("src/freerock/acquisition/tdms.py", EVERYTHING),
-        ("src/freerock/laser.py", EVERYTHING),
+        ("src/freerock/tables/tidy.py", AFTER_FITS | FIGURES),
+        ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),
+        ("src/freerock/models/kernel.py", {"fit": 2} | AFTER_FITS),
+        ("src/freerock/records/tdms.py", EVERYTHING),
+        ("src/freerock/rotation/sensor.py", EVERYTHING),
         ("workflow/scripts/figure_restitution.py", {"figure_restitution": 1, "report": 1, "complete": 1}),
         ("workflow/scripts/complete.py", {"complete": 1}),
     ],

@@ -2,13 +2,13 @@ import os
 import sys
 from pathlib import Path
 
-from freerock import settings
-from freerock.check import check_files
-from freerock.config import check_options, load_config, read_campaign
+from freerock.config import steps as settings
+from freerock.cli.check import check_files
+from freerock.config.campaign import check_options, load_config, read_campaign
 from freerock.errors import FreerockError
-from freerock.manifest import listed_checksums
-from freerock.truth import read_truth
-from freerock.workflow import PACKAGE, code_checksum, why_failed
+from freerock.files import listed_checksums
+from freerock.virtual_lab.truth import read_truth
+from freerock.jobs.code import PACKAGE, code_checksum, why_failed
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"

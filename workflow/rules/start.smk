@@ -1,6 +1,6 @@
 # Before anything runs: what a run that was killed left behind, folders to write to, and times from the future.
 
-from freerock.guard import check_clock, check_room, job_runs, run_starts
+from freerock.jobs.guard import check_clock, check_room, job_runs, run_starts
 
 if workflow.is_main_process:
     run_starts()

@@ -1,10 +1,9 @@
 """Figure: the effect of the foundation on each block."""
 
-from freerock.datasets import one_of_each, open_record
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.style import save
-from freerock.tables import usable_runs
-from freerock.workflow import log_to
+from freerock.jobs.code import log_to
+from freerock.products.netcdf import one_of_each, open_record, usable_runs
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

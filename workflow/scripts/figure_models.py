@@ -1,10 +1,9 @@
 """Figure: measured against modelled rotation of one block."""
 
-from freerock.datasets import one_of_each, open_fits
 from freerock.figures.models import models
 from freerock.figures.style import save
-from freerock.tables import runs_of
-from freerock.workflow import log_to
+from freerock.jobs.code import log_to
+from freerock.products.netcdf import one_of_each, open_fits, runs_of
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

@@ -2,8 +2,8 @@
 
 from freerock.figures.predictions import predictions
 from freerock.figures.style import save
-from freerock.tables import read_csv
-from freerock.workflow import log_to
+from freerock.jobs.code import log_to
+from freerock.tables.tidy import read_csv
 
 log_to(snakemake.log[0])
 target, params = snakemake.wildcards.get("target", "double_column"), snakemake.params

@@ -2,9 +2,9 @@
 
 from freerock.figures.restitution import restitution
 from freerock.figures.style import save
+from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.tables import read_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import read_csv
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

@@ -1,10 +1,10 @@
 """Figure: valleys of the discrepancy around the identified parameters."""
 
-from freerock.datasets import one_of_each, open_fits
 from freerock.figures.style import save
 from freerock.figures.valley import has_valley, valley
+from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.workflow import log_to
+from freerock.products.netcdf import one_of_each, open_fits
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

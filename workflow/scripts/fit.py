@@ -1,8 +1,8 @@
 """The models identified on each run of some records."""
 
-from freerock.datasets import write_fits
-from freerock.steps.fit import make_fits
-from freerock.workflow import log_to, make_each
+from freerock.jobs.code import log_to, make_each
+from freerock.jobs.fit import make_fits
+from freerock.products.netcdf import write_fits
 
 log_to(snakemake.log[0])
 records, shared = snakemake.params.records, snakemake.params.shared

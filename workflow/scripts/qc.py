@@ -1,7 +1,7 @@
 """Quality control of some records, a page per run."""
 
-from freerock.steps.qc import make_pages
-from freerock.workflow import log_to, make_each
+from freerock.jobs.code import log_to, make_each
+from freerock.jobs.quality import make_pages
 
 log_to(snakemake.log[0])
 pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))

@@ -1,8 +1,8 @@
 """Record files to θ(t), runs and impacts."""
 
-from freerock.datasets import write_failure
-from freerock.steps.record import make_record
-from freerock.workflow import log_to, make_each
+from freerock.jobs.code import log_to, make_each
+from freerock.jobs.record import make_record
+from freerock.products.netcdf import write_failure
 
 log_to(snakemake.log[0])
 records, shared = snakemake.params.records, snakemake.params.shared

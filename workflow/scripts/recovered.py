@@ -1,8 +1,8 @@
 """Table of a simulated campaign: identified values beside the true ones."""
 
-from freerock.tables import SIMULATED_NOTE, read_csv, recovered_table, recovered_text, write_table
-from freerock.truth import read_truth
-from freerock.workflow import log_to
+from freerock.jobs.code import log_to
+from freerock.tables.tidy import SIMULATED_NOTE, read_csv, recovered_table, recovered_text, write_table
+from freerock.virtual_lab.truth import read_truth
 
 log_to(snakemake.log[0])
 truth = read_truth(snakemake.input.truth)

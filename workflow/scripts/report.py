@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
-from freerock.datasets import inputs_of, open_fits, open_record, provenance, write_json
+from freerock.files import write_json
+from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.report import write_report
-from freerock.tables import read_csv
-from freerock.workflow import log_to
+from freerock.products.netcdf import inputs_of, open_fits, open_record, provenance
+from freerock.report.page import write_report
+from freerock.tables.tidy import read_csv
 
 log_to(snakemake.log[0])
 inputs, params = snakemake.input, snakemake.params

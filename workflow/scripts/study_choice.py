@@ -1,8 +1,8 @@
 """Study: does the choice of model name the true law?"""
 
+from freerock.jobs.code import log_to
 from freerock.studies.identification import choice
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(choice(snakemake.params.size), snakemake.output.csv)

@@ -1,8 +1,8 @@
 """Study: scatter against the Cramér-Rao bound, and coverage of the intervals."""
 
+from freerock.jobs.code import log_to
 from freerock.studies.identification import coverage
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(coverage(snakemake.params.size), snakemake.output.csv)

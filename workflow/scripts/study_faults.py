@@ -1,8 +1,8 @@
 """Study: how surely each fault of a signal is named."""
 
+from freerock.jobs.code import log_to
 from freerock.studies.faults import faults
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(faults(snakemake.params.size), snakemake.output.csv)

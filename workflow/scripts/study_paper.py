@@ -1,8 +1,8 @@
 """Study: the published tables, re-identified."""
 
+from freerock.jobs.code import log_to
 from freerock.studies.paper import paper
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(paper(snakemake.params.size), snakemake.output.csv)

@@ -1,8 +1,8 @@
 """Study: time of a run against its error, every method."""
 
+from freerock.jobs.code import log_to
 from freerock.studies.speed_accuracy import speed_accuracy
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(speed_accuracy(snakemake.params.size), snakemake.output.csv)

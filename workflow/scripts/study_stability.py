@@ -1,8 +1,8 @@
 """Study: where each method converges and where it fails."""
 
+from freerock.jobs.code import log_to
 from freerock.studies.stability import stability
-from freerock.tables import write_csv
-from freerock.workflow import log_to
+from freerock.tables.tidy import write_csv
 
 log_to(snakemake.log[0])
 write_csv(stability(snakemake.params.size), snakemake.output.csv)

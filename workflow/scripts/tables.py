@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from freerock.datasets import open_fits, open_record
+from freerock.files import write_text
+from freerock.identification.predict import predictions, shared_foundation
+from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.motion import motions_in
-from freerock.predict import predictions, shared_foundation
-from freerock.tables import numbers_tex, printed_tables, tidy_tables, write_csv, write_table, write_text
-from freerock.workflow import log_to
+from freerock.products.netcdf import motions_in, open_fits, open_record
+from freerock.tables.tidy import numbers_tex, printed_tables, tidy_tables, write_csv, write_table
 
 log_to(snakemake.log[0])
 inputs, params = snakemake.input, snakemake.params

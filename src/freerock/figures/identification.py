@@ -8,7 +8,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import NullFormatter
 
 from freerock.figures.style import MODEL_STYLES, headed, label, styled
-from freerock.tables import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
 OUTCOMES = {  # of a fit: how it is drawn
     "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},

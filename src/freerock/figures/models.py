@@ -19,8 +19,9 @@ from freerock.figures.style import (
     thin,
     wrapped,
 )
-from freerock.models import MODELS
-from freerock.tables import quantity, runs_of
+from freerock.models.laws import MODELS
+from freerock.products.netcdf import runs_of
+from freerock.tables.tidy import quantity
 
 
 @printed

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import FOUNDATION_STYLES, headed, label, styled
-from freerock.tables import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
 BLOCK_MARKERS = "osD^v"
 

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import label, styled
-from freerock.tables import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
 BLOCK_STYLES = (
     {"color": "black", "marker": "o"},
@@ -26,7 +26,7 @@ def plan(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.plan.plan`.
+        From `freerock.identification.plan.plan`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 

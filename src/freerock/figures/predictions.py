@@ -6,8 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import columns, footer, gathered, label, panel, printed, scaled, size
-from freerock.models import MODELS
-from freerock.tables import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, MODELS
 
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
@@ -27,7 +26,7 @@ def predictions(predicted, epsilon, origin, labels=None):
     Parameters
     ----------
     predicted : pandas.DataFrame
-        From `freerock.predict.predictions`.
+        From `freerock.identification.predict.predictions`.
     epsilon : pandas.DataFrame
         Tidy table epsilon.
     origin : str

@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.faults import listed_faults
 from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
-from freerock.models import MODELS
-from freerock.quantity import BASE
-from freerock.tables import quantity, runs_of
+from freerock.models.laws import MODELS
+from freerock.products.netcdf import runs_of
+from freerock.rotation.flags import listed_faults
+from freerock.tables.tidy import quantity
+from freerock.units import BASE
 
 PAGE_DPI = 110
 COLUMNS = ["run", "series", "time_s", "value", "unit"]

@@ -14,8 +14,8 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
-from freerock.models import MODELS
-from freerock.tables import MODEL_LABELS, usable_rows
+from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.tables.tidy import usable_rows
 
 MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
@@ -28,7 +28,7 @@ def restitution(runs, impacts, epsilon, blocks, labels=None):
     Parameters
     ----------
     runs, impacts : pandas.DataFrame
-        Tidy tables runs and restitution, see `freerock.tables`; failed and excluded runs are left out.
+        Tidy tables runs and restitution, see `freerock.tables.tidy`; failed and excluded runs are left out.
     epsilon : pandas.DataFrame
         Tidy table epsilon; impacts of a model whose fit failed are left out.
     blocks : mapping of str to freerock.models.block.Block

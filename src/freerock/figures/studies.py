@@ -7,8 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from freerock.figures.style import MODEL_STYLES, headed, label, styled
-from freerock.models.limits import K_RANGE, RATIO_RANGE
-from freerock.tables import MODEL_LABELS
+from freerock.models.laws import K_RANGE, MODEL_LABELS, RATIO_RANGE
 
 LAWS = ["hunt_crossley", "winkler", "housner"]  # order of the panels
 EPSILON_RANGE = (1e-25, 3.0)

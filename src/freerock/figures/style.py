@@ -14,8 +14,9 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
 from matplotlib.textpath import TextPath
 
-from freerock.datasets import atomic
-from freerock.tables import MODEL_LABELS, write_csv
+from freerock.files import atomic
+from freerock.models.laws import MODEL_LABELS
+from freerock.tables.tidy import write_csv
 
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")

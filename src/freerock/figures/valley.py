@@ -10,7 +10,6 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import CubicSpline
 
-from freerock.compare import epsilon_theta
 from freerock.figures.style import (
     columns,
     footer,
@@ -23,9 +22,11 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
-from freerock.models import MODELS
+from freerock.identification.choice import epsilon_theta
+from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.models.simulate import simulate_fitted
-from freerock.tables import MODEL_LABELS, SYMBOLS, fits_of, quantity
+from freerock.products.netcdf import fits_of
+from freerock.tables.tidy import quantity
 
 MODEL = "hunt_crossley"
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
-from freerock.models import MODELS, UNITS
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import static_depth
+from freerock.models.contact import static_depth
 from freerock.models.ground import GroundMotion
 from freerock.models.housner import Lobes, housner_lobes, housner_motion
-from freerock.models.integrate import integrate
+from freerock.models.kernel import integrate
+from freerock.models.laws import MODELS, UNITS
 
 Floats = NDArray[np.float64]
 

@@ -1,7 +1,7 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
-Records of the virtual laboratory (`freerock.twin`), without hum or drift, get the noise of a laser and one
-fault (`freerock.twin_faults`) each; `rotation.rotation` must name it, at the time it lasts. Clean records
+Records of the virtual laboratory (`freerock.virtual_lab.record`), without hum or drift, get the noise of a laser and one
+fault (`freerock.virtual_lab.faults`) each; `rotation.rotation` must name it, at the time it lasts. Clean records
 must be left without any name, and their runs without a warning.
 
     python -m freerock.studies.faults results/studies/faults.csv docs/signals.md
@@ -17,12 +17,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from freerock import twin_faults as spoil
 from freerock.errors import FreerockError
-from freerock.faults import listed_faults
-from freerock.rotation import rotation
-from freerock.runs import find_runs
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS, Noise, Release, VirtualRecord, simulate_record
+from freerock.rotation.flags import listed_faults
+from freerock.rotation.rotation import rotation
+from freerock.runs.segment import find_runs
+from freerock.virtual_lab import faults as spoil
+from freerock.virtual_lab.record import (
+    CONFIGURATIONS,
+    FOUNDATIONS,
+    Noise,
+    Release,
+    VirtualRecord,
+    simulate_record,
+)
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
 NOISE_V, HUM_V = 2e-3, 5e-3

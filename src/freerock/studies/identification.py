@@ -15,16 +15,16 @@ import pandas as pd
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from freerock.compare import LOUDER, choose_model, wants_general
-from freerock.identify import evidence, fit_record, fit_run
-from freerock.models import MODELS, PAPER_MODELS
+from freerock.identification.choice import LOUDER, choose_model, wants_general
+from freerock.identification.fit import evidence, fit_record, fit_run
+from freerock.identification.plan import standard_errors
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import accelerations, contact_force, static_depth
+from freerock.models.contact import accelerations, contact_force, static_depth
+from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.models.simulate import cores, simulate
-from freerock.motion import Motion
-from freerock.plan import standard_errors
+from freerock.runs.motion import Motion
 from freerock.studies.paper import TABLE_2
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 SEED = 2017
 RATE_HZ = 2000.0

@@ -1,8 +1,8 @@
 """Methods to compare freerock with: SciPy, CyRK, fixed steps, springs, and Housner's linearised form.
 
 None of them locates the changes of contact, which is how they are used in the field. The right-hand
-side exists twice: `freerock.models.foundation` in plain Python, and compiled, written for this module
-and independent of the kernel in `freerock.models.integrate`.
+side exists twice: `freerock.models.contact` in plain Python, and compiled, written for this module
+and independent of the kernel in `freerock.models.kernel`.
 """
 
 import math
@@ -15,7 +15,7 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.foundation import accelerations, static_depth
+from freerock.models.contact import accelerations, static_depth
 from freerock.models.simulate import simulate
 
 # Absolute tolerances of SciPy and CyRK: rtol times this share of each component's amplitude.
@@ -158,7 +158,7 @@ def right_hand_side(t, y, law):
 
 
 def plain_right_hand_side(scene: Scene):
-    """The plain law of `freerock.models.foundation` as SciPy calls it."""
+    """The plain law of `freerock.models.contact` as SciPy calls it."""
     k, c, lam = (scene.parameters.get(name, 0.0) for name in ("k", "c", "lambda"))
     block, debonding = scene.block, scene.debonding
 

@@ -26,11 +26,11 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from freerock.identify import fit_run
+from freerock.identification.fit import fit_run
 from freerock.models.simulate import simulate_theta
-from freerock.motion import Motion
+from freerock.runs.motion import Motion
 from freerock.studies.speed_accuracy import HOUSNER, WINKLER
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 TABLE_2 = {  # parameters of configuration 2 [SI]
     foundation: {

@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from freerock.compare import epsilon_theta
-from freerock.identify import fit_run
-from freerock.models import MODELS, PAPER_MODELS
+from freerock.identification.choice import epsilon_theta
+from freerock.identification.fit import fit_run
+from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate_theta
-from freerock.motion import Motion
+from freerock.runs.motion import Motion
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, freerock
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 SAMPLING_HZ = 2000.0
 SIGMA_DEG = 0.01  # noise of the records the models are fitted to

@@ -14,14 +14,14 @@ import pandas as pd
 from scipy.optimize import least_squares, minimize_scalar
 
 from freerock.errors import FreerockError
-from freerock.identify import fit_run
+from freerock.identification.fit import fit_run
 from freerock.models.block import Block
-from freerock.models.limits import K_RANGE, RATIO_RANGE
+from freerock.models.laws import K_RANGE, RATIO_RANGE
 from freerock.models.simulate import DEBONDING, simulate_theta
-from freerock.motion import Motion
+from freerock.runs.motion import Motion
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, Solution, freerock
 from freerock.studies.speed_accuracy import WINKLER, cyrk_installed
-from freerock.twin import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
 
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")
 CONVERGED = 1e-6  # largest ε_θ against the reference

@@ -1,6 +1,6 @@
 """Writes tensionless.csv: configuration 3 on Aerstop under the tensionless rule, by SciPy's DOP853.
 
-The law is that of `freerock.models.foundation`, which the compiled integrator does not use.
+The law is that of `freerock.models.contact`, which the compiled integrator does not use.
 """
 
 import math
@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.foundation import accelerations, static_depth
+from freerock.models.contact import accelerations, static_depth
 
 BLOCK = Block(0.14, 0.07, 2.98)
 LAWS = {"winkler": (4.50e6, 4.05e4, 0.0), "hunt_crossley": (2.86e6, 0.0, 8.16e7)}

@@ -1,0 +1,154 @@
+"""Whether a campaign is ready: its configuration, record files, channels, calibrations and checksums.
+
+Record files are opened for their channels only, and nothing is computed.
+"""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from freerock.config.campaign import LaserSection, Record, Source, campaign_paths, read_campaign
+from freerock.errors import FreerockError
+from freerock.files import check_manifest, listed_checksums
+from freerock.units import Calibration, in_base_units, read_calibration
+from freerock.virtual_lab.truth import read_truth
+
+if TYPE_CHECKING:
+    from freerock.records.channels import Channel
+
+    Contents = dict[str, Channel] | FreerockError
+
+NAME_IT = "name one in the channel column of the campaign's CSV"
+
+
+def check_config(
+    path: str | Path = "config/config.yaml", campaign: str | None = None
+) -> tuple[list[str], list[FreerockError]]:
+    """Check the campaigns of a configuration, or one of them.
+
+    Parameters
+    ----------
+    path : path
+        The configuration file; campaigns lie in the folder `campaigns` beside it.
+    campaign : str, optional
+        Name of the one campaign, or path of its YAML file.
+
+    Returns
+    -------
+    sound : list of str
+        A line for each campaign without a problem.
+    problems : list of FreerockError
+        All problems of all files.
+    """
+    problems: list[FreerockError] = []
+    if campaign is not None and campaign.endswith((".yaml", ".yml")):
+        paths = [Path(campaign)]
+    else:
+        paths = campaign_paths(path, None if campaign is None else [campaign], problems)
+    sound = []
+    for each in paths:
+        source = read_campaign(each)
+        found = [*source.problems, *check_files(source)]
+        problems += found
+        if not found and source.campaign:
+            parts = [("records", source.records), ("blocks", source.campaign.blocks)]
+            parts += [("foundations", source.campaign.foundations)]
+            sound.append(f"{each.stem}: {', '.join(f'{len(held)} {what}' for what, held in parts)}")
+    return sound, problems
+
+
+def check_files(source: Source) -> Iterator[FreerockError]:
+    """Problems of the files that a campaign names, and of its manifest."""
+    if not Path(source.raw).is_dir():
+        yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
+        return
+    yield from _manifest(source.raw)
+    tables: dict[str, Calibration] = {}
+    for name, laser in source.lasers.items():
+        if laser.calibration:
+            try:
+                tables[name] = read_calibration(Path(source.raw, laser.calibration))
+            except FreerockError as error:
+                yield _at(source.where("lasers", name, "calibration"), error)
+    if source.campaign and source.campaign.truth:
+        try:
+            read_truth(Path(source.raw, source.campaign.truth))
+        except FreerockError as error:
+            yield _at(source.where("truth"), error)
+    csv = source.path.with_suffix(".csv")
+    contents: dict[Path, Contents] = {}
+    for line, record in source.records:
+        path = Path(source.raw, record.file)
+        if path not in contents:
+            contents[path] = _contents(path)
+        yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
+
+
+def _manifest(raw: str) -> Iterator[FreerockError]:
+    try:
+        listed: Iterable[str] = listed_checksums(raw)
+    except FreerockError as error:
+        yield error
+        return
+    for file in listed:
+        try:
+            check_manifest(raw, [file])
+        except FreerockError as error:
+            yield error
+
+
+def _contents(path: Path) -> "Contents":
+    """The channels of a record file, or why they can't be listed."""
+    from freerock.records import list_channels
+
+    try:
+        return list_channels(path)
+    except FreerockError as error:
+        return error
+
+
+def _record(
+    where: str,
+    path: Path,
+    contents: "Contents",
+    record: Record,
+    lasers: dict[str, LaserSection],
+    tables: dict[str, Calibration],
+) -> Iterator[FreerockError]:
+    from freerock.records.channels import chosen, listed
+
+    if isinstance(contents, FreerockError):
+        yield _at(f"{where}: file", contents)
+        return
+    for channel, name in zip(record.channels, record.lasers, strict=False):
+        try:
+            found = chosen(path, contents, channel or None)
+        except FreerockError as error:
+            yield _at(f"{where}: channel", error)
+            continue
+        if len(found) > 1:
+            yield FreerockError(f"{where}: channel", f"{path}: has the channels {listed(found)}", NAME_IT)
+            continue
+        (unit,) = (each.units for each in found.values())
+        if name in lasers:
+            yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
+
+
+def _unit(where: str, stated: str, laser: LaserSection, table: Calibration | None) -> Iterator[FreerockError]:
+    try:
+        _, quantity = in_base_units([], laser.units, stated)
+    except FreerockError as error:
+        yield _at(where, error)
+        return
+    if quantity not in ("voltage", "current"):
+        return
+    if not (laser.range_m or laser.sensitivity_per_mm or laser.calibration):
+        remedy = "give one of range_m, sensitivity_per_mm, calibration to the laser"
+        yield FreerockError(where, f"a {quantity} has no scale", remedy)
+    if table and table.quantity != quantity:
+        what = f"the calibration table is of a {table.quantity}, the channel of a {quantity}"
+        yield FreerockError(where, what, "give the table of this sensor")
+
+
+def _at(where: str, error: FreerockError) -> FreerockError:
+    return FreerockError(where, f"{error.where}: {error.what}", error.remedy)

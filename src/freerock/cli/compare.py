@@ -1,0 +1,223 @@
+"""What changed between two analyses: parameters with their uncertainties, choices, products, provenance."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from freerock.errors import FreerockError
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.tables.tidy import quantity, read_csv, with_unit
+
+KEY = ["test", "run", "model", "parameter"]
+COLUMNS = [*KEY, "unit", "value_a", "stderr_a", "value_b", "stderr_b", "difference", "difference_percent"]
+COLUMNS += ["stderr", "ratio", "same_record", "verdict"]
+SAME_RECORD = 1.0  # standard errors by which values from the same record may differ
+OTHER_RECORD = 2.0  # combined standard errors by which values from two records may differ
+UNCOMPARED = ("logs", "benchmarks")
+
+JUDGED = f"""\
+How a difference is judged: two values from the same record file carry the same noise, so that their standard
+errors are correlated and must not be combined; more than {SAME_RECORD:g} standard error (the larger of
+the two) is a change, made by settings or software. Values from two record files have independent errors: the
+difference is taken over the combined standard error, and more than {OTHER_RECORD:g} of it is a change."""
+
+
+class Comparison(NamedTuple):
+    """What `compare_results` finds; a and b are the two folders."""
+
+    parameters: pd.DataFrame
+    outcomes: pd.DataFrame
+    only_a: list
+    only_b: list
+    provenance: pd.DataFrame
+
+
+def compare_results(a, b) -> Comparison:
+    """Compare the products of two analyses.
+
+    Parameters
+    ----------
+    a, b : path-like
+        Results of a campaign, as `results/palermo_virtual`.
+
+    Returns
+    -------
+    Comparison
+        parameters: a row per parameter that either has, columns `COLUMNS`; ratio is the difference over
+        stderr, verdict one of "identical", "within", "changed", "failed" (a fit that may not be used),
+        "only a", "only b". outcomes: test, run, what ("verdict" of a run or "model" that it needs), a, b;
+        those that differ. only_a, only_b: products that the other lacks. provenance: what, a, b; those that
+        differ of inputs, configuration, software and code.
+
+    Raises
+    ------
+    FreerockError
+        A folder holds no results of a campaign.
+    """
+    a, b = Path(a), Path(b)
+    made_by = [_provenance(folder) for folder in (a, b)]
+    files = [_products(folder) for folder in (a, b)]
+    return Comparison(
+        _parameters(
+            [_table(folder, "parameters") for folder in (a, b)], [_checksums(each) for each in made_by]
+        ),
+        pd.concat(
+            [_outcomes(a, b, "runs", "verdict"), _outcomes(a, b, "choice", "model")], ignore_index=True
+        ),
+        sorted(files[0] - files[1]),
+        sorted(files[1] - files[0]),
+        _differences(*map(_settings, made_by)),
+    )
+
+
+def comparison_text(found, a, b) -> str:
+    """What a comparison prints: only what differs, and how it was judged."""
+    frame = found.parameters
+    counts = ", ".join(f"{n} {verdict}" for verdict, n in frame["verdict"].value_counts(sort=False).items())
+    parts = [f"a: {a}\nb: {b}", f"Parameters: {counts or 'none'}."]
+    told = frame[~frame["verdict"].isin(["identical", "within"])]
+    if len(told):
+        parts.append(_aligned(_parameter_cells(told)))
+    if not frame["verdict"].isin(["identical"]).all():
+        parts.append(JUDGED)
+    outcomes = [(row.test, row.run, row.what, f"{row.a} → {row.b}") for row in found.outcomes.itertuples()]
+    if outcomes:
+        parts.append("Verdicts and models needed:\n" + _aligned(outcomes))
+    for name, products in (("a", found.only_a), ("b", found.only_b)):
+        if products:
+            parts.append(f"Products of {name} alone:\n" + _aligned([(product,) for product in products]))
+    if len(found.provenance):
+        rows = [(row.what, f"{row.a} → {row.b}") for row in found.provenance.itertuples()]
+        parts.append("Made from or by something else:\n" + _aligned(rows))
+    else:
+        parts.append("Made from the same inputs, by the same configuration and software.")
+    return "\n\n".join(parts)
+
+
+def _table(folder, name) -> pd.DataFrame:
+    path = folder / f"tables/{name}.csv"
+    if not path.is_file():
+        raise FreerockError(path, "there is no such table", "name the results of a campaign, as results/NAME")
+    return read_csv(path)
+
+
+def _provenance(folder) -> dict:
+    path = folder / "provenance.json"
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        what = (
+            "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        )
+        raise FreerockError(path, what, "name the results of a campaign, as results/NAME") from error
+
+
+def _products(folder) -> set:
+    inside = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    return {path.as_posix() for path in inside if path.parts[0] not in UNCOMPARED}
+
+
+def _settings(made_by) -> dict:
+    """All of a provenance by dotted key, records by their test instead of their place in the list."""
+    records = {each["test"]: each for each in made_by["config"]["records"]}
+    by_name = made_by | {"config": made_by["config"] | {"records": records}}
+    return {".".join(key): value for key, value in _flat(by_name)}
+
+
+def _checksums(made_by) -> dict:
+    """Checksum of the record file by test."""
+    config = made_by["config"]
+    paths = {each["test"]: f"{config['raw']}/{each['file']}" for each in config["records"]}
+    return {test: made_by["inputs"].get(path, "") for test, path in paths.items()}
+
+
+def _parameters(frames, checksums) -> pd.DataFrame:
+    kept = [frame[[*KEY, "unit", "value", "stderr", "success"]] for frame in frames]
+    frame = kept[0].merge(kept[1], on=[*KEY, "unit"], how="outer", suffixes=("_a", "_b"), sort=False)
+    same = [checksums[0].get(test, "a") == checksums[1].get(test, "b") for test in frame["test"]]
+    difference = frame["value_b"] - frame["value_a"]
+    larger = frame[["stderr_a", "stderr_b"]].max(axis=1, skipna=False)
+    stderr = np.where(same, larger, np.hypot(frame["stderr_a"], frame["stderr_b"]))
+    frame = frame.assign(
+        difference=difference,
+        difference_percent=100 * difference / frame["value_a"].abs(),
+        stderr=stderr,
+        ratio=difference / stderr,
+        same_record=np.array(same, bool),
+    )
+    return frame.assign(verdict=[_verdict(row) for row in frame.itertuples()])[COLUMNS]
+
+
+def _equal(a, b) -> bool:
+    return a == b or (math.isnan(a) and math.isnan(b))
+
+
+def _verdict(row) -> str:
+    if pd.isna(row.value_a) or pd.isna(row.value_b):
+        return "only b" if pd.isna(row.value_a) else "only a"
+    if (
+        _equal(row.value_a, row.value_b)
+        and _equal(row.stderr_a, row.stderr_b)
+        and row.success_a == row.success_b
+    ):
+        return "identical"
+    if row.success_a and row.success_b:
+        return "within" if abs(row.ratio) <= (SAME_RECORD if row.same_record else OTHER_RECORD) else "changed"
+    return "failed"
+
+
+def _outcomes(a, b, table, what) -> pd.DataFrame:
+    key = ["test", "run"]
+    frames = [
+        _table(folder, table)[[*key, what]].rename(columns={what: name})
+        for folder, name in ((a, "a"), (b, "b"))
+    ]
+    frame = frames[0].merge(frames[1], on=key, how="outer").fillna("–")
+    return frame[frame["a"] != frame["b"]].assign(what=what)[[*key, "what", "a", "b"]]
+
+
+def _differences(a, b) -> pd.DataFrame:
+    names = dict.fromkeys([*a, *b])
+    rows = [
+        (name, a.get(name, "–"), b.get(name, "–")) for name in names if a.get(name, "–") != b.get(name, "–")
+    ]
+    return pd.DataFrame(rows, columns=["what", "a", "b"])
+
+
+def _flat(value, key=()):
+    """Nested mappings and lists as pairs of a key's parts and text."""
+    inner = (
+        value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
+    )
+    if inner is None:
+        yield key, str(value)
+    else:
+        for name, each in inner:
+            yield from _flat(each, (*key, str(name)))
+
+
+def _parameter_cells(frame) -> list:
+    cells = [("record", "run", "model", "parameter", "a", "b", "b − a / %", "over s.e.", "")]
+    for row in frame.itertuples():
+        kind, _, number = row.parameter.partition("_")
+        cells.append(
+            (
+                *(row.test, row.run, MODEL_LABELS[row.model]),
+                with_unit(SYMBOLS[kind] + (f"_{number}" if number else ""), row.unit),
+                *(quantity(row.value_a, row.stderr_a), quantity(row.value_b, row.stderr_b)),
+                *(quantity(row.difference_percent), quantity(row.ratio), row.verdict),
+            )
+        )
+    return cells
+
+
+def _aligned(rows) -> str:
+    """Rows of text as columns."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
+    return "\n".join(f"  {line.rstrip()}" for line in lines)

@@ -1,0 +1,162 @@
+"""What is in a record file, channel by channel, before anything is known about it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.files import sha256
+from freerock.records import list_channels, read_record
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class ChannelLook:
+    """A channel in short, or why it can't be read.
+
+    Parameters
+    ----------
+    name, units : str
+        As the file states them.
+    n_samples, n_missing : int
+        Samples, and those of them that are no number.
+    start_s, rate_hz : float
+        First instant [s] and sampling rate [Hz].
+    low, high : float
+        Extremes [units], NaN without any number.
+    time_s, values : ndarray, shape (n_drawn,)
+        Samples that show the course: the extremes of each of some hundreds of stretches.
+    told : tuple of str
+        What the reader found out by itself.
+    fault : str
+        Why the channel can't be read, and what to do; "" where it can.
+    """
+
+    name: str
+    units: str
+    n_samples: int = 0
+    n_missing: int = 0
+    start_s: float = math.nan
+    rate_hz: float = math.nan
+    low: float = math.nan
+    high: float = math.nan
+    time_s: "NDArray[np.float64] | None" = None
+    values: "NDArray[np.float64] | None" = None
+    told: tuple[str, ...] = ()
+    fault: str = ""
+
+    @property
+    def duration_s(self) -> float:
+        """Number of samples over the sampling rate [s]."""
+        return self.n_samples / self.rate_hz
+
+
+@dataclass(frozen=True)
+class RecordLook:
+    """A record file: its name, checksum, format and channels."""
+
+    path: Path
+    sha256: str
+    n_bytes: int
+    format: str
+    channels: tuple[ChannelLook, ...]
+
+    @property
+    def readable(self) -> tuple[ChannelLook, ...]:
+        """The channels that can be read."""
+        return tuple(channel for channel in self.channels if not channel.fault)
+
+
+def look_into(path: str | Path) -> RecordLook:
+    """Read every channel of a record file, each for itself.
+
+    Raises
+    ------
+    FreerockError
+        The file can't be read at all, see `freerock.records.read_record`.
+    """
+    path, kind, channels = Path(path), "", list[ChannelLook]()
+    for name, listed in list_channels(path).items():
+        try:
+            record = read_record(path, name)
+        except FreerockError as error:
+            channels.append(ChannelLook(name, listed.units, fault=f"{error.what}; {error.remedy}"))
+            continue
+        kind = record.attrs["format"]
+        channels.append(_in_short(name, record))
+    return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
+
+
+def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
+    """The one channel of a dataset, in short."""
+    from freerock.figures.style import extremes
+
+    (signal,), times = record.data_vars.values(), record["time"].values
+    values = signal.values
+    known, drawn = values[np.isfinite(values)], extremes(values)
+    return ChannelLook(
+        name,
+        str(signal.attrs["units"]),
+        n_samples=values.size,
+        n_missing=values.size - known.size,
+        start_s=float(times[0]),
+        rate_hz=float(record.attrs["sampling_rate_hz"]),
+        low=float(known.min()) if known.size else math.nan,
+        high=float(known.max()) if known.size else math.nan,
+        time_s=times[drawn],
+        values=values[drawn],
+        told=tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs),
+    )
+
+
+def look_text(look: RecordLook) -> str:
+    """A record as printed: the file, a line per channel, and what the reader found out."""
+    head = f"{look.path}: {look.format or 'no readable channel'}, {look.n_bytes} bytes"
+    lines = [head, f"sha256 {look.sha256}", ""]
+    rows = [("channel", "unit", "rate", "duration", "from", "to", "missing")]
+    for channel in look.readable:
+        rate, duration = f"{channel.rate_hz:g} Hz", f"{channel.duration_s:.3f} s"
+        low, high = (f"{bound:.6g}" for bound in (channel.low, channel.high))
+        rows.append((channel.name, channel.units or "–", rate, duration, low, high, str(channel.n_missing)))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
+    lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
+    told = dict.fromkeys(text for channel in look.readable for text in channel.told)
+    return "\n".join([*lines, *told])
+
+
+def quick_look(looks: Sequence[RecordLook]) -> "Figure":
+    """A panel per readable channel over time."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    from freerock.figures.style import styled
+
+    panels = [(look, channel) for look in looks for channel in look.readable]
+    with styled(), rc_context({"text.parse_math": False}):  # a $ in a name is a $
+        figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
+        axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
+        for ax, (look, channel) in zip(axes, panels, strict=False):
+            ax.plot(channel.time_s, channel.values, color="black", linewidth=0.7)
+            ax.set_title(look.path.name, loc="left")
+            ax.set_ylabel(f"{channel.name} / {channel.units or '?'}")
+        axes[-1].set_xlabel("time / s")
+    return figure
+
+
+def save_picture(figure: "Figure", path: Path) -> None:
+    """Write a figure as PNG, the same bytes each time."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    from freerock.files import atomic
+
+    with atomic(path) as partial:
+        FigureCanvasAgg(figure).print_png(partial, metadata={"Software": None})

@@ -1,0 +1,253 @@
+"""A campaign begun from a folder of record files: its two configuration files and its raw folder.
+
+What the files tell is written down; what only the laboratory knows is marked FILL_IN, which is refused until
+it is filled in. Records are copied, never linked, so that nothing that happens to the folder they came from
+changes a result; each copy is compared with its original by checksum.
+"""
+
+import csv
+import io
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from freerock.cli.inspect import ChannelLook, RecordLook, look_into, quick_look, save_picture
+from freerock.config.campaign import FILL_IN, NAME, RESERVED, Record
+from freerock.errors import FreerockError
+from freerock.files import sha256, write_manifest
+from freerock.records import READERS
+from freerock.units import UNITS, understood
+
+MANIFEST = "manifest.csv"
+MOST_PANELS = 24
+SENSORS = {  # what a sensor of each quantity needs: keys and their meaning
+    "voltage": "beam: {fill}, position_m: {fill}, range_m: {fill}",
+    "current": "beam: {fill}, position_m: {fill}, range_m: {fill}",
+    "displacement": "beam: {fill}, position_m: {fill}",
+    "rotation": "units: {unit}",
+    "": "units: {fill}, beam: {fill}, position_m: {fill}, range_m: {fill}",
+}
+
+
+@dataclass(frozen=True)
+class NewCampaign:
+    """What was written, and what was found in the folder."""
+
+    yaml: Path
+    csv: Path
+    raw: Path
+    picture: Path
+    looks: tuple[RecordLook, ...]
+    refused: tuple[FreerockError, ...]
+
+
+def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCampaign:
+    """Copy the records of a folder to raw/NAME, and write config/campaigns/NAME.yaml and .csv.
+
+    Parameters
+    ----------
+    name : str
+        Letters, digits and _.
+    folder : path
+        Holds the record files; its subfolders are not searched. It may be raw/NAME itself.
+    root : path
+        The project folder, with config/ and raw/.
+
+    Returns
+    -------
+    NewCampaign
+
+    Raises
+    ------
+    FreerockError
+        The name can't be used, something of that name exists already, or no record can be read.
+    """
+    folder, root = Path(folder), Path(root)
+    if not re.fullmatch(NAME, name):
+        raise FreerockError(name, "is not a name", "use letters, digits and _ only")
+    if name in RESERVED:
+        raise FreerockError(name, f"names {RESERVED[name]}", "choose another name")
+    if not folder.is_dir():
+        raise FreerockError(folder, "is no folder", "name the folder of the record files")
+    raw, yaml = root / "raw" / name, root / "config" / "campaigns" / f"{name}.yaml"
+    in_place = raw.is_dir() and raw.samefile(folder)
+    for path in (yaml, yaml.with_suffix(".csv"), *(() if in_place else (raw,))):
+        if path.exists():
+            raise FreerockError(path, "exists already", "choose another name, or move it away first")
+    looks, refused = _look_through(folder)
+    if not looks:
+        remedy = refused[0].remedy if refused else f"put files of {', '.join(READERS)} there"
+        told = f": {refused[0].where}: {refused[0].what}" if refused else ""
+        raise FreerockError(folder, f"holds no record that can be read{told}", remedy)
+
+    picture = root / "results" / name / "quick_look.png"
+    save_picture(quick_look(_first_panels(looks)), picture)
+    files = [look.path.name for look in looks]
+    if not in_place:
+        _copy(looks, raw)
+    if not (raw / MANIFEST).exists():
+        write_manifest(raw, files)
+    yaml.parent.mkdir(parents=True, exist_ok=True)
+    sensors = _sensors(looks)
+    _write(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
+    _write(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
+    return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused))
+
+
+def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
+    looks: list[RecordLook] = []
+    refused: list[FreerockError] = []
+    for path in sorted(folder.iterdir()):
+        if path.suffix.lower() not in READERS or path.name == MANIFEST or not path.is_file():
+            continue
+        try:
+            look = look_into(path)
+        except FreerockError as error:
+            refused.append(error)
+            continue
+        if look.readable:
+            looks.append(look)
+        else:
+            channel = look.channels[0]
+            what, _, remedy = channel.fault.rpartition("; ")
+            refused.append(FreerockError(f"{path}: {channel.name}", what, remedy))
+    return looks, refused
+
+
+def _first_panels(looks: Sequence[RecordLook]) -> list[RecordLook]:
+    kept: list[RecordLook] = []
+    panels = 0
+    for look in looks:
+        panels += len(look.readable)
+        if kept and panels > MOST_PANELS:
+            break
+        kept.append(look)
+    return kept
+
+
+def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
+    """Copies of record files, all or none."""
+    raw.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f".{raw.name}.partial", dir=raw.parent))
+    try:
+        for look in looks:
+            copy = partial / look.path.name
+            shutil.copyfile(look.path, copy)
+            if sha256(copy) != look.sha256:
+                raise FreerockError(look.path, "changed while it was copied", "copy it when it is complete")
+        partial.chmod(0o755)
+        os.replace(partial, raw)
+    except OSError as error:
+        raise FreerockError(raw, f"can't be written: {error.strerror}", "check space and rights") from error
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _write(path: Path, text: str) -> None:
+    from freerock.files import atomic
+
+    with atomic(path) as partial:
+        Path(partial).write_text(text, encoding="utf-8")
+
+
+def _quantity(channel: ChannelLook) -> str:
+    unit = understood(channel.units)
+    return UNITS[unit][0] if unit else ""
+
+
+def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:
+    """The channels that may be the sensor's: those whose unit is one of a sensor, else all."""
+    known = tuple(channel for channel in look.readable if _quantity(channel))
+    return known or look.readable
+
+
+def _sensors(looks: Sequence[RecordLook]) -> dict[tuple[str, str], str]:
+    """Name of a laser for each quantity and unit that the records' sensors have."""
+    kinds = [_kind(channel) for look in looks for channel in _proposed(look)]
+    return {kind: f"laser{number}" for number, kind in enumerate(dict.fromkeys(kinds), 1)}
+
+
+def _kind(channel: ChannelLook) -> tuple[str, str]:
+    quantity = _quantity(channel)
+    return quantity, (understood(channel.units) or "") if quantity == "rotation" else ""
+
+
+def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) -> str:
+    lasers = []
+    for (quantity, unit), laser in sensors.items():
+        keys = SENSORS[quantity].format(fill=FILL_IN, unit=unit)
+        lasers.append(f"  {laser}: {{{keys}}}  # {quantity or 'the files state no unit'}")
+    return f"""\
+# yaml-language-server: $schema=../campaign.schema.json
+# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` tells what is left.
+# All keys are explained in config/README.md. What the records look like: {picture.as_posix()}
+
+title: {FILL_IN}  # of the campaign, as printed in the report
+origin: {FILL_IN}  # measured or simulated
+# institution:    # the laboratory
+# summary:        # what was tested, how and why
+
+# One line per block. Rename block1 as you like, here and in {name}.csv; copy the line for further blocks.
+blocks:
+  block1: {{height_m: {FILL_IN}, width_m: {FILL_IN}, mass_kg: {FILL_IN}}}
+
+# One line per foundation, likewise.
+foundations:
+  foundation1: {{}}
+
+# Where each sensor's beam meets the block. beam: horizontal (a side face; position_m is its height above the
+# base) or vertical (the top; position_m is its distance to the right of the centre line). range_m is the
+# measuring range, from 0 to 10 V or from 4 to 20 mA. If the output falls with the distance, add sign: -1.
+lasers:
+{chr(10).join(lasers)}
+"""
+
+
+def _csv_text(
+    name: str,
+    looks: Sequence[RecordLook],
+    refused: Sequence[FreerockError],
+    sensors: dict[tuple[str, str], str],
+) -> str:
+    out = io.StringIO()
+    rows = csv.writer(out, lineterminator="\n")
+    rows.writerow(Record.model_fields)
+    taken: set[str] = set()
+    for look in looks:
+        among = _proposed(look)
+        out.write(_comment(f"{look.path.name}: {', '.join(map(_told, look.readable))}"))
+        if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
+            tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
+        else:
+            channel = "" if len(look.readable) == 1 else among[0].name if len(among) == 1 else FILL_IN
+            tests = [(look.path.stem, channel, among[0])]
+        for test, channel, each in tests:
+            names = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]
+            rows.writerow([*names, sensors[_kind(each)], "", "", "", ""])
+    for error in refused:
+        out.write(_comment(f"left out: {error}"))
+    return out.getvalue()
+
+
+def _comment(text: str) -> str:
+    """A line of its own, whatever the names in it hold."""
+    return f"# {' '.join(text.split())}\n"
+
+
+def _told(channel: ChannelLook) -> str:
+    unit = channel.units or "no unit"
+    return f"{channel.name} ({unit}, {channel.rate_hz:g} Hz, {channel.duration_s:.1f} s)"
+
+
+def _test_name(stem: str, taken: set[str]) -> str:
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_") or "test"
+    name, number = plain, 1
+    while name.casefold() in taken:
+        number += 1
+        name = f"{plain}_{number}"
+    taken.add(name.casefold())
+    return name

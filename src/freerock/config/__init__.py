@@ -1,0 +1,1 @@
+"""Configuration: YAML and CSV files in, checked campaigns and scenes out."""

@@ -1,0 +1,80 @@
+"""What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from freerock.config.campaign import Campaign, Record, Section
+
+Settings = dict[str, Any]
+
+
+def plain(section: Section, *without: str) -> Settings:
+    """A section as numbers and texts, in the order of its fields, without some of them."""
+    return section.model_dump(mode="json", exclude={*without})
+
+
+def geometry(campaign: Campaign, record: Record) -> Settings:
+    """The block of a record, as `freerock.models.block.Block` takes it."""
+    return plain(campaign.blocks[record.block], "label", "release_angle_deg")
+
+
+def record_settings(
+    campaign: Campaign, records: Sequence[Record], checksums: Mapping[str, str]
+) -> tuple[Settings, Settings]:
+    """What `freerock.jobs.record.make_record` needs: of each record by its test, and of all alike.
+
+    checksums are those of the campaign's manifest by file: renewed there, a record is processed again.
+    """
+    own = {
+        record.test: {
+            "file": record.file,
+            "sha256": checksums.get(record.file, ""),
+            "channels": list(record.channels),
+            "attributes": campaign.attributes(record),
+            "block": geometry(campaign, record),
+            "lasers": [plain(campaign.lasers[name]) for name in record.lasers],
+            "overrides": record.overrides,
+            "exclusions": record.exclusions,
+            "excluded": record.reason if record.excluded else "",
+        }
+        for record in records
+    }
+    processing = campaign.processing
+    return own, {
+        "raw": campaign.raw,
+        "rotation": plain(processing.rotation),
+        "runs": plain(processing.runs),
+        "impacts": plain(processing.impacts),
+    }
+
+
+def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
+    """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
+    own = {
+        record.test: {"attributes": campaign.attributes(record), "block": geometry(campaign, record)}
+        for record in records
+    }
+    return own, {
+        "models": list(campaign.fits.models),
+        "free": {model: list(free) for model, free in campaign.fits.freed.items()},
+        "pooled": campaign.fits.pooled,
+        "options": plain(campaign.fits, "models", "free", "paper_mode", "pooled"),
+        "impacts": plain(campaign.processing.impacts),
+    }
+
+
+def geometries(campaign: Campaign) -> Settings:
+    """The blocks by name, as `freerock.models.block.Block` takes them."""
+    return {name: plain(each, "label", "release_angle_deg") for name, each in campaign.blocks.items()}
+
+
+def release_angles(campaign: Campaign) -> dict[str, float]:
+    """Nominal release angle [degree] of each block that has one."""
+    angles = {name: section.release_angle_deg for name, section in campaign.blocks.items()}
+    return {name: angle for name, angle in angles.items() if angle}
+
+
+def labels(campaign: Campaign) -> dict[str, str]:
+    """Printed names of the blocks and foundations."""
+    printed = {name: block.label for name, block in campaign.blocks.items()}
+    return printed | {name: foundation.label for name, foundation in campaign.foundations.items()}

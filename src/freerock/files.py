@@ -1,0 +1,163 @@
+"""Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes.
+
+`python -m freerock.files raw/NAME` lists the files that are there now, after a change that is meant, but
+for hidden ones.
+"""
+
+import csv
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from freerock.errors import FreerockError
+
+COLUMNS = ["file", "sha256", "bytes"]
+
+
+@contextmanager
+def atomic(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path` and rename it to `path` at the end; on an error leave nothing.
+
+    Raises
+    ------
+    FreerockError
+        The file or its folder can't be written.
+    """
+    path = Path(path)
+    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield partial
+        with open(partial, "rb") as written:
+            os.fsync(written.fileno())  # a power cut after the renaming leaves no empty file
+        os.replace(partial, path)
+    except OSError as error:
+        remedy = "free some space or allow writing to the folder"
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", remedy) from error
+    finally:
+        with suppress(OSError):
+            partial.unlink()
+
+
+def write_json(path: str | Path, data: Mapping) -> None:
+    """Write sorted, indented JSON."""
+    with atomic(path) as partial:
+        text = json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False)
+        partial.write_text(text + "\n", encoding="utf-8")
+
+
+def write_text(path, text):
+    """Write a text, replacing the file in one step."""
+    with atomic(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+def sha256(path: str | Path) -> str:
+    """SHA-256 of a file, hexadecimal; FreerockError where it can't be read."""
+    try:
+        with open(path, "rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise FreerockError(
+            path, f"can't be read: {error.strerror}", "check the file and its rights"
+        ) from error
+
+
+def listed_checksums(folder: str | Path) -> dict[str, str]:
+    """SHA-256 by file as manifest.csv of a folder lists them; empty without a manifest.
+
+    Raises
+    ------
+    FreerockError
+        The manifest can't be read, has other columns, or lacks a checksum.
+    """
+    manifest = Path(folder) / "manifest.csv"
+    if not manifest.exists():
+        return {}
+    try:
+        with open(manifest, newline="", encoding="utf-8-sig") as stream:
+            rows = csv.DictReader(stream)
+            columns, listed = rows.fieldnames or (), list(rows)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise FreerockError(manifest, f"can't be read ({error})", "save it as CSV in UTF-8") from error
+    if not {"file", "sha256"} <= set(columns):
+        raise FreerockError(manifest, "has no columns file and sha256", f"write {','.join(COLUMNS)} first")
+    for row in listed:
+        if not row["sha256"]:
+            raise FreerockError(manifest, f"lists no sha256 of {row['file']}", "write the manifest again")
+    return {row["file"]: row["sha256"] for row in listed}
+
+
+def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:
+    """Refuse raw files that are no longer what manifest.csv says; without a manifest nothing is refused.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the raw files and of manifest.csv.
+    files : iterable of str, optional
+        Files to check, relative to the folder; one that is not listed passes. Left out, all listed files.
+
+    Raises
+    ------
+    FreerockError
+        A file is missing or has another checksum; the manifest has other columns.
+    """
+    folder = Path(folder)
+    listed = listed_checksums(folder)
+    for file in listed if files is None else files:
+        if file not in listed:
+            continue
+        check_file(folder, file, listed[file])
+
+
+def check_file(folder: str | Path, file: str, listed: str) -> None:
+    """Refuse a raw file whose SHA-256 is not the one listed; raises as `check_manifest`."""
+    path, manifest = Path(folder, file), Path(folder, "manifest.csv")
+    if not path.is_file():
+        raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
+    found = sha256(path)
+    if found != listed.casefold():
+        raise FreerockError(
+            path,
+            f"has the sha256 {found}, {manifest} lists {listed}",
+            "restore the file, or renew the manifest if the change is meant",
+        )
+
+
+def raw_files(folder: Path) -> list[str]:
+    """Files in a folder and its subfolders, relative to it, without its manifest and hidden ones."""
+    found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
+    shown = (file.as_posix() for file in found if not any(part.startswith(".") for part in file.parts))
+    return [file for file in shown if file != "manifest.csv"]
+
+
+def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
+    """Write manifest.csv for files of a folder, named relative to it; returns its path."""
+    folder = Path(folder)
+    manifest = folder / "manifest.csv"
+    rows = [[file, sha256(folder / file), (folder / file).stat().st_size] for file in sorted(files)]
+    with atomic(manifest) as partial, open(partial, "w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])
+    return manifest
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Renew the manifest of the folder given on the command line; returns the exit code."""
+    try:
+        if len(arguments) != 1 or not Path(arguments[0]).is_dir():
+            raise FreerockError("freerock.files", "no folder given", "name one, as raw/palermo_virtual")
+        folder = Path(arguments[0])
+        print(write_manifest(folder, raw_files(folder)))
+    except FreerockError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

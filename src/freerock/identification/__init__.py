@@ -1,0 +1,1 @@
+"""Runs to parameters, and to the law they need."""

@@ -1,0 +1,1 @@
+"""Datasets: netCDF in and out, names of variables, provenance."""

@@ -1,0 +1,103 @@
+"""Record files: one reader per format behind `read_record`."""
+
+import warnings
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from freerock.errors import FreerockError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from freerock.records.channels import Channel
+
+# Suffix: module of this package with a function read(path, channel) and the name of its format.
+READERS = {
+    ".tdms": "tdms",
+    ".lvm": "lvm",
+    ".mat": "mat",
+    ".csv": "text",
+    ".tsv": "text",
+    ".txt": "text",
+    ".xlsx": "excel",
+    ".xlsm": "excel",
+    ".h5": "hdf5",
+    ".hdf5": "hdf5",
+    ".nc": "hdf5",
+}
+
+
+def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
+    """Read a record file.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its suffix tells the format.
+    channel : str, optional
+        Read only this channel, named "channel" or "group/channel"; by default all channels that are numbers,
+        provided that they share one time base.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over dimension time [s], from the file's own start offset (0 when it gives none): one variable per
+        channel, with attribute units as the file states it ("" when it doesn't). Attributes: format,
+        sampling_rate_hz and, where there is something to tell: start_time (ISO 8601, with Z for UTC where the
+        file states the zone), reading (what was found out about the file: delimiter, decimal comma, column of
+        time), time_base (faults of the time stamps and how they were handled, see `timebase`).
+
+    Raises
+    ------
+    FreerockError
+        A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
+        bases; no sampling rate; time stamps that no even grid fits. Nothing else leaves this function.
+    """
+    record: xr.Dataset = _read(path, channel or None)
+    return record
+
+
+def list_channels(path: str | Path) -> "dict[str, Channel]":
+    """The channels of a record file, without reading their samples where the format allows it.
+
+    Parameters
+    ----------
+    path : path-like
+        The file; its suffix tells the format.
+
+    Returns
+    -------
+    dict of str to freerock.records.channels.Channel
+        By the names that `read_record` takes; `clock` is a text where a channel can't be read, and says why.
+
+    Raises
+    ------
+    FreerockError
+        As of `read_record`, as far as the samples need not be read.
+    """
+    from freerock.records.channels import NAMES_ONLY
+
+    names: dict[str, Channel] = _read(path, NAMES_ONLY)
+    return names
+
+
+def _read(path: str | Path, channel: object) -> Any:
+    path = Path(path)
+    if not path.is_file():
+        raise FreerockError(
+            path, "no such file", "put it there, or correct the file column of the campaign's CSV"
+        )
+    if path.suffix.lower() not in READERS:
+        raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
+    if path.stat().st_size == 0:
+        raise FreerockError(path, "the file is empty", "copy it again from the acquisition computer")
+    reader = import_module(f"freerock.records.{READERS[path.suffix.lower()]}")
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            return reader.read(path, channel)
+    except FreerockError:
+        raise
+    except Exception as error:  # the libraries raise whatever damaged bytes lead them into
+        what = f"not a readable {reader.FORMAT} file ({type(error).__name__}: {str(error)[:200]})"
+        raise FreerockError(path, what, "copy it again from the acquisition computer") from error

@@ -1,0 +1,168 @@
+"""HDF5 and netCDF records, this project's own among them; HDF5 through h5py, classic netCDF through scipy.
+
+Nothing outside the file is read: external links, external storage and virtual datasets are passed over.
+"""
+
+import signal
+import subprocess
+import sys
+from math import prod
+
+import h5py
+import numpy as np
+from scipy.io import netcdf_file
+
+from freerock.errors import FreerockError
+from freerock.records import hdf5_walk
+from freerock.records.channels import (
+    COPY_AGAIN,
+    DENSEST,
+    LITTLE,
+    Channel,
+    Stamps,
+    check_declared,
+    dataset,
+    listed,
+)
+from freerock.records.headings import is_time, split_unit, stated_rate
+
+FORMAT = "HDF5"
+CLASSIC = b"CDF"
+WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
+
+
+def read(path, channel=None):
+    """Read an HDF5 or netCDF file; arguments, result and errors as of `freerock.records.read_record`.
+
+    Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
+    one above it; else an attribute of the channel, or an attribute or single number of these groups, states
+    the sampling rate (sampling_rate, fs, dt, …). Packed values (scale_factor, add_offset, _FillValue) are
+    unpacked.
+    """
+    with open(path, "rb") as file:
+        classic = file.read(3) == CLASSIC
+    if classic:
+        with netcdf_file(path, mmap=False) as file:
+            arrays = {name: v for name, v in file.variables.items() if v.data.dtype.kind in "iuf"}
+            attributes = {name: v._attributes for name, v in arrays.items()}
+            return _dataset(path, arrays, attributes | {"": file._attributes}, channel, "netCDF classic")
+    with opened(path) as file:
+        arrays = numeric_arrays(path, file)
+        above = {folder for name in arrays for folder in _above(name)}
+        attributes = {name: dict(file[name or "/"].attrs) for name in [*arrays, *above]}
+        return _dataset(path, arrays, attributes, channel, FORMAT)
+
+
+def numeric_arrays(path, file) -> dict:
+    """Datasets of real numbers by their paths in an HDF5 file, checked against the size of the file."""
+    found = {}
+
+    def look(name, item):
+        real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
+        if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
+            found[name] = item
+
+    file.visititems(look)
+    check_declared(path, sum(8.0 * prod(array.shape) for array in found.values()))
+    return found
+
+
+def opened(path):
+    """Open an HDF5 file for reading, after another process has gone through it and lived.
+
+    Damaged files can end HDF5's library in a segmentation fault, or keep it busy for ever.
+    """
+    size = path.stat().st_size
+    outcome = walked(str(path), WALK_S + size // WALKED_PER_S, max(DENSEST * size, LITTLE))
+    if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
+        raise MemoryError("the process that goes through the file was killed")
+    if outcome not in (0, 1):  # 1: an exception, which tells more when it is met here
+        raise FreerockError(path, "the file is damaged: HDF5's library does not survive it", COPY_AGAIN)
+    return h5py.File(path, locking=False)
+
+
+def walked(path: str, seconds: int, most_bytes: float) -> int:
+    """Exit code of a process that goes through a file."""
+    command = [sys.executable, "-P", hdf5_walk.__file__, path, str(seconds), str(most_bytes)]
+    return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False).returncode
+
+
+def _dataset(path, arrays, attributes, channel, kind):
+    """Dataset of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
+    vectors = [name for name, array in arrays.items() if len(array.shape) == 1 and array.shape[0] > 1]
+    single = {name: float(_values(arrays[name])) for name in arrays if prod(arrays[name].shape) == 1}
+    times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
+    channels, without, start = [], [], {}
+    for name in vectors:
+        if name in times.values():
+            continue
+        folders = _above(name)
+        time = next((times[folder] for folder in folders if folder in times), None)
+        if time:
+            unit = _text(attributes[time].get("units")) or split_unit(time.rpartition("/")[2])[1]
+            clock = Stamps(time, time, unit)
+            if arrays[name].shape != arrays[time].shape:
+                clock = f"has {arrays[name].shape[0]} samples, its time {arrays[time].shape[0]}"
+            start = start or _start_time(unit)
+        else:
+            beside = {name.rpartition("/")[2]: x for name, x in single.items() if _above(name)[0] in folders}
+            stated = [attributes[name], *(attributes[folder] for folder in folders), beside]
+            clock = next((rate for values in stated if (rate := stated_rate(path, _numbers(values)))), None)
+        if clock is None:
+            without.append(name)
+            continue
+        group, _, last = name.rpartition("/")
+        units = _text(attributes[name].get("units"))
+        channels.append(Channel(last, units, name, clock, group))
+    if not vectors:
+        raise FreerockError(path, "the file holds no vector of numbers", COPY_AGAIN)
+    if without and not channels:
+        what = f"no vector of time and no sampling rate (vectors: {listed(without)})"
+        raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
+
+    def read_columns(names):
+        return {name: _unpacked(_values(arrays[name]), attributes[name]) for name in names}
+
+    return dataset(path, channels, channel, read_columns, {"format": kind} | start)
+
+
+def _values(array):
+    return np.asarray(array[()] if array.shape == () else array[:], float)
+
+
+def _unpacked(values, attributes):
+    """Physical values of packed ones, as CF has it."""
+    fill = _numbers({name: attributes.get(name) for name in ("_FillValue", "missing_value")}).values()
+    for number in fill:
+        values[values == number] = np.nan
+    packing = _numbers({name: attributes.get(name) for name in ("scale_factor", "add_offset")})
+    return values * packing.get("scale_factor", 1.0) + packing.get("add_offset", 0.0)
+
+
+def _above(name):
+    """The groups above an array, the next one first."""
+    parts = name.split("/")[:-1]
+    return ["/".join(parts[:n]) for n in range(len(parts), -1, -1)]
+
+
+def _numbers(attributes):
+    """The attributes that are single numbers, or texts."""
+    found = {}
+    for name, value in attributes.items():
+        array = np.asarray(value)
+        if array.dtype.kind in "iuf" and array.size == 1:
+            found[name] = float(array.reshape(-1)[0])
+        elif array.dtype.kind in "SU":
+            found[name] = _text(value)
+    return found
+
+
+def _text(value):
+    value = np.asarray(value).reshape(-1)[0] if value is not None and np.size(value) else ""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def _start_time(unit):
+    """Start in a unit of time such as "seconds since 2017-05-01"; 1970 stands for an unknown one."""
+    _, since, start = unit.partition(" since ")
+    return {"start_time": start} if since and not start.startswith("1970-01-01") else {}

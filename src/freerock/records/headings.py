@@ -1,0 +1,273 @@
+"""Names, units, time and sampling rate as people write them in headings."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.records.channels import SECONDS, Channel, Even, Stamps
+
+UNITS = {
+    *(unit for unit in SECONDS if unit),
+    *[
+        "v",
+        "mv",
+        "volt",
+        "volts",
+        "a",
+        "ma",
+        "amp",
+        "amps",
+        "m",
+        "mm",
+        "cm",
+        "um",
+        "µm",
+        "rad",
+        "mrad",
+        "deg",
+    ],
+    *[
+        "°",
+        "degrees",
+        "radians",
+        "hz",
+        "khz",
+        "n",
+        "kn",
+        "g",
+        "m/s",
+        "m/s2",
+        "m/s^2",
+        "m/s²",
+        "rad/s",
+        "-",
+        "1",
+    ],
+}
+HERTZ = {  # units of a sampling rate
+    prefix + unit: factor
+    for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
+    for unit in ("hz", "s/s", "sa/s", "sps", "sample/s", "samples/s", "samples")
+} | {"": 1.0, "1/s": 1.0}
+NEXT_CELL = {  # units that, behind a number, don't begin another statement: Min, Samples
+    True: HERTZ.keys() - {"samples", "ksamples", "msamples"},
+    False: SECONDS.keys() - {"min", "minute", "minutes"},
+}
+TIMES = {"t", "time", "times", "zeit", "tempo", "temps", "tiempo", "xvalue", "timestamp", "elapsedtime"}
+RATES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplefrequency", "abtastrate"}
+STEPS = {
+    "dt",
+    "ts",
+    "deltat",
+    "deltax",
+    "samplinginterval",
+    "sampleinterval",
+    "samplingperiod",
+    "wfincrement",
+}
+
+
+def split_unit(text: str) -> tuple[str, str]:
+    """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "t/ms" or "laser"."""
+    text = " ".join(line.strip() for line in text.splitlines()).strip('" ')
+    bracketed = re.fullmatch(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]", text)
+    if bracketed:
+        return bracketed[1].strip(), bracketed[2].strip()
+    name, mark, unit = re.fullmatch(r"(?:(.*?)([_/]|\s+in\s+))?([^_/\s]*)|.*", text).groups()
+    if mark and name and unit.casefold() in UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
+        return name.strip(), unit
+    return text, ""
+
+
+def is_time(text: str) -> bool:
+    """Whether a heading names a column of time."""
+    name, _ = split_unit(text)
+    return _plain(name) in TIMES and name != "T"  # a temperature
+
+
+def stated_rate(path, values: Mapping[str, object]) -> Even | None:
+    """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt.
+
+    Raises
+    ------
+    FreerockError
+        A unit that is not known, or a comma that may stand between thousands.
+    """
+    for heading, is_rate, number, unit in _statements(values):
+        if re.fullmatch(r"[1-9]\d{0,2}(,\d{3})+", str(number)):
+            what = f"the comma of {heading} {number} may stand for a point, or between thousands"
+            raise FreerockError(path, what, "write the number without it")
+        value = _float(str(number).replace(",", "."))
+        if value is None or not 1e-12 < value < 1e12:
+            continue
+        factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
+        if factor is None:
+            remedy = f"give it in {'Hz, kHz, MHz or samples/s' if is_rate else 's, ms, us or ns'}"
+            raise FreerockError(path, f"{heading} is in {unit[:40]!r}", remedy)
+        return Even(1 / (value * factor) if is_rate else value * factor)
+    return None
+
+
+def states_rate(values: Mapping[str, object]) -> bool:
+    """Whether one of the values is a sampling rate or interval, in whatever unit."""
+    return any(True for _ in _statements(values))
+
+
+def _statements(values):
+    """Rates and intervals among values by name: heading, whether it is a rate, number as written, unit."""
+    for heading, value in values.items():
+        name, unit = split_unit(heading)
+        name = _plain(name)
+        is_rate = name in RATES or name.removesuffix("hz") in RATES
+        if not is_rate and name not in STEPS:
+            continue
+        if isinstance(value, str):
+            number = re.match(r"\s*([-+\d.,eE]*\d)\s*([a-zA-Zµμ/]*)(?:[\s;,(\[]+([a-zA-Zµμ/]+))?", value)
+            value, here, next_cell = number.groups("") if number else (None, "", "")
+            unit = here or unit or (next_cell if next_cell.casefold() in NEXT_CELL[is_rate] else "")
+        if value is not None:
+            yield heading.strip(), is_rate, value, unit
+
+
+def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
+    """Name and unit of each column under one or several rows of headings.
+
+    A row of units gives units. A label over several columns (a merged cell) counts for each of them; what all
+    columns share is left out of the names.
+    """
+    names = [[] for _ in range(width)]
+    units = [""] * width
+    for row in rows:
+        cells = [str(cell).strip() for cell in row[:width]] + [""] * (width - len(row))
+        filled = [cell for cell in cells if cell]
+        if filled and all(_is_unit(cell) for cell in filled):
+            units = [_bare(cell) or unit for cell, unit in zip(cells, units, strict=True)]
+            continue
+        if cells[0] and "" in cells[:-1]:
+            cells = _spread(cells)
+        for i, cell in enumerate(cells):
+            name, unit = split_unit(cell)
+            names[i].append(name)
+            units[i] = unit or units[i]
+    return list(zip(_joined(names), units, strict=True))
+
+
+def columns(
+    path,
+    headings: Sequence[tuple[str, str]],
+    numeric: Iterable[int],
+    clocks: Sequence[int],
+    first_rises: bool,
+    stated: Mapping[str, object],
+):
+    """Channels of a table, and what had to be found out.
+
+    Parameters
+    ----------
+    headings : sequence of (str, str)
+        Name and unit of each column, as `headed` gives them.
+    numeric : iterable of int
+        The columns that hold numbers.
+    clocks : sequence of int
+        The columns that hold times of a clock.
+    first_rises : bool
+        Whether the first numeric column rises steadily, as time does.
+    stated : mapping
+        What the file states by name, maybe its sampling rate, which counts where no column holds the time.
+
+    Returns
+    -------
+    (list of Channel, list of str)
+        Each channel belongs to the column of time next to its left, else to the first one.
+
+    Raises
+    ------
+    FreerockError
+        Neither a column of time nor a sampling rate, or one that can't be told; nothing but time.
+    """
+    numeric, notes = list(numeric), []
+    times = [*clocks, *(i for i in numeric if is_time(headings[i][0]))]
+    rate = None if times else stated_rate(path, stated)
+    if not times and rate is None and first_rises and len(numeric) > 1:
+        times = numeric[:1]
+        notes.append(f"column {times[0] + 1} rises steadily and is taken for time")
+    if not times and rate is None:
+        remedy = "head the column of time with time [s], or state the sampling rate"
+        raise FreerockError(path, "no column of time and no sampling rate", remedy)
+    channels, clock = [], None
+    for i in sorted({*numeric, *clocks}):
+        name, unit = headings[i]
+        if i in times:
+            clock = Stamps(name or f"column {i + 1}", i, "s" if i in clocks else unit)
+        else:
+            channels.append((name or f"column {i + 1}", unit, i, clock))
+    if not channels:
+        raise FreerockError(path, "no channel beside the time", "export at least one channel")
+    first = next((c[3] for c in channels if c[3]), clock) or rate
+    names = _distinct([c[0] for c in channels])
+    return [
+        Channel(name, unit, i, clock or first)
+        for name, (_, unit, i, clock) in zip(names, channels, strict=True)
+    ], notes
+
+
+def rises(values) -> bool:
+    """Whether numbers rise as steadily as time does."""
+    values = np.asarray(values, float)
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(steps.size > 1 and steps.min() >= 0 and 0 < steps.max() <= 1.5 * np.median(steps))
+
+
+def _plain(name):
+    return re.sub(r"[\s_.:-]+", "", name).casefold()
+
+
+def _float(text):
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _bare(cell):
+    return cell.strip("[]() ")
+
+
+def _is_unit(cell):
+    return _bare(cell).casefold() in UNITS or bool(re.fullmatch(r"\[.*\]|\(.*\)", cell))
+
+
+def _spread(cells):
+    last, spread = "", []
+    for cell in cells:
+        last = cell or last
+        spread.append(last)
+    return spread
+
+
+def _joined(names):
+    """Names from the parts of each column, less the parts that all columns but those of time share."""
+    data = [parts for parts in names if not (parts and is_time(parts[-1]))] or names
+    depth = len(data[0])
+    kept = [level for level in range(depth) if len({parts[level] for parts in data}) > 1]
+    short = [" ".join(parts[level] for level in kept if parts[level]) for parts in data]
+    if len(data) == 1 or "" in short or len(set(short)) < len(short):
+        kept = range(max(0, depth - 1), depth) if len(data) == 1 else range(depth)
+    return [
+        parts[-1]
+        if parts and is_time(parts[-1])
+        else " ".join(dict.fromkeys(parts[level] for level in kept if parts[level]))
+        for parts in names
+    ]
+
+
+def _distinct(names):
+    """Names with (2), (3) … after repeated ones."""
+    seen: dict[str, int] = {}
+    distinct = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        distinct.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
+    return distinct

@@ -1,0 +1,210 @@
+"""LabVIEW measurement files (LVM): text with a header for the file and one for each segment.
+
+The headers are parsed here, the rows of numbers as in any other table (`table`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain, pairwise
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.records.channels import COPY_AGAIN, Channel, Even, Stamps, dataset
+from freerock.records.table import NUMBER, Layout, encoding_of, tables, told
+
+FORMAT = "LVM"
+MAGIC = "LabVIEW Measurement"
+LOOK = 100  # rows in which the decimal comma is looked for
+X = "X_Value"
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One writing: names of its columns, cells of its header by key, layout and number of its rows."""
+
+    names: Sequence[str]
+    fields: dict[str, list[str]]
+    layout: Layout
+    n_rows: int
+
+    def cell(self, key: str, column: int) -> str:
+        cells = self.fields.get(key, [])
+        return cells[column] if column < len(cells) else ""
+
+    def value(self, key: str, column: int) -> float:
+        """A number of the header, NaN where it gives none."""
+        cell = self.cell(key, column).replace(",", ".")
+        return float(cell) if NUMBER.fullmatch(cell) else np.nan
+
+    def x_column(self, column: int) -> int | None:
+        """The column of time of a channel."""
+        left = [i for i in self.layout.numeric if i < column and self.names[i] == X]
+        return left[-1] if left else None
+
+
+def read(path, channel=None):
+    """Read an LVM file; arguments, result and errors as of `freerock.records.read_record`.
+
+    Time is the column X_Value left of a channel, where it is filled in, else X0 and Delta_X. Segments whose X
+    starts again are joined by their dates and times. A file with fewer rows than a segment's Samples is
+    truncated.
+    """
+    encoding = encoding_of(path)
+    segments = _segments(path, encoding)
+    first = segments[0]
+    if any(s.names != first.names for s in segments):
+        raise FreerockError(path, "its segments hold different channels", "split it, one file per segment")
+    channels = [
+        Channel(name, first.cell("Y_Unit_Label", i), i, _clock(path, segments, i))
+        for i, name in enumerate(first.names)
+        if i and name not in (X, "Comment", "")
+    ]
+
+    def read_columns(columns):
+        parts = list(tables(path, encoding, (s.layout for s in segments)))
+        arrays = {}
+        for column in columns:
+            if isinstance(column, tuple):
+                arrays[column] = _joined_time(path, segments, parts, column[1])
+            else:
+                _refuse_short(path, segments, parts, column)
+                arrays[column] = np.concatenate([part[column] for part in parts])
+        return arrays
+
+    notes = [told(first.layout, encoding), *_more_rows(channels, segments)]
+    return dataset(path, channels, channel, read_columns, {"format": FORMAT} | _start_time(first), notes)
+
+
+def _segments(path, encoding):
+    with open(path, encoding=encoding, errors="replace") as file:
+        lines = enumerate(file)
+        if not next(lines)[1].startswith(MAGIC):
+            what = f"not an LVM file: its first line is not {MAGIC!r}"
+            raise FreerockError(path, what, "correct the ending of its name, or copy it again")
+        header = _header(path, lines, "\t", "the file")
+        delimiter = next((key[9:10] for key in header if key.startswith("Separator")), "") or "\t"
+        segments = []
+        for n, line in lines:
+            if line.strip():
+                where = f"segment {len(segments) + 1}"
+                fields = _header(path, chain([(n, line)], lines), delimiter, where)
+                segments.append(_segment(path, lines, fields, delimiter, where))
+    if not segments:
+        raise FreerockError(path, "the file is truncated: no segment follows its header", COPY_AGAIN)
+    return segments
+
+
+def _header(path, lines, delimiter, where):
+    """Cells by key up to the end of a header, less its special blocks."""
+    fields, special = {}, False
+    for _, line in lines:
+        cells = _cells(line, delimiter)
+        if cells[0].startswith("***End_of_Header"):
+            return fields
+        special = cells[0] == "***Start_Special***" or (special and cells[0] != "***End_Special***")
+        if not special:
+            fields[cells[0]] = cells
+    raise FreerockError(path, f"the file is truncated: the header of {where} has no end", COPY_AGAIN)
+
+
+def _segment(path, lines, fields, delimiter, where):
+    """The rows under a segment's header, up to an empty line."""
+    at, names = next(lines, (0, ""))
+    names = _cells(names, delimiter)
+    head, rows, more = [], 0, False
+    for _, line in lines:
+        more = not line.strip()
+        if more:
+            break
+        rows += 1
+        if rows <= LOOK:
+            head.append(_cells(line, delimiter))
+    if names[0] != X or not head:
+        raise FreerockError(path, f"the file is truncated: {where} holds no data", COPY_AGAIN)
+    width = max(len(names), len(head[0]))
+    names += [""] * (width - len(names))
+    filled = {i for row in head for i, cell in enumerate(row) if cell}
+    numeric = tuple(i for i, name in enumerate(names) if i in filled and name not in ("Comment", ""))
+    comma = delimiter != "," and any("," in row[i] for row in head for i in numeric if i < len(row))
+    layout = Layout(delimiter, "," if comma else ".", at + 1, width, numeric, rows if more else None)
+    return Segment(tuple(names), fields, layout, rows)
+
+
+def _cells(line, delimiter):
+    return [cell.strip() for cell in line.rstrip("\n").split(delimiter)]
+
+
+def _clock(path, segments, column):
+    """Clock of a channel, or why it can't be read."""
+    first = segments[0]
+    if column not in first.layout.numeric:
+        return "is empty"
+    x = first.x_column(column)
+    if len(segments) > 1:
+        return Stamps(f"{X} of its segments", ("time", x if x is not None else column), "s")
+    if x is not None and (x or first.value("Delta_X", column) == first.value("Delta_X", 1)):
+        return Stamps(X, x, "s")
+    step = first.value("Delta_X", column)
+    if not step > 0:
+        what = f"channel {first.names[column]!r} gives no sampling rate (no {X}, no Delta_X)"
+        raise FreerockError(path, what, "write the file with one X column")
+    start = first.value("X0", column)
+    return Even(step, start if np.isfinite(start) else 0.0)
+
+
+def _refuse_short(path, segments, parts, column):
+    for n, (segment, table) in enumerate(zip(segments, parts, strict=True), start=1):
+        samples = segment.value("Samples", column)
+        if len(table[column]) < samples:
+            name, rows = segment.names[column], len(table[column])
+            what = f"the file is truncated: channel {name!r} holds {rows} of {samples:.0f} samples"
+            raise FreerockError(path, f"{what} in segment {n}", COPY_AGAIN)
+
+
+def _more_rows(channels, segments):
+    """Tell that rows of several writings under one header, without X, are taken to follow each other."""
+    for c in channels:
+        samples = segments[0].value("Samples", c.column)
+        if isinstance(c.clock, Even) and segments[0].n_rows > samples:
+            rows = segments[0].n_rows
+            return [f"{rows} rows under a header of {samples:.0f} samples are taken for one recording"]
+    return []
+
+
+def _joined_time(path, segments, tables, column):
+    """Time of several segments [s]: as written where it goes on, else by the segments' dates."""
+    parts = []
+    for segment, table in zip(segments, tables, strict=True):
+        if segment.names[column] == X:
+            parts.append(table[column])
+        else:
+            start, step = np.nan_to_num(segment.value("X0", column)), segment.value("Delta_X", column)
+            parts.append(start + step * np.arange(len(table[column])))
+    if all(after[0] > before[-1] for before, after in pairwise(parts)):
+        return np.concatenate(parts)
+    starts = [_started(s) for s in segments]
+    if None in starts:
+        what = f"{X} starts again in its segments, and they give no date"
+        raise FreerockError(path, what, "split it, one file per segment")
+    return np.concatenate(
+        [
+            part + (start - starts[0]) / np.timedelta64(1, "s")
+            for part, start in zip(parts, starts, strict=True)
+        ]
+    )
+
+
+def _started(segment):
+    """Start of a segment by its Date and Time, to the nanosecond, in the zone of the laboratory."""
+    date, time = segment.cell("Date", 1).replace("/", "-"), segment.cell("Time", 1).replace(",", ".")
+    whole, _, fraction = time.partition(".")
+    try:
+        return np.datetime64(f"{date}T{whole}.{fraction[:9]:0<9}", "ns")
+    except ValueError:
+        return None
+
+
+def _start_time(segment):
+    start = _started(segment)
+    return {} if start is None else {"start_time": str(np.datetime_as_string(start, "ms"))}

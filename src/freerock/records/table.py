@@ -1,0 +1,167 @@
+"""Rows of numbers in a text file, parsed by pandas.
+
+A row with too many cells, or a cell that is no number, is an error; an empty cell is a missing sample.
+"""
+
+import codecs
+import csv
+import io
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+import pandas as pd
+
+from freerock.errors import FreerockError
+from freerock.records.channels import COPY_AGAIN
+
+HEAD = 1 << 16  # characters in which encoding and layout are found
+DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
+LINES_AT_ONCE = 4096
+DECIMALS = {".": "point", ",": "comma"}
+NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
+DATE = re.compile(r"\d{4}([-/])\d\d\1\d\d", re.ASCII)
+CLOCK = re.compile(rf"(?:{DATE.pattern}[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?Z?", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a table is written: lines before it are `first`, its own `rows`, None for all to the end.
+
+    Columns are `numeric`, or `clocks` of times with or without dates; `texts` is the number of other ones.
+    """
+
+    delimiter: str
+    decimal: str
+    first: int
+    width: int
+    numeric: tuple[int, ...]
+    rows: int | None = None
+    clocks: tuple[int, ...] = ()
+    texts: int = 0
+
+
+def told(layout: Layout, encoding: str) -> str:
+    """What was found out about a table, in words."""
+    delimiter = DELIMITERS.get(layout.delimiter, repr(layout.delimiter))
+    return f"columns between {delimiter}, decimal {DECIMALS[layout.decimal]}, {encoding}"
+
+
+def encoding_of(path) -> str:
+    """Encoding by the byte order mark, else UTF-8 where the head of the file is, else Windows-1252."""
+    with open(path, "rb") as file:
+        head = file.read(HEAD)
+    for mark, name in [
+        (codecs.BOM_UTF8, "utf-8-sig"),
+        (codecs.BOM_UTF16_LE, "utf-16"),
+        (codecs.BOM_UTF16_BE, "utf-16"),
+    ]:
+        if head.startswith(mark):
+            return name
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """Cells of a line, less their blanks and quotation marks."""
+    if delimiter == " ":
+        return line.split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
+
+
+def tables(path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, np.ndarray]]:
+    """Yield the columns of numbers of each table of a file, in one pass.
+
+    Raises
+    ------
+    FreerockError
+        A cell that is no number, a row with too many cells, a last line that is cut off.
+    """
+    with open(path, encoding=encoding, errors="replace") as file:
+        at = 0
+        for layout in layouts:
+            for _ in islice(file, layout.first - at):
+                pass
+            yield _numbers(path, encoding, layout, _Lines(islice(file, layout.rows)))
+            at = layout.first + (layout.rows or 0)
+
+
+class _Lines(io.TextIOBase):
+    """Lines as the file that pandas wants."""
+
+    def __init__(self, lines):
+        self.lines = lines
+
+    def read(self, size=-1):
+        return "".join(islice(self.lines, LINES_AT_ONCE))
+
+
+def _numbers(path, encoding, layout, lines):
+    try:
+        table = pd.read_csv(
+            lines,
+            sep=r"\s+" if layout.delimiter == " " else layout.delimiter,
+            decimal=layout.decimal,
+            names=range(layout.width),
+            index_col=False,
+            dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
+            skipinitialspace=True,
+        )
+        clocks = {i: _seconds(table[i]) for i in layout.clocks}
+    except (ValueError, pd.errors.ParserError) as error:
+        raise _fault(path, encoding, layout) or error from None
+    last = table.iloc[-1, list(layout.numeric)]
+    if layout.rows is None and last.isna().any() and not _ends_a_line(path):
+        raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
+    return {i: table[i].to_numpy() for i in layout.numeric} | clocks
+
+
+def _seconds(column):
+    """Seconds since the first of a column of dates and times."""
+    text = column.str.strip().str.replace("/", "-").str.replace(",", ".")
+    dated = DATE.match(text.iloc[0])
+    stamps = pd.to_datetime(text, format="ISO8601") if dated else pd.to_timedelta(text)
+    return ((stamps - stamps.iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
+
+
+def kind_of(cell, decimal):
+    """n for a number, c for a clock's time, t for other text, nothing for an empty cell or a date alone."""
+    if not cell or DATE.fullmatch(cell):
+        return ""
+    if CLOCK.fullmatch(cell):
+        return "c"
+    right = decimal == "." or "." not in cell
+    return "n" if right and NUMBER.fullmatch(cell.replace(decimal, ".")) else "t"
+
+
+def _fault(path, encoding, layout):
+    """The first line that breaks the table, as an error."""
+    with open(path, encoding=encoding, errors="replace") as file:
+        end = layout.rows and layout.first + layout.rows
+        for n, line in enumerate(islice(file, layout.first, end), start=layout.first + 1):
+            cells = cells_of(line, layout.delimiter)
+            for i in layout.numeric:
+                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "c"):
+                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a number"
+                    return FreerockError(path, what, "correct the line, or export the file again")
+            for i in layout.clocks:
+                if i < len(cells) and kind_of(cells[i], layout.decimal) in ("t", "n"):
+                    what = f"line {n}, column {i + 1}: {cells[i][:40]!r} is not a time"
+                    return FreerockError(path, what, "correct the line, or export the file again")
+            if len(cells) > layout.width:
+                what = f"line {n} has {len(cells)} cells instead of {layout.width}"
+                return FreerockError(path, what, "correct the line, or export the file again")
+    return None
+
+
+def _ends_a_line(path):
+    with open(path, "rb") as file:
+        file.seek(-2, 2)
+        return b"\n" in (end := file.read()) or end.endswith(b"\r")

@@ -1,0 +1,106 @@
+"""NI TDMS records, through npTDMS: channels with NI's waveform properties, or beside one of time stamps."""
+
+import numpy as np
+from nptdms import TdmsFile
+from nptdms.log import log_manager
+
+from freerock.errors import FreerockError
+from freerock.records.channels import COPY_AGAIN, Channel, Even, Stamps, check_declared, dataset
+from freerock.records.headings import is_time
+
+FORMAT = "TDMS"
+UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
+
+log_manager.set_level("ERROR")  # what npTDMS warns of is refused here in a line of our own
+
+
+def read(path, channel=None):
+    """Read a TDMS file; arguments, result and errors as of `freerock.records.read_record`.
+
+    A file is truncated when its last segment is incomplete, when a channel holds fewer samples than its
+    wf_samples, or when channels of one group and one sampling rate differ in length. (wf_samples may be
+    smaller than the channel is long: streaming acquisition writes the length of its first chunk.)
+    """
+    with open(path, "rb") as stream, TdmsFile.open(stream) as file:
+        if file.file_status.incomplete_final_segment:
+            raise FreerockError(path, "the file is truncated: its last segment is incomplete", COPY_AGAIN)
+        groups = {group.name: group.channels() for group in file.groups()}
+        found = {(group, c.name): c for group, members in groups.items() for c in members}
+        channels = [
+            Channel(c.name, _unit(c), (group, c.name), clock, group)
+            for group, members in groups.items()
+            for c, clock in _clocks(members)
+        ]
+        rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
+
+        def read_columns(columns):
+            return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
+
+        return dataset(
+            path, channels, channel, read_columns, {"format": FORMAT} | _start_time(found.values())
+        )
+
+
+def _unit(channel):
+    return str(channel.properties.get("unit_string", ""))
+
+
+def _clocks(members):
+    """Each channel of a group with its clock, or with why it can't be read; time stamps only when alone."""
+    stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
+    for c in members:
+        if c is stamps and len(members) > 1:
+            continue
+        step = c.properties.get("wf_increment")
+        if not len(c):
+            yield c, "is empty"
+        elif not _is_number(c):
+            yield c, "holds no real numbers"
+        elif step is None and stamps not in (None, c):
+            unit = "s" if _is_date(stamps) else _unit(stamps)
+            yield c, Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
+        else:
+            yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)))
+
+
+def _is_number(channel):
+    return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind in "iuf"
+
+
+def _is_date(channel):
+    return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind == "M"
+
+
+def _values(path, channel, step):
+    """All samples as doubles, chunk by chunk; dates as seconds since the first."""
+    told = channel.properties.get("wf_samples", 0)
+    if len(channel) < told:
+        what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {told} samples"
+        raise FreerockError(path, what, COPY_AGAIN)
+    if not (isinstance(step, int | float) and np.isfinite(step) and step > 0):
+        raise FreerockError(
+            path,
+            f"channel {channel.name!r} gives no sampling rate "
+            f"(wf_increment is {'absent' if step is None else step})",
+            "log it as a waveform, or set its property wf_increment to the sampling interval in seconds",
+        )
+    check_declared(path, 8 * len(channel))
+    values = np.empty(len(channel))
+    done, origin = 0, None
+    for chunk in channel.data_chunks():
+        part = chunk[:]
+        if part.dtype.kind == "M":
+            origin = part[0] if origin is None and part.size else origin
+            part = (part - origin) / np.timedelta64(1, "s")
+        values[done : done + len(part)] = part
+        done += len(part)
+    if done < len(values):
+        what = f"the file is truncated: channel {channel.name!r} holds {done} of {len(values)} samples"
+        raise FreerockError(path, what, COPY_AGAIN)
+    return values
+
+
+def _start_time(channels):
+    starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
+    known = [start for start in starts if start > UNSET]
+    return {"start_time": f"{np.datetime_as_string(known[0], 'ms')}Z"} if known else {}

@@ -1,0 +1,146 @@
+"""Tables of numbers in text: CSV, TSV and the like, their delimiter and decimal mark found out."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.records import lvm
+from freerock.records.channels import dataset
+from freerock.records.headings import columns, headed, rises, states_rate
+from freerock.records.table import (
+    DATE,
+    DECIMALS,
+    DELIMITERS,
+    HEAD,
+    Layout,
+    cells_of,
+    encoding_of,
+    kind_of,
+    tables,
+    told,
+)
+
+FORMAT = "text"
+ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
+
+
+def read(path, channel=None):
+    """Read a table of numbers in text; arguments, result and errors as of `freerock.records.read_record`.
+
+    A column of time is recognised by its heading, by its clock times (09:30:00.125, after a date or not), or
+    because it is the first one and rises steadily; else the lines above the table must state the sampling
+    rate ("sampling rate: 2000 Hz", "dt = 0.0005"), whose unit may stand in the next cell. Of several columns
+    of time, each belongs to the columns at its right.
+    """
+    encoding = encoding_of(path)
+    with open(path, encoding=encoding, errors="replace") as file:
+        lines = file.read(HEAD).split("\n")
+        complete = not file.read(1)
+    if lines[0].startswith(lvm.MAGIC):
+        return lvm.read(path, channel)
+    if not complete and len(lines) > 1:
+        lines.pop()
+    layout = _layout(path, lines)
+    headings = _headings(lines, layout)
+    sample = [cells_of(line, layout.delimiter) for line in lines[layout.first :] if line.strip()]
+    first = [_number(row[layout.numeric[0]], layout.decimal) for row in sample if len(row) == layout.width]
+    stated = _stated(lines[: layout.first])
+    channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), stated)
+
+    def read_columns(wanted):
+        (table,) = tables(path, encoding, [layout])
+        return {i: table[i] for i in wanted}
+
+    notes.insert(0, told(layout, encoding))
+    attrs = {"format": FORMAT} | _start_time(sample[0], layout)
+    return dataset(path, channels, channel, read_columns, attrs, notes)
+
+
+def _layout(path, lines):
+    found = [
+        layout
+        for delimiter in DELIMITERS
+        for decimal in DECIMALS
+        if delimiter != decimal and (layout := _table(lines, delimiter, decimal))
+    ]
+    if not found:
+        remedy = "export rows of numbers between tabs, semicolons or commas"
+        raise FreerockError(path, "no table of numbers in its first lines", remedy)
+    wide = [layout for layout in found if layout.width > 1]
+    layout = min(wide or found, key=lambda layout: (layout.texts, layout.first))
+    if layout.delimiter == "," and layout.width % 2 == 0:
+        _refuse_ambiguous(path, lines, layout)
+    return layout
+
+
+def _refuse_ambiguous(path, lines, layout):
+    """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
+    row = next(line for line in lines[layout.first :] if line.strip())
+    whole = all(re.fullmatch(r"[-+]?\d*", cell) for cell in cells_of(row, ","))
+    above = lines[layout.first - 1] if layout.first else ""
+    headings = len(cells_of(above, ",")) if above.strip() else 0
+    if whole and headings in (0, layout.width // 2):
+        what = f"line {layout.first + 1} may hold {layout.width} columns, or decimal commas"
+        raise FreerockError(path, what, "export with tabs or semicolons between the columns")
+
+
+def _table(lines, delimiter, decimal):
+    """Layout of the first rows of numbers alike, if there are any."""
+    rows = [(n, cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
+    kinds = [[kind_of(cell, decimal) for cell in cells] for _, cells in rows]
+    for n, (line, cells) in enumerate(rows):
+        here = kinds[n : n + ROWS_ALIKE]
+        if not all(_alike(here[0], kind) for kind in here):
+            continue
+        body = list(zip(*(kind for kind in kinds[n:] if len(kind) == len(cells)), strict=True))
+        numeric, clocks = (
+            tuple(i for i, column in enumerate(body) if kind in column and here[0][i] in ("", kind))
+            for kind in "nc"
+        )
+        texts = sum("t" in column for column in body)
+        return Layout(delimiter, decimal, line, len(cells), numeric, clocks=clocks, texts=texts)
+    return None
+
+
+def _alike(first, other):
+    """Whether two rows can be of one table of numbers: texts only beyond the first column."""
+    return (
+        first[0] != "t"
+        and "n" in first
+        and len(first) == len(other)
+        and all(not a or not b or a == b for a, b in zip(first, other, strict=True))
+    )
+
+
+def _start_time(row, layout):
+    stamps = [row[i] for i in layout.clocks if DATE.match(row[i])]
+    return (
+        {"start_time": re.sub("[ T]", "T", stamps[0]).replace("/", "-").replace(",", ".")} if stamps else {}
+    )
+
+
+def _number(cell, decimal):
+    return float(cell.replace(decimal, ".")) if kind_of(cell, decimal) == "n" else np.nan
+
+
+def _headings(lines, layout):
+    """Names and units of the columns."""
+    first = layout.first
+    rows = []
+    while first and lines[first - 1].strip() and (layout.width > 1 or not rows):
+        line = lines[first - 1].lstrip("#%/ ")
+        cells = cells_of(line, layout.delimiter)
+        values = any(kind_of(cell, layout.decimal) in ("n", "c") for cell in cells)
+        if len(cells) != layout.width or values or states_rate(_stated([line])):
+            break
+        rows.insert(0, cells)
+        first -= 1
+    return headed(rows, layout.width)
+
+
+def _stated(lines: Iterable[str]) -> dict[str, str]:
+    """Values by name from lines such as "Sampling rate: 2000 Hz"."""
+    stated = (re.split(r"[:=;\t,]", line.lstrip("#%/ "), maxsplit=1) for line in lines)
+    return {pair[0].strip(): pair[1].strip() for pair in stated if len(pair) == 2}

@@ -1,0 +1,89 @@
+"""The curves of a run as the report draws them: thinned, in degrees, packed into text."""
+
+import base64
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from freerock.figures.style import extremes
+from freerock.models.laws import MODELS
+
+BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
+RATE_WINDOW_S = 0.02  # over which angular rates are taken: short beside a swing, long beside a sample
+MISSING = -32768
+
+
+def run_curves(record, number, fitted=None) -> dict:
+    """Measured and modelled motion of a run.
+
+    Parameters
+    ----------
+    record : xarray.DataTree
+        Record dataset.
+    number : int
+        Of the run.
+    fitted : xarray.DataTree, optional
+        The run's group of the fit dataset; left out, the measured motion stands alone.
+
+    Returns
+    -------
+    dict
+        JSON: time since the release [s] and, by source ("measured" or a model), theta [degree] and rate
+        [degree/s], packed by `packed`; impacts, a list of [s, restitution, standard error] by source. The
+        samples are the lowest and highest measured θ of each of `BINS` bins, the same ones for the models.
+    """
+    run = record[f"run_{number}"]
+    release = run["release"].item()
+    if fitted is None:
+        during = (record["time"].values >= release) & (record["time"].values <= run["end"].item())
+        time, theta = record["time"].values[during] - release, {"measured": record["theta"].values[during]}
+    else:
+        time, theta = fitted["time"].values, {"measured": fitted["theta"].values}
+        theta |= {m: fitted[m]["theta_model"].values for m in MODELS if m in fitted.children}
+    drawn = extremes(theta["measured"], BINS)
+    impacts = {"measured": _impacts(run, release)}
+    impacts |= {model: _impacts(fitted[model], 0.0) for model in theta if model != "measured"}
+    return {
+        "time": base64.b64encode(time[drawn].astype("<f4").tobytes()).decode(),
+        "theta": {source: packed(np.degrees(values[drawn])) for source, values in theta.items()},
+        "rate": {source: packed(np.degrees(_rate(time, values)[drawn])) for source, values in theta.items()},
+        "impacts": impacts,
+    }
+
+
+def packed(values) -> dict:
+    """Numbers as 16-bit integers of a scale, base64: five digits of the largest, in a third of the room.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Numbers; NaN where there is none.
+
+    Returns
+    -------
+    dict
+        scale, and data: values / scale, `MISSING` for NaN.
+    """
+    known = np.isfinite(values)
+    scale = float(f"{np.abs(values[known]).max(initial=0.0) / 32760:.6g}") or 1.0
+    whole = np.full(len(values), MISSING, "<i2")
+    whole[known] = np.rint(values[known] / scale)
+    return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode()}
+
+
+def _rate(time, theta):
+    """Angular rate from a parabola over `RATE_WINDOW_S` around each sample; NaN beside a missing one."""
+    step = np.median(np.diff(time)) if len(time) > 1 else np.inf
+    window = max(5, 2 * round(RATE_WINDOW_S / step / 2) + 1)
+    if len(time) <= window:
+        return np.full(len(time), np.nan)
+    return savgol_filter(theta, window, 2, deriv=1, delta=step, mode="nearest")
+
+
+def _impacts(group, release) -> list:
+    if not group.sizes.get("impact", 0):
+        return []
+    time, r, stderr = (group[name].values for name in ("impact_time", "restitution", "restitution_stderr"))
+    known = np.isfinite(time) & np.isfinite(r)
+    rounded = zip(time[known] - release, r[known], np.nan_to_num(stderr[known]), strict=True)
+    return [[round(float(t), 5), round(float(each), 5), float(f"{s:.2g}")] for t, each, s in rounded]

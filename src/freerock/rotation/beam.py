@@ -1,0 +1,154 @@
+"""Where a beam meets the block: displacement of the target from rotation, and back.
+
+Kinematics: the block turns as a rigid body about a base corner, as a real block on a hard base does. (The
+foundation models restrain the base centre instead; the two differ by b(1 - cos θ) horizontally.)
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from freerock.models.block import Block
+
+if TYPE_CHECKING:
+    from freerock.rotation.sensor import Laser
+
+
+def displacement_from_rotation(theta, block: Block, laser: "Laser"):
+    """Displacement of the target along the beam, positive away from the sensor, of a block that has turned.
+
+    Origin under the base centre at rest, x to the right, y up. The half width is B, the corners turned about
+    lie at ±b (b < B where they are worn). A block turned by θ about a corner has its left face on
+    x = -B + y tan θ - w (1/cos θ - 1), w = B ± b, and its top on y = 2h/cos θ + (b ∓ x) tan|θ|, with the
+    upper sign for θ > 0, about the right corner. The right face mirrors the left one. From there, with
+    T = |θ|, for the left face at height Y and the top at X::
+
+        left face   s = Y tan θ - w (1/cos θ - 1),   w = B + b  (θ > 0),  w = B - b  (θ < 0)
+        top         -s = 2h (1/cos T - 1) + a tan T,   a = b - X  (θ > 0),  a = b + X  (θ < 0)
+
+    The beam is on the left face while w sin θ <= Y <= w sin θ + 2h cos θ. With |X| < B the vertical beam is
+    on the top while a <= (B + b) cos T - 2h sin T; where the top sinks first (b < |X|), only until it turns
+    back at 2h sin T = -a. With |X| >= B the target is an outrigger level with the top, as long as need be
+    outwards, that begins at the block's edge: there the beam is on it while 2h sin T + (B - b) cos T <= -a,
+    and always when the other side goes down.
+
+    Parameters
+    ----------
+    theta : array_like
+        Rotation [rad], positive clockwise.
+    block : Block
+    laser : Laser
+
+    Returns
+    -------
+    ndarray
+        Displacement [m]; NaN where the beam is off the target.
+    """
+    theta = np.asarray(theta, float)
+    turn = -theta if mirrored(laser) else theta
+    t = np.abs(turn)
+    rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
+    if laser.beam == "horizontal":
+        s = laser.position_m * np.tan(turn) - _width(turn, block) * rise
+    else:
+        s = -(block.height_m * rise + _lever(turn, block, laser) * np.tan(t))
+    return np.where(_on_target(turn, block, laser), s, np.nan)
+
+
+def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", side=None):
+    """Rotation of the block from the displacement of its target, inverting `displacement_from_rotation`.
+
+    The closed forms are quadratics in the tangent of half the angle, solved without loss of digits::
+
+        horizontal  tan(θ/2) = s / (Y + sqrt(Y² + s² - 2ws))
+        top         tan(T/2) = q / (a ± sqrt(a² + q (4h + q))),  q = -s, the sign of the root that of a
+
+    Parameters
+    ----------
+    displacement_m : array_like
+        Displacement [m], positive away from the sensor.
+    block : Block
+    laser : Laser
+    side : array_like, optional
+        +1 or -1: sign of θ of each sample, needed only for a vertical beam that both lift (`is_unsigned`);
+        `laser.release_side` throughout by default.
+
+    Returns
+    -------
+    ndarray
+        Rotation [rad], positive clockwise; NaN where the beam would be off the target, see there.
+    """
+    s = np.asarray(displacement_m, float)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if laser.beam == "horizontal":
+            y = laser.position_m
+            turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
+        else:
+            side = (
+                _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
+            )
+            a = _lever(side, block, laser)
+            root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
+            turn = 2 * side * np.arctan(np.where(s == 0, 0.0, -s / (a + root)))
+        turn = np.where(_on_target(turn, block, laser), turn, np.nan)
+    return -turn if mirrored(laser) else turn
+
+
+def is_unsigned(block: Block, laser: "Laser") -> bool:
+    """Whether both signs of θ lift the target: a vertical beam between the corners, or over a worn one."""
+    x = abs(laser.position_m or 0.0)
+    return laser.beam == "vertical" and x <= block.b and x < block.width_m / 2
+
+
+def sensitivity(theta, block: Block, laser: "Laser"):
+    """|ds/dθ|: displacement of the target per rotation [m/rad], by differentiating the closed forms."""
+    turn = -np.asarray(theta, float) if mirrored(laser) else np.asarray(theta, float)
+    if laser.beam == "horizontal":
+        slope = laser.position_m - _width(turn, block) * np.sin(turn)
+    else:
+        slope = _lever(turn, block, laser) + block.height_m * np.sin(np.abs(turn))
+    return np.abs(slope) / np.cos(turn) ** 2
+
+
+def mirrored(laser: "Laser") -> bool:
+    """Whether the beam meets the right face, which mirrors the left one."""
+    return laser.beam == "horizontal" and laser.face == "right"
+
+
+def _width(turn, block):
+    """Horizontal distance w = B ± b of the face from the corner turned about."""
+    return block.width_m / 2 + np.copysign(block.b, turn)
+
+
+def _lever(turn, block, laser):
+    """Horizontal distance a of a vertical beam from the corner turned about, towards the block."""
+    return np.where(turn > 0, block.b - laser.position_m, block.b + laser.position_m)
+
+
+def _side(s, block, laser):
+    """Sign of θ told by a vertical reading: by its own sign on an outrigger, else the release side."""
+    if is_unsigned(block, laser):
+        return np.full(s.shape, 1.0 if laser.release_side == "positive" else -1.0)
+    return np.where(s > 0, 1.0, -1.0) * np.sign(laser.position_m)  # what is lowered turns towards the beam
+
+
+def on_target(theta, block: Block, laser: "Laser"):
+    """Whether the beam meets its target, see `displacement_from_rotation`."""
+    return _on_target(-theta if mirrored(laser) else theta, block, laser)
+
+
+def _on_target(turn, block, laser):
+    if np.size(turn) > 100 and np.isfinite(turn).any():
+        # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,
+        # or highest in between.
+        ends = np.array([np.nanmin(turn), -1e-12, 1e-12, np.nanmax(turn)])
+        if _on_target(ends, block, laser).all():
+            return np.isfinite(turn)
+    t, edge = np.abs(turn), block.width_m / 2
+    if laser.beam == "horizontal":
+        foot = _width(turn, block) * np.sin(turn)
+        return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
+    a, lift = _lever(turn, block, laser), block.height_m * np.sin(t)
+    outrigger = abs(laser.position_m) >= edge
+    rises = (a > 0) if outrigger else (a >= 0) & (a <= (edge + block.b) * np.cos(t) - lift)
+    return rises | (lift + outrigger * (edge - block.b) * np.cos(t) <= -a)

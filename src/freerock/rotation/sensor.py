@@ -1,0 +1,191 @@
+"""The sensor: where its beam meets the block, and what its output means."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from freerock.errors import FreerockError
+from freerock.rotation.flags import Limits
+from freerock.units import UNITS, Calibration
+
+
+@dataclass(frozen=True)
+class Laser:
+    """A displacement sensor, such as a triangulation laser, and where its beam meets the block.
+
+    Parameters
+    ----------
+    beam : str
+        "horizontal" (meets a side face) or "vertical" (meets the top from above); None only where the channel
+        holds the rotation itself.
+    position_m : float
+        Height Y of a horizontal beam above the base plane, or distance X of a vertical beam to the right of
+        the block's centre line at rest [m].
+    range_m : float
+        Measuring range between the outputs at its start and at its end [m].
+    face : str
+        "left" or "right": face met by a horizontal beam.
+    sign : int
+        +1 when the output grows with the distance from the sensor (a rotation: clockwise), -1 when it falls.
+    release_side : str
+        "positive" (clockwise) or "negative": side of the first lobe after every rest; used only where the
+        reading has no sign, for a vertical beam between the corners.
+    units : str
+        Unit of the channel, one of `quantity.UNITS`; "" as the file states it.
+    sensitivity_per_mm : float
+        Output per millimetre [V/mm or mA/mm], in place of `range_m`; the output at the start of the range is
+        its offset.
+    calibration : Calibration
+        Table of output and distance, in place of `range_m`.
+    volts_at_start, volts_at_end, milliamps_at_start, milliamps_at_end : float
+        Output at the start and at the end of the measuring range [V, mA].
+    valid_low_v, valid_high_v, valid_low_ma, valid_high_ma : float
+        Limits of valid output [V, mA].
+    error_level_v, error_tolerance_v, error_level_ma, error_tolerance_ma : float
+        Output that means "no target" and its tolerance [V, mA].
+
+    Raises
+    ------
+    FreerockError
+        A value that no sensor has.
+    """
+
+    beam: str | None = None
+    position_m: float | None = None
+    range_m: float | None = None
+    face: str = "left"
+    sign: int = 1
+    release_side: str = "positive"
+    units: str = ""
+    sensitivity_per_mm: float | None = None
+    calibration: Calibration | None = None
+    volts_at_start: float = 0.0
+    volts_at_end: float = 10.0
+    valid_low_v: float = -0.1
+    valid_high_v: float = 10.1
+    error_level_v: float = 10.2
+    error_tolerance_v: float = 0.01
+    milliamps_at_start: float = 4.0
+    milliamps_at_end: float = 20.0
+    valid_low_ma: float = 3.84
+    valid_high_ma: float = 20.16
+    error_level_ma: float = 3.75
+    error_tolerance_ma: float = 0.01
+
+    def __post_init__(self) -> None:
+        for key, choices in _CHOICES.items():
+            if getattr(self, key) not in choices:
+                raise FreerockError(
+                    f"laser.{key}",
+                    f"{getattr(self, key)!r} is unknown",
+                    f"use one of {', '.join(str(choice) for choice in choices if choice not in ('', None))}",
+                )
+        if self.is_rotation:
+            return
+        if not self.beam or self.position_m is None:
+            raise FreerockError(
+                "laser.beam", "no beam or no position_m", "say where the beam meets the block"
+            )
+        if self.beam == "horizontal" and not self.position_m > 0:
+            raise FreerockError("laser.position_m", f"height {self.position_m} m", "give a height above 0")
+        if self.range_m is not None and not self.range_m > 0:
+            raise FreerockError("laser.range_m", f"range {self.range_m} m", "give a range above 0")
+        if self.sensitivity_per_mm is not None and not self.sensitivity_per_mm > 0:
+            raise FreerockError(
+                "laser.sensitivity_per_mm", f"{self.sensitivity_per_mm:g}", "give a value above 0"
+            )
+        for name in ("volts", "milliamps"):
+            if not getattr(self, f"{name}_at_end") > getattr(self, f"{name}_at_start"):
+                raise FreerockError(
+                    f"laser.{name}_at_end",
+                    f"not above {name}_at_start",
+                    "give the output at both ends; use sign: -1 to invert",
+                )
+        ways = [way for way in SCALES if getattr(self, way) is not None]
+        if len(ways) > 1:
+            raise FreerockError("laser", f"scaled twice, by {' and '.join(ways)}", "keep one")
+
+    @property
+    def is_rotation(self) -> bool:
+        """Whether the channel is declared to hold the rotation itself."""
+        return self.units in UNITS and UNITS[self.units][0] == "rotation"
+
+    def limits(self, quantity: str) -> Limits | None:
+        """Valid output and error level of a quantity; None where it has none."""
+        suffix = {"voltage": "v", "current": "ma"}.get(quantity)
+        names = ("valid_low", "valid_high", "error_level", "error_tolerance")
+        return Limits(*(getattr(self, f"{name}_{suffix}") for name in names)) if suffix else None
+
+    def metres_per(self, quantity: str = "voltage") -> float:
+        """Distance from the sensor per volt or milliampere, with its sign [m/V or m/mA], without a table.
+
+        Raises
+        ------
+        FreerockError
+            Neither a range nor a sensitivity.
+        """
+        if self.sensitivity_per_mm is not None:
+            return self.sign * 1e-3 / self.sensitivity_per_mm
+        if self.range_m is None:
+            raise FreerockError(
+                "laser",
+                f"a {quantity} has no scale",
+                f"give one of {', '.join(SCALES)}, or its units as m or deg",
+            )
+        name = "volts" if quantity == "voltage" else "milliamps"
+        span: float = getattr(self, f"{name}_at_end") - getattr(self, f"{name}_at_start")
+        return self.sign * self.range_m / span
+
+
+SCALES = ("range_m", "sensitivity_per_mm", "calibration")
+_CHOICES = {
+    "beam": (None, "horizontal", "vertical"),
+    "face": ("left", "right"),
+    "sign": (1, -1),
+    "release_side": ("positive", "negative"),
+    "units": ("", *UNITS),
+}
+
+
+def distance_from_output(
+    output: ArrayLike, laser: Laser, quantity: str = "voltage"
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | float]:
+    """Distance of the target from the start of the measuring range, and its slope.
+
+    Parameters
+    ----------
+    output : array_like
+        Output of the sensor [V or mA]; a displacement [m] or rotation [rad] is taken as it is.
+    laser : Laser
+    quantity : str
+        Key of `quantity.BASE`.
+
+    Returns
+    -------
+    distance : ndarray
+        [m], or the rotation [rad]; counted against `laser.sign` where that is -1. NaN beyond a calibration
+        table.
+    slope : ndarray or float
+        Its change per unit of output, never negative [m/V, m/mA or 1].
+
+    Raises
+    ------
+    FreerockError
+        A sensor without a scale, or a table of another quantity.
+    """
+    output = np.asarray(output, float)
+    if quantity in ("displacement", "rotation"):
+        return output, 1.0
+    if laser.calibration is None:
+        slope = abs(laser.metres_per(quantity))
+        start = laser.volts_at_start if quantity == "voltage" else laser.milliamps_at_start
+        return (output - start) * slope, slope
+    table = laser.calibration
+    if table.quantity != quantity:
+        what = f"the calibration table is of a {table.quantity}, the channel of a {quantity}"
+        raise FreerockError("laser.calibration", what, "give the table of this sensor")
+    at, distance = np.array(table.output), np.array(table.distance_m)
+    piece = np.clip(np.searchsorted(at, output) - 1, 0, at.size - 2)
+    slopes = np.abs(np.diff(distance) / np.diff(at))[piece]
+    return np.interp(output, at, distance, left=np.nan, right=np.nan), slopes

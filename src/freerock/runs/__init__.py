@@ -1,0 +1,1 @@
+"""θ(t) to runs, and runs to impacts."""

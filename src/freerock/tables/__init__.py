@@ -1,0 +1,1 @@
+"""Tables: tidy frames, the paper's tables, numbers as text, LaTeX."""

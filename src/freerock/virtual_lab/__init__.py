@@ -1,0 +1,1 @@
+"""The virtual laboratory: simulated records with known truth."""

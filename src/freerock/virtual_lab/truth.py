@@ -1,0 +1,36 @@
+"""The true values of a simulated campaign: truth.json beside its records."""
+
+import json
+from pathlib import Path
+
+from freerock.errors import FreerockError
+from freerock.models.laws import MODELS
+
+REMEDY = "restore the file, or remove the key truth"
+
+
+def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
+    """True value of each parameter [SI], by test, run and parameter.
+
+    Raises
+    ------
+    FreerockError
+        The file is missing, is not JSON, or lacks the model, the runs or the parameters of a test.
+    """
+    try:
+        records = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        told = getattr(error, "strerror", None) or f"is not JSON ({error})"
+        raise FreerockError(path, told, REMEDY) from None
+    truth, where = {}, str(path)
+    try:
+        for test, record in records.items():
+            where = f"{path}: {test}"
+            names = MODELS[record["model"]]
+            for number, run in enumerate(record["runs"], 1):
+                for name in names:
+                    truth[test, number, name] = float(run[name])
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        what = f"does not hold the model and its parameters run by run ({type(error).__name__}: {error})"
+        raise FreerockError(where, what, REMEDY) from None
+    return truth
