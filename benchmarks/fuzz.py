@@ -84,7 +84,7 @@ def _limit() -> None:
 
 def _read(path: Path) -> int:
     from freerock.errors import FreerockError
-    from freerock.records import read_record
+    from freerock.records.read import read_record
 
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     signal.alarm(ASLEEP_SECONDS)
@@ -106,7 +106,7 @@ def _import_readers() -> None:
 
     from records import walked_by_a_fork
 
-    from freerock.records import READERS
+    from freerock.records.read import READERS
 
     for name in {*READERS.values()}:
         import_module(f"freerock.records.{name}")

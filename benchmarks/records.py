@@ -13,7 +13,7 @@ from nptdms import ChannelObject, TdmsWriter
 
 READ = """
 import resource, sys, time
-from freerock.records import read_record
+from freerock.records.read import read_record
 import nptdms, pandas, xarray
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 start = time.process_time()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from freerock.models.ground import GroundMotion, accelerogram, pulse
     from freerock.models.simulate import Response, simulate
     from freerock.products.netcdf import open_fits, open_record
-    from freerock.records import list_channels, read_record
+    from freerock.records.read import list_channels, read_record
     from freerock.rotation.rotation import rotation as find_rotation
     from freerock.rotation.sensor import Laser
     from freerock.runs.impacts import Impacts, find_impacts
@@ -31,7 +31,7 @@ _ROOMS = {  # module: the public names it holds
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.simulate": ("Response", "simulate"),
     "products.netcdf": ("open_fits", "open_record"),
-    "records": ("list_channels", "read_record"),
+    "records.read": ("list_channels", "read_record"),
     "rotation.rotation": ("find_rotation",),
     "rotation.sensor": ("Laser",),
     "runs.impacts": ("Impacts", "find_impacts"),

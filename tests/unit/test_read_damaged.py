@@ -4,7 +4,7 @@ import pytest
 from records import KINDS, TIME, VOLTS, damaged_files, walked_by_a_fork
 
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 
 @pytest.mark.parametrize("kind", KINDS)

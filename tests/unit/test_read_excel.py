@@ -6,7 +6,7 @@ import pytest
 from openpyxl import Workbook
 
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 TIME = np.arange(80) / 100
 SPECIMENS = [f"{letter}{number}" for letter in "ABC" for number in (1, 2, 3)]

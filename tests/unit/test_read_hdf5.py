@@ -9,7 +9,7 @@ from scipy.io import netcdf_file
 
 from freerock.errors import FreerockError
 from freerock.products.netcdf import write_record
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 VOLTS = np.round(5 + np.sin(np.arange(40) / 9), 6)
 COPY = "copy it again from the acquisition computer"

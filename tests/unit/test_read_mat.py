@@ -6,7 +6,7 @@ import pytest
 from scipy.io import savemat
 
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 TIME = np.arange(50) / 1000
 VOLTS = np.round(5 + np.sin(90 * TIME), 6)

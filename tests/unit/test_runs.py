@@ -365,7 +365,7 @@ def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, 
 
 @pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
 def test_virtual_campaign(test):
-    from freerock.records import read_record
+    from freerock.records.read import read_record
     from freerock.rotation.rotation import rotation
     from freerock.rotation.sensor import Laser
 

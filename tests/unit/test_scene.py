@@ -10,7 +10,7 @@ from freerock import cli
 from freerock.models.block import Block
 from freerock.models.ground import accelerogram, pulse
 from freerock.models.simulate import simulate
-from freerock.records import read_record
+from freerock.records.read import read_record
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = """\

@@ -8,7 +8,7 @@ from nptdms import TdmsFile
 
 from freerock.files import check_manifest
 from freerock.models.block import Block
-from freerock.records import read_record
+from freerock.records.read import read_record
 from freerock.rotation.beam import rotation_from_displacement
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.rotation import rotation

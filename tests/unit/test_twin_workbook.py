@@ -8,7 +8,7 @@ from openpyxl import load_workbook
 
 from freerock.config.campaign import load_campaign
 from freerock.identification.fit import fit_run
-from freerock.records import read_record
+from freerock.records.read import read_record
 from freerock.rotation.rotation import rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of

@@ -10,7 +10,7 @@ from small_campaign import COLUMNS, ROOT, check_out, simulated
 
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
-from freerock.records import read_record
+from freerock.records.read import read_record
 from freerock.virtual_lab import record as twin
 
 FILE = "$(touch pwned);'` \".tdms"

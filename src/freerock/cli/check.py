@@ -99,7 +99,7 @@ def _manifest(raw: str) -> Iterator[FreerockError]:
 
 def _contents(path: Path) -> "Contents":
     """The channels of a record file, or why they can't be listed."""
-    from freerock.records import list_channels
+    from freerock.records.read import list_channels
 
     try:
         return list_channels(path)

@@ -10,7 +10,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.records import list_channels, read_record
+from freerock.records.read import list_channels, read_record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +81,7 @@ def look_into(path: str | Path) -> RecordLook:
     Raises
     ------
     FreerockError
-        The file can't be read at all, see `freerock.records.read_record`.
+        The file can't be read at all, see `freerock.records.read.read_record`.
     """
     path, kind, channels = Path(path), "", list[ChannelLook]()
     for name, listed in list_channels(path).items():

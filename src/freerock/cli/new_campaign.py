@@ -19,7 +19,7 @@ from freerock.cli.inspect import ChannelLook, RecordLook, look_into, quick_look,
 from freerock.config.campaign import FILL_IN, NAME, RESERVED, Record
 from freerock.errors import FreerockError
 from freerock.files import sha256, write_manifest
-from freerock.records import READERS
+from freerock.records.read import READERS
 from freerock.units import UNITS, understood
 
 MANIFEST = "manifest.csv"

@@ -24,7 +24,7 @@ DENSEST_SHEET = 110  # a sheet's XML can't shrink more than that many times
 
 
 def read(path, channel=None):
-    """Read an Excel workbook; arguments, result and errors as of `freerock.records.read_record`.
+    """Read an Excel workbook; arguments, result and errors as of `freerock.records.read.read_record`.
 
     Tables are found below their rows of headings, on every sheet; the values of formulas are those that Excel
     saved. A column of time belongs to the columns at its right. A channel is named "channel" or

@@ -32,7 +32,7 @@ WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which ther
 
 
 def read(path, channel=None):
-    """Read an HDF5 or netCDF file; arguments, result and errors as of `freerock.records.read_record`.
+    """Read an HDF5 or netCDF file; arguments, result and errors as of `freerock.records.read.read_record`.
 
     Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
     one above it; else an attribute of the channel, or an attribute or single number of these groups, states

@@ -44,7 +44,7 @@ class Segment:
 
 
 def read(path, channel=None):
-    """Read an LVM file; arguments, result and errors as of `freerock.records.read_record`.
+    """Read an LVM file; arguments, result and errors as of `freerock.records.read.read_record`.
 
     Time is the column X_Value left of a channel, where it is filled in, else X0 and Delta_X. Segments whose X
     starts again are joined by their dates and times. A file with fewer rows than a segment's Samples is

@@ -22,7 +22,7 @@ PLAIN = "save(…) the time and the signals as numeric vectors"
 
 
 def read(path, channel=None):
-    """Read a MATLAB file; arguments, result and errors as of `freerock.records.read_record`.
+    """Read a MATLAB file; arguments, result and errors as of `freerock.records.read.read_record`.
 
     Channels are numeric vectors, or the columns of a matrix, named "name(:,2)". Time is a vector called time,
     t and so on, or the first column of the only matrix where it rises steadily; else a scalar such as fs or

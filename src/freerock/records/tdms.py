@@ -15,7 +15,7 @@ log_manager.set_level("ERROR")  # what npTDMS warns of is refused here in a line
 
 
 def read(path, channel=None):
-    """Read a TDMS file; arguments, result and errors as of `freerock.records.read_record`.
+    """Read a TDMS file; arguments, result and errors as of `freerock.records.read.read_record`.
 
     A file is truncated when its last segment is incomplete, when a channel holds fewer samples than its
     wf_samples, or when channels of one group and one sampling rate differ in length. (wf_samples may be

@@ -1,4 +1,4 @@
-"""Record files: one reader per format behind `read_record`."""
+"""The door to record files: `READERS` names the module of each format."""
 
 import warnings
 from importlib import import_module

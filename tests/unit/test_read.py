@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from freerock.errors import FreerockError
-from freerock.records import READERS, read_record
+from freerock.records.read import READERS, read_record
 
 EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
 WAVEFORM = {"wf_increment": 5e-4, "wf_start_offset": 0.25, "wf_samples": 1000, "unit_string": "V"}
@@ -182,7 +182,7 @@ def test_a_flipped_byte_never_ends_in_a_traceback(tmp_path_factory, place, flip)
 
 
 def test_reader_is_imported_only_when_needed():
-    code = "import sys, freerock.records; sys.exit(not {'nptdms', 'xarray'}.isdisjoint(sys.modules))"
+    code = "import sys, freerock.records.read; sys.exit(not {'nptdms', 'xarray'}.isdisjoint(sys.modules))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
