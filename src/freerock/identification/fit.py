@@ -658,8 +658,8 @@ def _widened(covariance_x, apart) -> tuple:
 def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
     """How many standard errors the other law's damping would be away from zero, by a score test.
 
-    The standard errors are those of `freerock.identification.intervals.covariance`; a negative number is a damping that
-    would have to drive the block.
+    The standard errors are those of `freerock.identification.intervals.covariance`; a negative number is a
+    damping that would have to drive the block.
     """
     other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
     dash = 1e-3 * A_DASH[other] * problem.physical(x)[0]  # the valley bends: a larger one is no derivative

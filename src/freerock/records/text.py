@@ -27,7 +27,7 @@ ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
 
 
 def read(path, channel=None):
-    """Read a table of numbers in text; arguments, result and errors as of `freerock.records.read.read_record`.
+    """Read a table of numbers in text; arguments, result, errors as of `freerock.records.read.read_record`.
 
     A column of time is recognised by its heading, by its clock times (09:30:00.125, after a date or not), or
     because it is the first one and rises steadily; else the lines above the table must state the sampling

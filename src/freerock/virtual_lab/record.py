@@ -7,7 +7,8 @@ doi:10.1016/j.proeng.2017.09.024), and their truth. Nothing in them was measured
 
 A record goes: rest; then for every release a tilt by hand (the hand in the beam now and then), a hold by a
 finger, the finger's fading support, free rocking to rest, a pause. The law of motion restrains the base
-centre, as the models do; for the laser the block turns by the same θ about its corner (see `freerock.rotation.beam`).
+centre, as the models do; for the laser the block turns by the same θ about its corner (see
+`freerock.rotation.beam`).
 """
 
 import json
