@@ -2,8 +2,8 @@
 
 No unbiased estimate from samples θ_i with independent normal noise of standard deviation σ has a covariance
 below (JᵀJ)⁻¹σ², J = ∂θ_i/∂(parameters), the nuisances θ₀ and t₀ among them as in
-`freerock.identification.fit` (Rao 1945, doi:10.1007/978-1-4612-0919-5_16). The least-squares fits reach it where the model is true and the
-noise white.
+`freerock.identification.fit` (Rao 1945, doi:10.1007/978-1-4612-0919-5_16).
+The least-squares fits reach it where the model is true and the noise white.
 """
 
 import math
