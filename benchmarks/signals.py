@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from freerock.models.block import Block
-from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.housner import housner_motion, housner_swings
 from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation
@@ -33,7 +33,7 @@ def motion(draw, rate_hz, n_runs):
     for _ in range(n_runs):
         theta0 = math.radians(draw.uniform(4, 11)) * draw.choice([-1, 1])
         tilt, hold, pause = draw.uniform(0.8, 2), draw.uniform(1, 3), draw.uniform(1, 3)
-        lobes = housner_lobes(BLOCK, draw.uniform(0.75, 0.95), theta0)
+        lobes = housner_swings(BLOCK, draw.uniform(0.75, 0.95), theta0)
         n = round((tilt + hold + lobes.rest_time + pause) * rate_hz)
         t = np.arange(n) / rate_hz
         theta = housner_motion(lobes, t - tilt - hold, theta0, rates=False)[0]
@@ -117,7 +117,7 @@ def errors(records=2000, sigma=math.radians(0.01)):
         block = Block(draw.choice([0.14, 0.28, 0.42]), 0.07, 5.84)
         r, theta0 = draw.uniform(0.75, 0.96), block.theta_cr * draw.uniform(0.5, 0.8)
         rate_hz = draw.choice([1e3, 2e3, 5e3, 1e4])
-        lobes = housner_lobes(block, r, theta0, until=6.0)
+        lobes = housner_swings(block, r, theta0, until=6.0)
         time_s = (draw.uniform() + np.arange(round(6 * rate_hz))) / rate_hz
         theta = housner_motion(lobes, time_s, theta0, rates=False)[0] + sigma * draw.standard_normal(
             time_s.size

@@ -14,7 +14,7 @@ from freerock.figures.style import styled
 from freerock.files import atomic
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import contact_intervals
-from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -175,31 +175,31 @@ def contact_interval():
 
 def housner():
     block, r, theta0 = BLOCKS[2], 0.958, RELEASE[2]
-    lobes = housner_lobes(block, r, theta0)
+    swings = housner_swings(block, r, theta0)
     time = np.linspace(0, 8, 2001)
-    theta, _ = housner_motion(lobes, time, theta0)
+    theta, _ = housner_motion(swings, time, theta0)
     figure = Figure(figsize=(7.2, 2.6))
     left, right = figure.subplots(1, 2, width_ratios=(1.7, 1))
     left.plot(time, np.degrees(theta), color="black", linewidth=0.8)
     early = slice(0, 12)
-    left.plot(lobes.impact_time[early], np.zeros(12), "o", color=RED, label="impacts")
+    left.plot(swings.impact_time[early], np.zeros(12), "o", color=RED, label="impacts")
     left.plot(
-        lobes.peak_time[early],
-        np.degrees(lobes.sign * lobes.peak)[early],
+        swings.peak_time[early],
+        np.degrees(swings.sign * swings.peak)[early],
         "s",
         color=BLUE,
         label="peaks",
     )
-    left.axvline(lobes.rest_time, color=GREY, linestyle="--")
-    left.text(lobes.rest_time - 0.1, -6, f"rest at {lobes.rest_time:.4f} s", ha="right", color=GREY)
+    left.axvline(swings.rest_time, color=GREY, linestyle="--")
+    left.text(swings.rest_time - 0.1, -6, f"rest at {swings.rest_time:.4f} s", ha="right", color=GREY)
     left.set(xlabel="t [s]", ylabel="θ [°]", xlim=(0, 8))
     left.legend(loc="upper center", ncols=2)
-    time = np.linspace(0, lobes.impact_time[5], 2001)
-    theta, rate = housner_motion(lobes, time, theta0)
+    time = np.linspace(0, swings.impact_time[5], 2001)
+    theta, rate = housner_motion(swings, time, theta0)
     jump = np.flatnonzero(np.diff(np.sign(theta)) != 0) + 1
     right.plot(*(np.insert(np.degrees(a), jump, np.nan) for a in (theta, rate)), color="black")
     for n in range(5):
-        before = -lobes.sign[n] * np.degrees(lobes.impact_rate[n])
+        before = -swings.sign[n] * np.degrees(swings.impact_rate[n])
         right.plot([0, 0], [before, r * before], color=RED, linewidth=1.6)
     right.set(xlabel="θ [°]", ylabel="θ̇ [°/s]")
     right.text(0, 0, "at an impact\nθ̇⁺ = r θ̇⁻", color=RED, ha="center", va="center")
@@ -232,7 +232,7 @@ def rigid():
     stiffness = np.geomspace(1e7, 1e11, 13)
     for (number, block), color in zip(BLOCKS.items(), ("black", BLUE, RED), strict=True):
         theta0 = RELEASE[number]
-        corner = housner_lobes(block, 1.0, theta0, until=0.1).impact_time[0]
+        corner = housner_swings(block, 1.0, theta0, until=0.1).impact_time[0]
         late = [
             simulate(
                 "hunt_crossley", block, {"k": k, "lambda": 19 * k}, np.array([0, 0.5]), theta0=theta0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from freerock.models import contact as foundation
+from freerock.models import contact
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import (
     accelerations,
@@ -20,7 +20,7 @@ from freerock.models.contact import (
     static_depth,
 )
 from freerock.models.ground import pulse
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -89,7 +89,7 @@ def test_equation_1_follows_from_the_lagrangian(block, law, state, x_ground, z_g
 @repeatable
 def test_vertical_ground_acceleration_is_a_change_of_gravity(block, law, state, z_ground):
     with pytest.MonkeyPatch.context() as other_planet:
-        other_planet.setattr(foundation, "GRAVITY", GRAVITY + z_ground)
+        other_planet.setattr(contact, "GRAVITY", GRAVITY + z_ground)
         expected = accelerations(block, *law, *state)
     assert accelerations(block, *law, *state, z_ground=z_ground) == pytest.approx(expected, rel=1e-12)
 
@@ -224,7 +224,7 @@ def test_stiff_limit_is_the_guided_block_and_not_housners(number):
         late.append(found.impacts[0] / limit - 1)
     assert late[0] < 0.02
     assert np.array(late[1:]) / late[:-1] == pytest.approx(0.1**0.5, rel=0.08)
-    housner = housner_lobes(block, 1.0, theta0, until=0.1).impact_time[0]
+    housner = housner_swings(block, 1.0, theta0, until=0.1).impact_time[0]
     assert limit / housner - 1 == pytest.approx({1: -0.0089, 2: -0.0220, 3: -0.0786}[number], abs=1e-4)
 
 
@@ -259,11 +259,11 @@ def test_housners_restitution_keeps_the_angular_momentum_about_the_new_corner(bl
 
 @given(blocks, st.floats(0.05, 0.95), st.floats(0.1, 0.99))
 @repeatable
-def test_lobe_times_by_quadrature(block, share, r):
-    """Half a lobe lasts ∫ dφ / (p √(2 (cos φ_peak - cos φ))); energies fall by r²."""
+def test_swing_times_by_quadrature(block, share, r):
+    """Half a swing lasts ∫ dφ / (p √(2 (cos φ_peak - cos φ))); energies fall by r²."""
     theta0 = share * block.theta_cr
-    lobes = housner_lobes(block, r, theta0, until=3 / block.p)
-    for peak, half in zip(lobes.peak[:3], (lobes.impact_time - lobes.peak_time)[:3], strict=False):
+    swings = housner_swings(block, r, theta0, until=3 / block.p)
+    for peak, half in zip(swings.peak[:3], (swings.impact_time - swings.peak_time)[:3], strict=False):
 
         def slowness(x, peak=peak):
             # θ = θ_peak (1 - x²) takes the root singularity away
@@ -275,7 +275,7 @@ def test_lobe_times_by_quadrature(block, share, r):
             return math.sqrt(2 * peak / math.sin(block.theta_cr - peak)) / block.p
 
         assert half == pytest.approx(quad(slowness, 0, 1, epsabs=0, epsrel=1e-11)[0], rel=1e-9)
-    cosine = np.cos(block.theta_cr - lobes.peak) - math.cos(block.theta_cr)
+    cosine = np.cos(block.theta_cr - swings.peak) - math.cos(block.theta_cr)
     assert cosine[1:] == pytest.approx(r**2 * cosine[:-1], rel=1e-9)
 
 
@@ -292,7 +292,7 @@ def test_closed_form_of_the_motion_against_an_integrator(number):
     expected = np.full((2, time.size), np.nan)
     start, state, sign = 0.0, [block.theta_cr - RELEASE[number], 0.0], 1
     while start < time[-1]:
-        lobe = solve_ivp(
+        swing = solve_ivp(
             lambda t, y: [y[1], block.p**2 * math.sin(y[0])],
             (start, time[-1]),
             state,
@@ -301,10 +301,10 @@ def test_closed_form_of_the_motion_against_an_integrator(number):
             rtol=1e-11,
             atol=1e-13,
         )
-        here = (time >= start) & (time <= lobe.t[-1])
-        phi, rate = lobe.sol(time[here])
+        here = (time >= start) & (time <= swing.t[-1])
+        phi, rate = swing.sol(time[here])
         expected[:, here] = sign * (block.theta_cr - phi), -sign * rate
-        start, state, sign = lobe.t[-1], [block.theta_cr, -r * lobe.y[1, -1]], -sign
+        start, state, sign = swing.t[-1], [block.theta_cr, -r * swing.y[1, -1]], -sign
     found = simulate("housner", block, {"r": r}, time, theta0=RELEASE[number])
     assert found.theta == pytest.approx(expected[0], abs=1e-9)
     assert found.theta_rate == pytest.approx(expected[1], abs=1e-7)
@@ -312,10 +312,10 @@ def test_closed_form_of_the_motion_against_an_integrator(number):
 
 @given(blocks, st.floats(0.2, 0.9))
 @repeatable
-def test_rest_comes_after_a_geometric_series_of_lobes(block, r):
-    lobes = housner_lobes(block, r, 1e-4 * block.theta_cr)
-    last = 2 * (lobes.impact_time[0] - lobes.peak_time[0]) * r
-    assert lobes.rest_time == pytest.approx(lobes.impact_time[0] + last / (1 - r), rel=1e-3)
+def test_rest_comes_after_a_geometric_series_of_swings(block, r):
+    swings = housner_swings(block, r, 1e-4 * block.theta_cr)
+    last = 2 * (swings.impact_time[0] - swings.peak_time[0]) * r
+    assert swings.rest_time == pytest.approx(swings.impact_time[0] + last / (1 - r), rel=1e-3)
 
 
 def test_froude_scaling_of_the_law():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.housner import REST_AMPLITUDE, housner_lobes, housner_motion
+from freerock.models.housner import REST_AMPLITUDE, housner_motion, housner_swings
 from freerock.models.simulate import simulate
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -26,9 +26,9 @@ blocks = st.builds(Block, st.floats(0.05, 3), st.floats(0.05, 1), st.floats(0.1,
     ],
 )
 def test_impacts_and_peaks_of_configuration_2(r, impacts, peaks):
-    lobes = housner_lobes(BLOCK, r, ALPHA)
-    assert lobes.impact_time[: len(impacts)] == pytest.approx(impacts, abs=6e-6)
-    assert np.degrees(lobes.peak[1 : len(peaks) + 1]) == pytest.approx(peaks, abs=6e-5)
+    swings = housner_swings(BLOCK, r, ALPHA)
+    assert swings.impact_time[: len(impacts)] == pytest.approx(impacts, abs=6e-6)
+    assert np.degrees(swings.peak[1 : len(peaks) + 1]) == pytest.approx(peaks, abs=6e-5)
 
 
 @pytest.mark.parametrize(
@@ -44,11 +44,11 @@ def test_impacts_and_peaks_of_configuration_2(r, impacts, peaks):
         (BLOCK.theta_cr - 1e-9, 0.0),
     ],
 )
-def test_first_lobe_of_any_start(theta0, theta_rate0):
-    lobes = housner_lobes(BLOCK, 0.5, theta0, theta_rate0)
-    time = np.linspace(0, lobes.impact_time[0], 60)
-    theta, theta_rate = housner_motion(lobes, time, theta0, theta_rate0)
-    side = lobes.sign[0]
+def test_first_swing_of_any_start(theta0, theta_rate0):
+    swings = housner_swings(BLOCK, 0.5, theta0, theta_rate0)
+    time = np.linspace(0, swings.impact_time[0], 60)
+    theta, theta_rate = housner_motion(swings, time, theta0, theta_rate0)
+    side = swings.sign[0]
     expected = solve_ivp(
         lambda t, y: [y[1], -(BLOCK.p**2) * math.sin(side * BLOCK.theta_cr - y[0])],
         (0, time[-1]),
@@ -63,38 +63,38 @@ def test_first_lobe_of_any_start(theta0, theta_rate0):
     assert theta == pytest.approx(expected[0], abs=1e-13 * growth)
     assert theta_rate == pytest.approx(expected[1], abs=1e-12 * growth)
     assert theta[-1] == pytest.approx(0, abs=2e-15)
-    assert theta_rate[-1] == pytest.approx(-side * lobes.impact_rate[0], rel=1e-12)
+    assert theta_rate[-1] == pytest.approx(-side * swings.impact_rate[0], rel=1e-12)
 
 
 @given(blocks, st.floats(1e-6, 1 - 1e-6), st.floats(0.05, 1.0))
 def test_energy_is_kept_to_machine_precision(block, share, r):
-    """½ θ̇² + p² (cosφ - cosθ_cr) within every lobe, and r² of it in the next."""
+    """½ θ̇² + p² (cosφ - cosθ_cr) within every swing, and r² of it in the next."""
     theta0 = share * block.theta_cr
-    lobes = housner_lobes(block, r, theta0, until=40 / block.p)
-    time = np.linspace(0, min(lobes.impact_time[-1], 40 / block.p), 500)
-    theta, theta_rate = housner_motion(lobes, time, theta0)
-    lobe = np.searchsorted(lobes.impact_time, time)
+    swings = housner_swings(block, r, theta0, until=40 / block.p)
+    time = np.linspace(0, min(swings.impact_time[-1], 40 / block.p), 500)
+    theta, theta_rate = housner_motion(swings, time, theta0)
+    swing = np.searchsorted(swings.impact_time, time)
     kinetic = (theta_rate / (2 * block.p)) ** 2
     # sin²(θ_cr/2) - sin²(φ/2)
     potential = np.sin(np.abs(theta) / 2) * np.sin(block.theta_cr - np.abs(theta) / 2)
-    expected = lobes.energy[0] * r ** (2.0 * lobe)
+    expected = swings.energy[0] * r ** (2.0 * swing)
     scale = math.sin(block.theta_cr / 2) ** 2
     assert kinetic + potential == pytest.approx(expected, abs=2e-14 * scale)
 
 
 def test_every_impact_up_to_rest():
-    lobes = housner_lobes(BLOCK, 0.9, ALPHA)
-    assert np.all(np.diff(lobes.impact_time) > 0)
-    assert lobes.peak[-1] < REST_AMPLITUDE < lobes.peak[-2]
-    assert lobes.impact_time[-1] < lobes.rest_time < lobes.impact_time[-1] + 1e-5
-    theta, rate = housner_motion(lobes, np.array([lobes.rest_time, 100.0]), ALPHA)
+    swings = housner_swings(BLOCK, 0.9, ALPHA)
+    assert np.all(np.diff(swings.impact_time) > 0)
+    assert swings.peak[-1] < REST_AMPLITUDE < swings.peak[-2]
+    assert swings.impact_time[-1] < swings.rest_time < swings.impact_time[-1] + 1e-5
+    theta, rate = housner_motion(swings, np.array([swings.rest_time, 100.0]), ALPHA)
     assert np.all(theta == 0) and np.all(rate == 0)
 
 
-def test_no_restitution_no_second_lobe():
-    lobes = housner_lobes(BLOCK, 0.0, ALPHA)
-    assert len(lobes.impact_time) == 1
-    assert lobes.rest_time == lobes.impact_time[0]
+def test_no_restitution_no_second_swing():
+    swings = housner_swings(BLOCK, 0.0, ALPHA)
+    assert len(swings.impact_time) == 1
+    assert swings.rest_time == swings.impact_time[0]
 
 
 @pytest.mark.parametrize(
@@ -107,9 +107,9 @@ def test_beyond_return(theta0, theta_rate0):
 
 
 def test_thrown_over_to_the_other_side():
-    lobes = housner_lobes(BLOCK, 0.95, 0.1, -5.0)
-    assert lobes.outcome == "overturned" and len(lobes.impact_time) == 1
-    theta, _ = housner_motion(lobes, lobes.impact_time[0] * np.array([0.5, 0.999, 1.001]), 0.1, -5.0)
+    swings = housner_swings(BLOCK, 0.95, 0.1, -5.0)
+    assert swings.outcome == "overturned" and len(swings.impact_time) == 1
+    theta, _ = housner_motion(swings, swings.impact_time[0] * np.array([0.5, 0.999, 1.001]), 0.1, -5.0)
     assert np.isfinite(theta[:2]).all() and np.isnan(theta[2])
 
 

@@ -10,7 +10,7 @@ import pytest
 from freerock.identification.choice import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.contact import static_depth
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -43,13 +43,13 @@ def test_constants_of_the_three_blocks(number, radius, theta_cr_deg, p, restitut
 
 @pytest.mark.parametrize("number, quarter_s", [(1, 0.283081), (2, 0.268884), (3, 0.214670)])
 def test_quarter_period_of_housner(number, quarter_s):
-    lobes = housner_lobes(BLOCKS[number], 0.9, ALPHA[number], until=0.1)
-    assert lobes.impact_time[0] == pytest.approx(quarter_s, abs=5e-7)
+    swings = housner_swings(BLOCKS[number], 0.9, ALPHA[number], until=0.1)
+    assert swings.impact_time[0] == pytest.approx(quarter_s, abs=5e-7)
 
 
 @pytest.mark.parametrize("r, rest_s", [(0.958, 7.4225), (0.895, 2.8932)])
 def test_housner_rests_at_the_zeno_time(r, rest_s):
-    assert housner_lobes(BLOCKS[2], r, ALPHA[2]).rest_time == pytest.approx(rest_s, abs=5e-5)
+    assert housner_swings(BLOCKS[2], r, ALPHA[2]).rest_time == pytest.approx(rest_s, abs=5e-5)
     response = simulate("housner", BLOCKS[2], {"r": r}, [0.0, rest_s - 0.01, rest_s + 1e-3], theta0=ALPHA[2])
     assert response.outcome == "at_rest"
     assert response.theta[1] != 0

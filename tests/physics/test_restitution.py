@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate_theta
 from freerock.runs.impacts import find_impacts, restitution_from_peaks
 
@@ -51,8 +51,8 @@ def test_housner_motion_to_the_digits_printed(r, times, peaks_deg):
 
 def test_peak_map_inverts_itself():
     block, r = BLOCKS[3], 0.7
-    lobes = housner_lobes(block, r, math.radians(20), until=1.0)
-    for before, after in zip(lobes.peak, lobes.peak[1:], strict=False):
+    swings = housner_swings(block, r, math.radians(20), until=1.0)
+    for before, after in zip(swings.peak, swings.peak[1:], strict=False):
         assert restitution_from_peaks(before, 0.0, -after, 0.0, block)[0] == pytest.approx(r, abs=1e-12)
 
 
@@ -76,10 +76,10 @@ def test_no_bias_and_honest_errors_on_rigid_motion_down_to_ten_sigma():
         theta, _ = simulate_theta("housner", block, {"r": r}, time, theta0=theta0)
         theta += SIGMA * generator.standard_normal(theta.size)
         found = find_impacts(time, theta, SIGMA, block, theta0=theta0)
-        lobes = housner_lobes(block, r, theta0, until=9.0)
+        swings = housner_swings(block, r, theta0, until=9.0)
         true = slice(0, found.time_s.size)
-        after = lobes.peak[1:][true]
-        scores["time"].extend((found.time_s - lobes.impact_time[true]) / found.time_stderr_s)
+        after = swings.peak[1:][true]
+        scores["time"].extend((found.time_s - swings.impact_time[true]) / found.time_stderr_s)
         scores["peak"].extend((np.abs(found.peak_after_rad) - after) / found.peak_after_stderr_rad)
         scores["restitution"].extend((found.restitution - r) / found.restitution_stderr)
         scores["restitution_rate"].extend((found.restitution_rate - r) / found.restitution_rate_stderr)
@@ -95,7 +95,7 @@ def test_no_bias_and_honest_errors_on_rigid_motion_down_to_ten_sigma():
 def test_housner_stops_at_the_last_peak_above_ten_sigma():
     time, theta, theta0 = motion("housner", 2, {"r": 0.9})
     found = find_impacts(time, noisy(theta, 1), SIGMA, BLOCKS[2], theta0=theta0)
-    peaks = housner_lobes(BLOCKS[2], 0.9, theta0, until=8.0).peak[1:]
+    peaks = housner_swings(BLOCKS[2], 0.9, theta0, until=8.0).peak[1:]
     n = found.time_s.size
     assert peaks[n - 1] > 9 * SIGMA and peaks[n] < 11 * SIGMA
 

@@ -104,7 +104,7 @@ def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameter
     moved = simulate(
         model, block, parameters, time, theta0=0.17, z0=z0, base_excitation=lift, debonding=rule, rtol=1e-10
     )
-    for module in ("simulate", "block", "foundation"):
+    for module in ("simulate", "block", "contact"):
         monkeypatch.setattr(f"freerock.models.{module}.GRAVITY", GRAVITY + 3.0)
     still = simulate(model, block, parameters, time, theta0=0.17, debonding=rule, rtol=1e-10)
     assert moved.theta == pytest.approx(still.theta, abs=1e-8)

@@ -14,7 +14,7 @@ from freerock.identification.choice import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import contact_force, static_depth
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.simulate import simulate, simulate_theta
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
@@ -130,7 +130,9 @@ def test_times_of_rest():
         )
     )
     for r, time in stated.items():
-        assert housner_lobes(BLOCKS[2], r, math.radians(10)).rest_time == pytest.approx(float(time), abs=6e-5)
+        assert housner_swings(BLOCKS[2], r, math.radians(10)).rest_time == pytest.approx(
+            float(time), abs=6e-5
+        )
 
 
 def pulled_share(model, block, parameters, theta0, span=1.2):
@@ -167,7 +169,7 @@ def test_table_of_the_stiff_limit(drawing):
     assert len(table) == 3
     for number, corner, guided, percent in table:
         block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
-        found = housner_lobes(block, 1.0, theta0, until=0.1).impact_time[0]
+        found = housner_swings(block, 1.0, theta0, until=0.1).impact_time[0]
         limit = drawing.rigid_limit(block, theta0)
         assert (corner, guided) == pytest.approx((found, limit), abs=6e-7)
         assert percent == pytest.approx(100 * (limit / found - 1), abs=6e-3)
@@ -238,7 +240,7 @@ def test_table_of_impact_times():
     block, theta0 = BLOCKS[2], math.radians(10)
     for name, *cells in lines[1:]:
         if "Housner" in name:
-            times = housner_lobes(block, float(name.rpartition("=")[2]), theta0, until=4.0).impact_time
+            times = housner_swings(block, float(name.rpartition("=")[2]), theta0, until=4.0).impact_time
         else:
             parameters = TABLE2["hunt_crossley", "marble"]
             times = simulate("hunt_crossley", block, parameters, np.array([0.0, 4.0]), theta0=theta0).impacts

@@ -138,12 +138,12 @@ def test_wrong_arguments_are_named(change, message):
 
 
 def test_each_impact_of_a_rigid_block_has_its_restitution():
-    from freerock.models.housner import housner_lobes, housner_motion
+    from freerock.models.housner import housner_motion, housner_swings
 
     truth = np.array([0.90, 0.94, 0.92, 0.95, 0.93])
     time = np.arange(0, 3, 5e-4)
     alpha = math.radians(10)
-    theta, _ = housner_motion(housner_lobes(CONFIG2, truth, alpha, until=3.0), time, alpha)
+    theta, _ = housner_motion(housner_swings(CONFIG2, truth, alpha, until=3.0), time, alpha)
     noise = np.random.default_rng(1).normal(0, 1e-4, len(time))
     fit = fit_run("housner", CONFIG2, Motion(time, theta + noise, 1e-4, alpha), free=("r_per_impact",))
     assert fit.success, fit.message

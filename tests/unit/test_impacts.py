@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from freerock.models.block import Block
-from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
-LOBES = housner_lobes(BLOCK, R, THETA0, until=5.0)
+LOBES = housner_swings(BLOCK, R, THETA0, until=5.0)
 TIME = np.arange(8000) / 2000
 THETA = housner_motion(LOBES, TIME, THETA0, rates=False)[0]
 SIGMA = math.radians(0.01)

@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.housner import housner_lobes, housner_motion
+from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.flags import Fault
 from freerock.runs.segment import find_runs
@@ -31,7 +31,7 @@ def one_run(
     """θ [rad] from the start of the tilt to the end of the pause, and the instant of release [s]."""
     theta0 = math.radians(theta0_deg)
     release = tilt_s + hold_s
-    lobes = housner_lobes(BLOCK, r, theta0, rate0)
+    lobes = housner_swings(BLOCK, r, theta0, rate0)
     t = np.arange(round((release + lobes.rest_time + pause_s) * RATE_HZ)) / RATE_HZ
     theta = housner_motion(lobes, t - release, theta0, rate0, rates=False)[0]
     tilt, hold = t < tilt_s, (t >= tilt_s) & (t < release)
@@ -84,7 +84,7 @@ def test_release_error_is_honest():
 def test_end_is_where_the_motion_is_lost_in_noise():
     arguments, (release,) = record(one_run(r=0.85))
     (run,) = find_runs(*arguments)
-    lobes = housner_lobes(BLOCK, 0.85, math.radians(10))
+    lobes = housner_swings(BLOCK, 0.85, math.radians(10))
     visible = lobes.impact_time[lobes.peak > 6 * SIGMA][-1]
     assert release + visible <= run.end_s <= release + lobes.rest_time + 0.01
 
@@ -229,7 +229,7 @@ def test_few_impacts():
 
 def run_impacts(r):
     """Impacts followed by a peak that stands out of the noise."""
-    return int(np.count_nonzero(housner_lobes(BLOCK, r, math.radians(10)).peak[1:] > 5 * SIGMA))
+    return int(np.count_nonzero(housner_swings(BLOCK, r, math.radians(10)).peak[1:] > 5 * SIGMA))
 
 
 def test_held_angle_beyond_the_critical_one():

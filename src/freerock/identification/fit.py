@@ -17,7 +17,7 @@ from freerock.errors import FreerockError
 from freerock.identification.choice import epsilon_theta, is_white
 from freerock.identification.intervals import NORMAL_95, covariance
 from freerock.models.block import Block
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.laws import K_RANGE, MODELS, RATIO_RANGE, UNITS, WIDTH_RANGE
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.impacts import Impacts
@@ -412,7 +412,7 @@ def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
     few, many = 0, len(R_GRID) - 1  # the grid falls, and with it the time to rest
     while few < many:
         middle = (few + many + 1) // 2
-        if housner_lobes(block, R_GRID[middle], motion.theta0, until=time_s).rest_time > time_s:
+        if housner_swings(block, R_GRID[middle], motion.theta0, until=time_s).rest_time > time_s:
             few = middle
         else:
             many = middle - 1

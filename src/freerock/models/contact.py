@@ -5,7 +5,7 @@ in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ
 model, c = 0 the Hunt-Crossley model. With u in [-b, b] measured from the base centre, positive to
 the right, z(u) = z_cb + u sinθ and ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an
 interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. The
-compiled kernel in `integrate` computes the same forces; this is what it is checked against.
+compiled `kernel` computes the same forces; this is what it is checked against.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 A rigid block turns about its corners; an impact multiplies its angular rate by r (Housner 1963,
 doi:10.1785/BSSA0530020403). With φ = θ_cr - |θ|, φ̈ = p² sinφ between impacts: a pendulum turned upside
-down, whose energy E = sin²(φ/2) + (its kinetic part) decides the lobe. From a peak,
+down, whose energy E = sin²(φ/2) + (its kinetic part) decides the swing. From a peak,
 
     sin(φ/2) = k' / dn(p (t - t_peak) | 1 - k'²),    k' = sin(φ_peak/2),
 
@@ -26,27 +26,27 @@ REST_AMPLITUDE = 1e-13
 
 
 @dataclass(frozen=True)
-class Lobes:
-    """The free motion of Housner's block between impacts, one entry per lobe.
+class Swings:
+    """The free motion of Housner's block between impacts, one entry per swing.
 
     Parameters
     ----------
     block : Block
         The block.
-    sign : ndarray, shape (n_lobes,)
+    sign : ndarray, shape (n_swings,)
         Sign of θ.
-    k2 : ndarray, shape (n_lobes,)
-        k'² = sin²(φ_peak/2); negative in a first lobe thrown in from beyond the critical angle.
-    energy : ndarray, shape (n_lobes,)
+    k2 : ndarray, shape (n_swings,)
+        k'² = sin²(φ_peak/2); negative in a first swing thrown in from beyond the critical angle.
+    energy : ndarray, shape (n_swings,)
         sin²(θ_cr/2) - k'², which is (θ̇/2p)² at the impact.
-    peak_time : ndarray, shape (n_lobes,)
-        Instant of the peak [s]; of the first lobe perhaps before the release.
-    impact_time : ndarray, shape (n_lobes,)
-        Instant of the impact that ends the lobe [s].
+    peak_time : ndarray, shape (n_swings,)
+        Instant of the peak [s]; of the first swing perhaps before the release.
+    impact_time : ndarray, shape (n_swings,)
+        Instant of the impact that ends the swing [s].
     rest_time : float
-        Instant after which the block is at rest [s]; inf if the lobes end before it.
+        Instant after which the block is at rest [s]; inf if the swings end before it.
     outcome : str
-        "completed", "overturned" (after the last lobe) or "step_limit".
+        "completed", "overturned" (after the last swing) or "step_limit".
     """
 
     block: Block
@@ -60,25 +60,25 @@ class Lobes:
 
     @property
     def peak(self) -> np.ndarray:
-        """|θ| at the peak of each lobe, shape (n_lobes,) [rad]."""
+        """|θ| at the peak of each swing, shape (n_swings,) [rad]."""
         s, c = math.sin(self.block.theta_cr / 2), math.cos(self.block.theta_cr / 2)
         k2 = np.maximum(self.k2, 0.0)
         return 2 * np.arcsin(self.energy / (s * np.sqrt(1 - k2) + c * np.sqrt(k2)))
 
     @property
     def impact_rate(self) -> np.ndarray:
-        """|θ̇| just before the impact of each lobe, shape (n_lobes,) [rad/s]."""
+        """|θ̇| just before the impact of each swing, shape (n_swings,) [rad/s]."""
         return 2 * self.block.p * np.sqrt(self.energy)
 
 
-def housner_lobes(
+def housner_swings(
     block: Block,
     r: float | np.ndarray,
     theta0: float,
     theta_rate0: float = 0.0,
     until: float = math.inf,
     max_impacts: int = 1_000_000,
-) -> Lobes:
+) -> Swings:
     """Impacts and peaks of free rocking, up to an instant or to rest.
 
     Parameters
@@ -91,13 +91,13 @@ def housner_lobes(
     theta0, theta_rate0 : float
         Rotation [rad] and angular rate [rad/s] at t = 0.
     until : float
-        Instant up to which lobes are wanted [s].
+        Instant up to which swings are wanted [s].
     max_impacts : int
         Impacts after which to give up.
 
     Returns
     -------
-    Lobes
+    Swings
     """
     p, theta_cr = block.p, block.theta_cr
     s2 = math.sin(theta_cr / 2) ** 2
@@ -107,15 +107,15 @@ def housner_lobes(
     # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
     energy = math.sin(abs(theta0) / 2) * math.sin(theta_cr - abs(theta0) / 2) + (theta_rate0 / (2 * p)) ** 2
 
-    def lobes(k2, energy, peak_time, impact_time, rest_time=math.inf, outcome="completed"):
+    def swings(k2, energy, peak_time, impact_time, rest_time=math.inf, outcome="completed"):
         signs = sign * (-1.0) ** np.arange(len(k2))
-        return Lobes(block, signs, k2, energy, peak_time, impact_time, rest_time, outcome)
+        return Swings(block, signs, k2, energy, peak_time, impact_time, rest_time, outcome)
 
     none = np.empty(0)
     if theta0 == 0 and theta_rate0 == 0:
-        return lobes(none, none, none, none, rest_time=0.0)
+        return swings(none, none, none, none, rest_time=0.0)
     if (phi0 <= 0 and k2_first >= 0) or (k2_first <= 0 and inward <= 0):
-        return lobes(none, none, none, none, outcome="overturned")
+        return swings(none, none, none, none, outcome="overturned")
     start = _from_peak(math.sin(phi0 / 2) ** 2, k2_first, phi0) / p
     if inward < 0:
         start = -start
@@ -130,7 +130,7 @@ def housner_lobes(
         if r > 0 and kept[-1] * energy > rest_energy:
             n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
     first = (k2_first, energy, first_impact + start, first_impact)
-    k2, energies, half, impact_time = _lobes(
+    k2, energies, half, impact_time = _find_swings(
         first, s2, p, kept, r, float(until), float(min(n_rest, max_impacts))
     )
     outcome = "completed"
@@ -138,17 +138,17 @@ def housner_lobes(
         outcome = "step_limit" if len(k2) >= max_impacts else "overturned"
     rest_time = math.inf
     if len(k2) == n_rest:
-        # the durations fall by r from lobe to lobe
+        # the durations fall by r from swing to swing
         last = 2 * half[-1] if len(k2) > 1 else 0.0
         rest_time = impact_time[-1] + last * r / (1 - r)
     peak_time = impact_time - half
     peak_time[0] = -start
-    return lobes(k2, energies, peak_time, impact_time, rest_time, outcome)
+    return swings(k2, energies, peak_time, impact_time, rest_time, outcome)
 
 
 @compiled()
-def _lobes(first, s2, p, kept, r, until, most):
-    """k'², energy, half duration and impact time of the lobes, shape (4, n_lobes), until one overturns."""
+def _find_swings(first, s2, p, kept, r, until, most):
+    """k'², energy, half duration and impact time of the swings, shape (4, n_swings), until one overturns."""
     table = np.empty((4, 64))
     table[0, 0], table[1, 0], table[2, 0], table[3, 0] = first
     n = 1
@@ -187,14 +187,14 @@ def _carlson(x, y, z):
 
 
 def housner_motion(
-    lobes: Lobes, time: np.ndarray, theta0: float, theta_rate0: float = 0.0, rates: bool = True
+    swings: Swings, time: np.ndarray, theta0: float, theta_rate0: float = 0.0, rates: bool = True
 ):
     """Rotation and angular rate of the closed form.
 
     Parameters
     ----------
-    lobes : Lobes
-        From `housner_lobes`, for the same start.
+    swings : Swings
+        From `housner_swings`, for the same start.
     time : ndarray, shape (n_time,)
         Increasing instants [s]; the initial state is held up to t = 0.
     theta0, theta_rate0 : float
@@ -205,34 +205,34 @@ def housner_motion(
     Returns
     -------
     theta : ndarray, shape (n_time,)
-        [rad]; NaN after the last lobe of a block that overturns or of an incomplete sequence.
+        [rad]; NaN after the last swing of a block that overturns or of an incomplete sequence.
     theta_rate : ndarray, shape (n_time,), or None
         [rad/s]
     """
-    p, theta_cr = lobes.block.p, lobes.block.theta_cr
-    after = 0.0 if lobes.outcome == "completed" else np.nan
+    p, theta_cr = swings.block.p, swings.block.theta_cr
+    after = 0.0 if swings.outcome == "completed" else np.nan
     theta = np.full(time.shape, after)
     theta_rate = np.full(time.shape, after) if rates else None
-    edges = np.searchsorted(time, np.append(0.0, lobes.impact_time), side="right")
+    edges = np.searchsorted(time, np.append(0.0, swings.impact_time), side="right")
     theta[: edges[0]] = theta0
     if rates:
         theta_rate[: edges[0]] = theta_rate0
     first = 0
-    if len(lobes.k2) and lobes.k2[0] <= 0:
+    if len(swings.k2) and swings.k2[0] <= 0:
         piece, first = slice(edges[0], edges[1]), 1
-        kappa = -lobes.k2[0]
-        psi = ellipj(math.sqrt(1 + kappa) * p * (time[piece] - lobes.peak_time[0]), 1 / (1 + kappa))[3]
+        kappa = -swings.k2[0]
+        psi = ellipj(math.sqrt(1 + kappa) * p * (time[piece] - swings.peak_time[0]), 1 / (1 + kappa))[3]
         half_phi = np.arctan(math.sqrt(kappa / (1 + kappa)) * np.tan(psi))
-        theta[piece] = lobes.sign[0] * (theta_cr - 2 * half_phi)
+        theta[piece] = swings.sign[0] * (theta_cr - 2 * half_phi)
         if rates:
-            theta_rate[piece] = -lobes.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
+            theta_rate[piece] = -swings.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
     counts = np.diff(edges)[first:]
     used = np.flatnonzero(counts) + first
     piece = slice(edges[first], edges[-1])
     if not len(used):
         return theta, theta_rate
 
-    sign, k2, peak_time = lobes.sign[used], lobes.k2[used], lobes.peak_time[used]
+    sign, k2, peak_time = swings.sign[used], swings.k2[used], swings.peak_time[used]
     m = 1 - k2
     k_quarter, k_complement = elliprf(0.0, k2, 1.0), elliprf(0.0, m, 1.0)
     q = np.exp(-np.pi * k_quarter / k_complement)
@@ -251,7 +251,7 @@ def housner_motion(
         columns += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
     values = theta[piece]
     slopes = theta_rate[piece] if rates else np.empty(0)
-    _swings(np.array(columns), counts[used - first], time[piece], theta_cr, values, slopes)
+    _fill_motion(np.array(columns), counts[used - first], time[piece], theta_cr, values, slopes)
     theta[piece] = values
     if rates:
         theta_rate[piece] = 2 * p * slopes
@@ -259,7 +259,7 @@ def housner_motion(
 
 
 @compiled()
-def _swings(columns, counts, time, theta_cr, theta, slopes):
+def _fill_motion(columns, counts, time, theta_cr, theta, slopes):
     """Fill θ, and θ̇ / 2p where wanted, swing by swing; the columns as `housner_motion` makes them."""
     end = 0
     for i in range(counts.size):

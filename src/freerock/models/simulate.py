@@ -13,7 +13,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import static_depth
 from freerock.models.ground import GroundMotion
-from freerock.models.housner import Lobes, housner_lobes, housner_motion
+from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.kernel import integrate
 from freerock.models.laws import MODELS, UNITS
 
@@ -164,11 +164,11 @@ def simulate_theta(
         As in `Response`.
     """
     if model == "housner":
-        lobes = housner_lobes(block, parameters["r"], theta0, 0.0, time[-1], max_steps)
-        theta, rate = housner_motion(lobes, time, theta0, 0.0, rates=theta_rate is not None)
+        swings = housner_swings(block, parameters["r"], theta0, 0.0, time[-1], max_steps)
+        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=theta_rate is not None)
         if theta_rate is not None:
             theta_rate[:] = rate
-        return theta, _housner_outcome(lobes, time)
+        return theta, _housner_outcome(swings, time)
     theta = np.empty(time.size)
     rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
     state = (static_depth(block, parameters["k"], theta0), 0.0, theta0, 0.0)
@@ -347,11 +347,11 @@ def _housner(
     block: Block, r: float, time: Floats, theta0: float, theta_rate0: float, max_steps: int
 ) -> Response:
     until = time[-1] if time.size else 0.0
-    lobes = housner_lobes(block, r, theta0, theta_rate0, until, max_steps)
-    theta, theta_rate = housner_motion(lobes, time, theta0, theta_rate0)
-    impacts = lobes.impact_time[lobes.impact_time <= until]
+    swings = housner_swings(block, r, theta0, theta_rate0, until, max_steps)
+    theta, theta_rate = housner_motion(swings, time, theta0, theta_rate0)
+    impacts = swings.impact_time[swings.impact_time <= until]
     statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
-    return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(lobes, time), statistics)
+    return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(swings, time), statistics)
 
 
 def _about_corners(
@@ -378,10 +378,10 @@ def _about_corners(
     )
 
 
-def _housner_outcome(lobes: Lobes, time: Floats) -> str:
-    if lobes.outcome == "completed" and time.size and time[-1] > lobes.rest_time:
+def _housner_outcome(swings: Swings, time: Floats) -> str:
+    if swings.outcome == "completed" and time.size and time[-1] > swings.rest_time:
         return "at_rest"
-    return lobes.outcome
+    return swings.outcome
 
 
 def _check(

@@ -16,7 +16,7 @@ from PIL import Image
 
 from freerock.figures.style import MEASURED, MODEL_STYLES
 from freerock.files import atomic
-from freerock.models.housner import housner_lobes
+from freerock.models.housner import housner_swings
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.products.netcdf import fits_of, runs_of
 from freerock.report.charts import run_curves
@@ -185,7 +185,7 @@ def restitution_comparison(runs, parameters, restitution, blocks) -> pd.DataFram
         own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
         block = blocks[own["block"].iloc[0]]
         rigid = [
-            housner_lobes(block, 1.0, math.radians(abs(angle)), max_impacts=1).impact_time[0]
+            housner_swings(block, 1.0, math.radians(abs(angle)), max_impacts=1).impact_time[0]
             for angle in own["theta0_deg"]
             if abs(angle) < math.degrees(block.theta_cr)
         ]

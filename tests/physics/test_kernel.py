@@ -7,8 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from freerock.models import compiled, kernel
-from freerock.models import contact as foundation
+from freerock.models import compiled, contact, kernel
 from freerock.models.block import GRAVITY, Block
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -39,7 +38,7 @@ def away_from_edges(law, state, tensionless):
     corners = [z + side * BLOCK.b * math.sin(theta) for side in (1, -1)]
     assume(abs(theta) > 1e-2 and min(map(abs, corners)) > 1e-4)
     rule = "tensionless" if tensionless else "geometric"
-    for u0, u1 in foundation.contact_intervals(BLOCK, *law, *state, debonding=rule):
+    for u0, u1 in contact.contact_intervals(BLOCK, *law, *state, debonding=rule):
         assume(u1 - u0 > 1e-3)
 
 
@@ -49,10 +48,10 @@ def test_compiled_law_is_the_readable_one(law, state, moved, tensionless):
     rule = "tensionless" if tensionless else "geometric"
     regime = regime_of(law, state, tensionless)
     found = kernel._accelerations(regime, *state, *moved, per_mass(law))
-    expected = foundation.accelerations(
+    expected = contact.accelerations(
         BLOCK, *law, *state, debonding=rule, x_ground=moved[0], z_ground=moved[1] - GRAVITY
     )
-    force, _ = foundation.contact_force(BLOCK, *law, *state, debonding=rule)
+    force, _ = contact.contact_force(BLOCK, *law, *state, debonding=rule)
     scale = abs(force) / BLOCK.mass_kg + 40
     assert found[0] == pytest.approx(expected[0], abs=1e-10 * scale)
     assert found[1] == pytest.approx(expected[1], abs=1e-10 * scale / BLOCK.b)
@@ -146,7 +145,7 @@ def test_an_excursion_inside_one_step_is_found():
 
 def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):
     theta = np.empty(time.size)
-    z0 = foundation.static_depth(BLOCK, law[0], theta0)
+    z0 = contact.static_depth(BLOCK, law[0], theta0)
     outcome, *counts, _ = kernel.integrate(
         per_mass(law), -1.0, False, (z0, 0.0, theta0, 0.0), time, np.empty(0), STILL, tolerance, max_steps,
         theta, np.empty((0, 3)), False,
@@ -199,7 +198,7 @@ class Damaged:
         self.folder = folder
 
     def compile(self, signature):
-        if list(self.folder.glob("integrate.*.nb?")):
+        if list(self.folder.glob("kernel.*.nb?")):
             raise EOFError
 
     def __call__(self, *arguments):
@@ -208,7 +207,7 @@ class Damaged:
 
 
 def test_a_damaged_cache_is_deleted_once(tmp_path, monkeypatch):
-    files = [tmp_path / f"integrate.{name}" for name in ("_step-1.py311.nbi", "_step-1.py311.1.nbc")]
+    files = [tmp_path / f"kernel.{name}" for name in ("_step-1.py311.nbi", "_step-1.py311.1.nbc")]
     other = tmp_path / "other.f-1.py311.nbi"
     for file in (*files, other):
         file.write_bytes(b"cut sho")
