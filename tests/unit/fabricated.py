@@ -11,6 +11,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.models.laws import MODELS, PAPER_MODELS, UNITS
 from freerock.products import netcdf as datasets
+from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 
@@ -98,7 +99,7 @@ def failed_record():
 
 def fits(tree, failed=()):
     """Fits of the runs of a record that are not excluded, and of all of them jointly."""
-    runs = [run for run in datasets.runs_in(tree) if not run.excluded]
+    runs = [run for run in runs_in(tree) if not run.excluded]
     fitted = {run.number: {model: fit(tree, model, [run], failed) for model in PAPER_MODELS} for run in runs}
     pooled = {model: fit(tree, model, runs, failed) for model in PAPER_MODELS} if runs else {}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}

@@ -19,18 +19,12 @@ from freerock.errors import FreerockError
 from freerock.files import atomic, sha256, write_json
 from freerock.identification import predict
 from freerock.models.laws import MODELS, UNITS
-from freerock.products import netcdf as datasets
-from freerock.products.netcdf import (
-    impacts_in,
-    one_of_each,
-    open_fits,
-    open_record,
-    provenance,
-    runs_in,
-    write_failure,
-    write_fits,
-    write_record,
-)
+from freerock.products import names
+from freerock.products import provenance as made
+from freerock.products.groups import one_of_each
+from freerock.products.netcdf import open_fits, open_record, write_failure, write_fits, write_record
+from freerock.products.provenance import provenance
+from freerock.products.runs import impacts_in, runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.tables import tidy as tables
@@ -343,7 +337,7 @@ def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
     assert made_by["inputs"] == {"a.tdms": sha256("a.tdms")}
     assert made_by["config"] == {"window_s": 0.25}
     assert made_by["software"]["numpy"] == np.__version__
-    assert set(made_by["software"]) == {"python", *datasets.SOFTWARE}
+    assert set(made_by["software"]) == {"python", *made.SOFTWARE}
     assert made_by["git"]
     write_json("provenance.json", made_by)
     assert json.loads((tmp_path / "provenance.json").read_text()) == made_by
@@ -351,7 +345,7 @@ def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
 
 def test_git_state_is_unknown_without_git(monkeypatch):
     monkeypatch.setitem(os.environ, "PATH", "")
-    monkeypatch.setattr(datasets, "_git_state", datasets._git_state.__wrapped__)
+    monkeypatch.setattr(made, "_git_state", made._git_state.__wrapped__)
     assert provenance([], {})["git"] == "unknown"
 
 
@@ -422,8 +416,8 @@ def test_compliance_checker_finds_no_error(folder, product):
 
 def test_every_field_of_runs_and_impacts_is_written():
     in_attributes = {"number", "verdict", "reasons", "excluded", "overridden"}
-    assert {field.name for field in fields(Run)} == set(datasets.RUN) | in_attributes
-    assert {field.name for field in fields(Impacts)} == set(datasets.IMPACTS)
+    assert {field.name for field in fields(Run)} == set(names.RUN) | in_attributes
+    assert {field.name for field in fields(Impacts)} == set(names.IMPACTS)
 
 
 def test_one_product_of_each_scene_is_opened_the_first_that_is_usable():

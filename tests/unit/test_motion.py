@@ -2,7 +2,7 @@
 
 from fabricated import failed_record, record
 
-from freerock.products.netcdf import motions_in, runs_in
+from freerock.products.runs import motions_in, runs_in
 
 
 def test_a_motion_per_run_since_its_release():

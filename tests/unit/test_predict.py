@@ -10,7 +10,7 @@ import xarray as xr
 from freerock.identification.predict import FOUNDATIONS, PREDICTIONS, predictions, shared_foundation
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
-from freerock.products.netcdf import runs_of
+from freerock.products.groups import runs_of
 from freerock.runs.motion import Motion
 
 BLOCKS = {"a": Block(0.28, 0.07, 5.84), "b": Block(0.14, 0.07, 2.98)}

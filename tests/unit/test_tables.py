@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from freerock.models.block import Block
-from freerock.products.netcdf import usable_runs
+from freerock.products.groups import usable_runs
 from freerock.tables.tidy import (
     epsilon_table,
     latex,

@@ -3,7 +3,8 @@
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.style import save
 from freerock.jobs.code import log_to
-from freerock.products.netcdf import one_of_each, open_record, usable_runs
+from freerock.products.groups import one_of_each, usable_runs
+from freerock.products.netcdf import open_record
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

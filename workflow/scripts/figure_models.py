@@ -3,7 +3,8 @@
 from freerock.figures.models import models
 from freerock.figures.style import save
 from freerock.jobs.code import log_to
-from freerock.products.netcdf import one_of_each, open_fits, runs_of
+from freerock.products.groups import one_of_each, runs_of
+from freerock.products.netcdf import open_fits
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

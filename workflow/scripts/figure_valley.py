@@ -4,7 +4,8 @@ from freerock.figures.style import save
 from freerock.figures.valley import has_valley, valley
 from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.products.netcdf import one_of_each, open_fits
+from freerock.products.groups import one_of_each
+from freerock.products.netcdf import open_fits
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

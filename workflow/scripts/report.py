@@ -5,7 +5,8 @@ from pathlib import Path
 from freerock.files import write_json
 from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.products.netcdf import inputs_of, open_fits, open_record, provenance
+from freerock.products.netcdf import open_fits, open_record
+from freerock.products.provenance import inputs_of, provenance
 from freerock.report.page import write_report
 from freerock.tables.tidy import read_csv
 

@@ -6,7 +6,8 @@ from freerock.files import write_text
 from freerock.identification.predict import predictions, shared_foundation
 from freerock.jobs.code import log_to
 from freerock.models.block import Block
-from freerock.products.netcdf import motions_in, open_fits, open_record
+from freerock.products.netcdf import open_fits, open_record
+from freerock.products.runs import motions_in
 from freerock.tables.tidy import numbers_tex, printed_tables, tidy_tables, write_csv, write_table
 
 log_to(snakemake.log[0])

@@ -20,7 +20,7 @@ from freerock.figures.style import (
     thin,
     wrapped,
 )
-from freerock.products.netcdf import usable_runs
+from freerock.products.groups import usable_runs
 
 
 @printed

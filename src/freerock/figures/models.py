@@ -20,7 +20,7 @@ from freerock.figures.style import (
     wrapped,
 )
 from freerock.models.laws import MODELS
-from freerock.products.netcdf import runs_of
+from freerock.products.groups import runs_of
 from freerock.tables.tidy import quantity
 
 

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
 from freerock.models.laws import MODELS
-from freerock.products.netcdf import runs_of
+from freerock.products.groups import runs_of
 from freerock.rotation.flags import listed_faults
 from freerock.tables.tidy import quantity
 from freerock.units import BASE

@@ -25,7 +25,7 @@ from freerock.figures.style import (
 from freerock.identification.choice import epsilon_theta
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.models.simulate import simulate_fitted
-from freerock.products.netcdf import fits_of
+from freerock.products.groups import fits_of
 from freerock.tables.tidy import quantity
 
 MODEL = "hunt_crossley"

@@ -12,7 +12,7 @@ from scipy import stats
 from freerock.identification.choice import epsilon_theta
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_fitted
-from freerock.products.netcdf import fits_of
+from freerock.products.groups import fits_of
 from freerock.tables.tidy import IDENTITY
 
 PREDICTIONS = [*IDENTITY, "model", "basis", "n_runs", "epsilon_theta"]

@@ -10,7 +10,9 @@ from freerock.identification.choice import wants_general
 from freerock.identification.fit import evidence, fit_record
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
-from freerock.products.netcdf import motions_in, open_record, provenance, runs_in, write_fits
+from freerock.products.netcdf import open_record, write_fits
+from freerock.products.provenance import provenance
+from freerock.products.runs import motions_in, runs_in
 from freerock.runs.impacts import find_impacts
 
 log = logging.getLogger("freerock")

@@ -10,7 +10,8 @@ from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.code import of_the_machine
 from freerock.models.block import Block
-from freerock.products.netcdf import provenance, write_failure, write_record
+from freerock.products.netcdf import write_failure, write_record
+from freerock.products.provenance import provenance
 from freerock.records.read import read_record
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation

@@ -1,1 +1,3 @@
-"""Datasets: netCDF in and out, names of variables, provenance."""
+"""Datasets of a campaign: netCDF in and out, names of variables, what a dataset holds, provenance."""
+
+__all__ = ["groups", "names", "netcdf", "provenance", "runs"]

@@ -18,7 +18,7 @@ from freerock.figures.style import MEASURED, MODEL_STYLES
 from freerock.files import atomic
 from freerock.models.housner import housner_swings
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.products.netcdf import fits_of, runs_of
+from freerock.products.groups import fits_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.tables.tidy import (
     PUBLISHED_NOTE,
@@ -65,7 +65,7 @@ def write_report(path, *, provenance, tables, blocks, opened, figures=(), pages=
     path : path-like
         HTML file to write; replaced in one step.
     provenance : mapping
-        inputs, config, software and git, as `freerock.products.netcdf.provenance` gives them; config is the
+        inputs, config, software and git, as `freerock.products.provenance` gives them; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
         The tidy tables runs, parameters, choice and restitution, and table1 to table3, as

@@ -16,7 +16,7 @@ import pandas as pd
 from freerock.files import atomic, write_text
 from freerock.identification.choice import choose_model
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS, UNITS
-from freerock.products.netcdf import fits_of, runs_of, usable_runs
+from freerock.products.groups import fits_of, runs_of, usable_runs
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 RUN_BY_RUN_NOTE = (

@@ -1,0 +1,96 @@
+"""The groups of a dataset: its runs, the fits in it, and which of them may be used."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import xarray as xr
+
+from freerock.models.laws import MODELS
+
+
+def runs_of(tree):
+    """Runs of a record or fit dataset, in order.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `records/<test>.nc` or `fits/<test>.nc`.
+
+    Returns
+    -------
+    dict of int to xarray.DataTree
+        By run number.
+    """
+    numbered = ((name.removeprefix("run_"), node) for name, node in tree.children.items())
+    return dict(sorted((int(number), node) for number, node in numbered if number.isdigit()))
+
+
+def fits_of(tree):
+    """Fits of a dataset: those of each run in order, then the joint fit of all runs ("pooled").
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `fits/<test>.nc`.
+
+    Yields
+    ------
+    run : int or "pooled"
+    model : str
+    fit : xarray.Dataset
+        View of the group.
+    """
+    groups = dict(runs_of(tree))
+    if "pooled" in tree.children:
+        groups["pooled"] = tree["pooled"]
+    for run, group in groups.items():
+        for model in MODELS:
+            if model in group.children:
+                yield run, model, group.children[model].dataset
+
+
+def usable_runs(tree):
+    """Runs of a record that are neither failed nor excluded, by number.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Record dataset.
+
+    Returns
+    -------
+    dict of int to xarray.DataTree
+    """
+    return {
+        number: run
+        for number, run in runs_of(tree).items()
+        if run.attrs["verdict"] != "fail" and not run.attrs["excluded"]
+    }
+
+
+def one_of_each(
+    paths: Iterable[str | Path], scenes: Iterable, opened: Callable, usable: Callable
+) -> list[xr.DataTree]:
+    """One product of each scene: its first that is usable, or its first where none is.
+
+    Parameters
+    ----------
+    paths : iterable of path
+        Products of one kind.
+    scenes : iterable of hashable
+        What each shows, such as block and foundation.
+    opened : callable
+        `open_record` or `open_fits`; called until every scene has been found.
+    usable : callable
+        Tells of a product whether it has something to show.
+    """
+    found, good = {}, set()
+    for path, scene in zip(paths, scenes, strict=True):
+        if scene in good:
+            continue
+        tree = opened(path)
+        if usable(tree):
+            good.add(scene)
+            found[scene] = tree
+        found.setdefault(scene, tree)
+    return list(found.values())

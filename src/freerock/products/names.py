@@ -1,0 +1,120 @@
+"""The one vocabulary of the datasets: each variable with its unit, content and long name."""
+
+from collections.abc import Container
+
+import numpy as np
+
+from freerock.rotation.flags import FLAGS
+
+# Field of Run and of Impacts -> variable of the dataset.
+RUN = {
+    "hold_start_s": "hold_start",
+    "release_s": "release",
+    "release_stderr_s": "release_stderr",
+    "start_s": "start",
+    "end_s": "end",
+    "theta0": "theta0",
+    "theta0_stderr": "theta0_stderr",
+    "sigma_theta": "sigma_theta",
+    "n_impacts": "n_impacts",
+}
+
+IMPACTS = {
+    "time_s": "impact_time",
+    "time_stderr_s": "impact_time_stderr",
+    "peak_before_rad": "peak_before",
+    "peak_before_stderr_rad": "peak_before_stderr",
+    "peak_after_rad": "peak_after",
+    "peak_after_stderr_rad": "peak_after_stderr",
+    "restitution": "restitution",
+    "restitution_stderr": "restitution_stderr",
+    "restitution_rate": "restitution_rate",
+    "restitution_rate_stderr": "restitution_rate_stderr",
+    "theta_uplift": "theta_uplift",
+}
+
+# Variable -> unit ("" for texts, flags and what has the unit of a parameter), content, long name.
+VARIABLES = {
+    "time": ("s", "coordinate", "time"),
+    "theta": ("rad", "measured", "rotation of the block, positive clockwise"),
+    "sigma_theta": ("rad", "quality", "standard deviation of the noise of theta"),
+    "flags": ("", "quality", "validity of the laser sample"),
+    "voltage": ("V", "measured", "output voltage of the laser"),
+    "current": ("mA", "measured", "output current of the laser"),
+    "displacement": ("m", "measured", "displacement as recorded"),
+    "rotation": ("rad", "measured", "rotation as recorded"),
+    "translation": ("m", "measured", "translation of the block along the beams, away from the sensors"),
+    "fault": ("", "quality", "what is wrong with the signal"),
+    "fault_start": ("s", "quality", "start of the fault"),
+    "fault_end": ("s", "quality", "end of the fault"),
+    "fault_note": ("", "quality", "what was found"),
+    "fault_angle": ("rad", "quality", "effect of the fault on theta"),
+    "hold_start": ("s", "measured", "start of the held phase before the release"),
+    "release": ("s", "measured", "instant of release"),
+    "start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
+    "end": ("s", "measured", "instant of rest"),
+    "theta0": ("rad", "measured", "held rotation before the release"),
+    "n_impacts": ("1", "measured", "number of sign changes of theta that stand out of the noise"),
+    "impact_time": ("s", "measured", "instant of impact"),
+    "peak_before": ("rad", "measured", "signed peak rotation before the impact"),
+    "peak_after": ("rad", "measured", "signed peak rotation after the impact"),
+    "restitution": ("1", "measured", "coefficient of restitution from the peaks before and after the impact"),
+    "restitution_rate": ("1", "measured", "coefficient of restitution from the angular rates at the impact"),
+    "theta_uplift": ("rad", "measured", "amplitude below which the base stays in full contact"),
+    "parameter": ("", "coordinate", "name of the parameter"),
+    "parameter_b": ("", "coordinate", "name of the parameter"),
+    "unit": ("", "auxiliary", "unit of the parameter"),
+    "value": ("", "model", "identified value of the parameter"),
+    "stderr": ("", "quality", "standard error of the parameter"),
+    "ci95_low": ("", "quality", "lower end of the 95 % confidence interval of the parameter"),
+    "ci95_high": ("", "quality", "upper end of the 95 % confidence interval of the parameter"),
+    "covariance": ("", "quality", "covariance of the parameters"),
+    "theta_model": ("rad", "model", "rotation of the model with the identified parameters"),
+    "residual": ("rad", "model", "theta_model minus theta"),
+    "epsilon_theta": ("1", "quality", "relative mean square discrepancy of theta_model from theta"),
+    "epsilon_holdout": ("1", "quality", "the same on the second half of the run, fitted on the first half"),
+    "final_time": ("s", "auxiliary", "end of the fitted interval since release"),
+    "aic": ("1", "quality", "Akaike information criterion"),
+    "bic": ("1", "quality", "Bayesian information criterion"),
+    "n_parameters": ("1", "auxiliary", "number of fitted parameters"),
+    "success": ("", "quality", "whether the fit may be used"),
+}
+CONTENT = {
+    "coordinate": "coordinate",
+    "quality": "qualityInformation",
+    "model": "modelResult",
+    "auxiliary": "auxiliaryInformation",
+    "measured": "physicalMeasurement",
+}
+IN_UNIT = {"comment": "in the unit that the variable unit gives for the parameter"}
+EXTRA = {
+    "flags": {
+        "standard_name": "quality_flag",
+        "flag_masks": np.array(list(FLAGS.values()), np.uint8),
+        "flag_meanings": " ".join(FLAGS),
+    },
+    "success": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "not_usable usable"},
+    "covariance": {
+        "comment": "in the product of the units that the variable unit gives for the two parameters"
+    },
+    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high"], IN_UNIT),
+}
+BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "unit")}
+SAMPLES = {"time", "sample"}  # dimensions of what runs over time
+SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
+
+
+def describe(name: str, present: Container, simulated: bool) -> dict:
+    """CF and ACDD attributes of a variable among those present beside it."""
+    unit, content, long_name = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
+    if name.endswith("_stderr"):
+        content, long_name = "quality", f"standard error of the {long_name}"
+    elif content == "measured" and simulated:
+        content = "model"
+    attrs = {"long_name": long_name, "coverage_content_type": CONTENT[content]}
+    if unit:
+        attrs["units"] = unit
+    beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]
+    if beside:
+        attrs["ancillary_variables"] = " ".join(beside)
+    return attrs | EXTRA.get(name, {})

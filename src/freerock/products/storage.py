@@ -1,0 +1,112 @@
+"""Groups of variables into a netCDF file and out of it; several times faster than xarray's own way.
+
+Same inputs, same bytes: no time stamp is written.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from freerock.errors import DamagedProduct, FreerockError
+from freerock.files import atomic
+from freerock.products.names import SAMPLES, SINGLE_PRECISION, describe
+
+
+def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
+    """Write the groups of a file; several times faster than xarray's own way."""
+    import netCDF4
+
+    simulated = groups["/"].attrs["origin"] == "simulated"
+    with atomic(path) as partial:
+        try:
+            with netCDF4.Dataset(partial, "w") as file:
+                defined = [
+                    each
+                    for name, dataset in groups.items()
+                    for each in _define(file if name == "/" else file.createGroup(name), dataset, simulated)
+                ]
+                for variable, values in defined:  # last: each return to definitions walks all groups
+                    variable[...] = values
+        except RuntimeError as error:  # what netCDF4 says of a full disk
+            raise OSError(str(error)) from error
+
+
+def _define(group, dataset: xr.Dataset, simulated: bool) -> Iterator[tuple]:
+    """Define the content of a group; yields each variable and its values."""
+    group.setncatts(_plain(dataset.attrs))
+    inherited = group.parent.dimensions if group.parent else {}
+    for name, size in dataset.sizes.items():
+        if name not in inherited or len(inherited[name]) != size:
+            group.createDimension(str(name), size)
+    beside = {name: set(dataset[name].dims) for name in dataset.coords if name not in dataset.dims}
+    for key, variable in dataset.variables.items():
+        name, dtype = str(key), variable.dtype
+        if dtype.kind == "U":
+            dtype = str
+        elif name in SINGLE_PRECISION and variable.dims:
+            dtype = np.float32
+        missing = np.nan if variable.dtype.kind == "f" and name not in dataset.coords else None
+        packed = {"compression": "zlib", "complevel": 4} if SAMPLES & set(variable.dims) else {}
+        written = group.createVariable(name, dtype, variable.dims, fill_value=missing, **packed)
+        attrs = describe(name, dataset, simulated) | variable.attrs
+        coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
+        if coordinates and name not in dataset.coords:
+            attrs["coordinates"] = " ".join(coordinates)
+        written.setncatts(attrs)
+        yield written, variable.values.astype(object) if dtype is str else variable.values
+
+
+def _plain(attrs: Mapping) -> dict:
+    """Attributes that netCDF can hold: nothing empty, 0 and 1 for booleans, JSON for groups."""
+    plain = {}
+    for key, value in attrs.items():
+        if isinstance(value, bool | np.bool_):
+            plain[key] = int(value)
+        elif isinstance(value, Mapping | list | tuple):
+            plain[key] = json.dumps(value, sort_keys=True, ensure_ascii=False)
+        elif value is not None:
+            plain[key] = value
+    return plain
+
+
+@contextmanager
+def readable(path: str | Path) -> Iterator:
+    """The netCDF file, with an error of its own for what can't be read."""
+    import netCDF4
+
+    if not Path(path).is_file():
+        raise FreerockError(path, "there is no such file", "run snakemake to make it")
+    try:
+        with netCDF4.Dataset(path) as file:
+            yield file
+    except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
+        remedy = "delete the file and run snakemake again"
+        raise DamagedProduct(path, f"is not a readable netCDF file ({error})", remedy) from error
+
+
+def groups_in(group, samples: bool, axis: str = "sample") -> Iterator[tuple[str, xr.Dataset]]:
+    """Path and content of a netCDF group and of those in it; several times faster than xarray's own way.
+
+    Samples are numbered by their time, where it does not fall back.
+    """
+    variables, coordinates = {}, set(group.variables) & set(group.dimensions)
+    if samples and "sample" in group.dimensions and np.all(np.diff(group["time"][...]) > 0):
+        axis = "time"
+    for name, variable in group.variables.items():
+        if not samples and SAMPLES & set(variable.dimensions):
+            continue
+        attrs = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
+        coordinates |= set(attrs.pop("coordinates", "").split())
+        values = np.asarray(variable[...], str if variable.dtype is str else None)
+        dimensions = [axis if each == "sample" else each for each in variable.dimensions]
+        variables[name] = xr.Variable(dimensions, values, attrs)
+    attrs = {key: group.getncattr(key) for key in group.ncattrs() if key != "coordinates"}
+    data = {name: variables[name] for name in variables if name not in coordinates}
+    present = {name: variables[name] for name in variables if name in coordinates}
+    yield group.path, xr.Dataset(data, present, attrs)
+    for inner in group.groups.values():
+        yield from groups_in(inner, samples, axis)
