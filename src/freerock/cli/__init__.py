@@ -294,6 +294,3 @@ COMMANDS = {
     "progress": ("tell how far snakemake is, what has failed, and when it will be done", _progress_arguments),
     "compare": ("tell what changed between two analyses of a campaign", _compare_arguments),
 }
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,8 @@
+"""`python -m freerock.cli` is the command `freerock`."""
+
+import sys
+
+from freerock.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())
