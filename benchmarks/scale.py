@@ -151,9 +151,9 @@ def plan(numbers: list[int]) -> None:
 
 
 IMPORTS = {  # what starting the job of a step costs: its script's imports
-    "record": "freerock.products.netcdf, freerock.jobs.record, freerock.jobs.code",
-    "fit": "freerock.products.netcdf, freerock.jobs.fit, freerock.jobs.code",
-    "qc": "freerock.jobs.quality, freerock.jobs.code",
+    "record": "freerock.products.netcdf, freerock.jobs.record, freerock.jobs.each, freerock.jobs.log",
+    "fit": "freerock.products.netcdf, freerock.jobs.fit, freerock.jobs.each, freerock.jobs.log",
+    "qc": "freerock.jobs.quality, freerock.jobs.each, freerock.jobs.log",
 }
 PARTS = {  # function of a step's module -> part of the cost
     "record": {
@@ -181,7 +181,7 @@ def timed(step: str, spent: dict):
     """Add the processor time of the functions a step calls to the parts they belong to."""
     from importlib import import_module
 
-    module = import_module(f"freerock.steps.{step}")
+    module = import_module(f"freerock.jobs.{step}")
     kept = {name: getattr(module, name) for name in PARTS[step]}
 
     def wrapped(function, part):

@@ -27,7 +27,7 @@ def test_every_module_a_step_imports_is_among_its_code(finished):
 
 def test_imports_for_type_checkers_do_not_count(tmp_path):
     script = tmp_path / "script.py"
-    script.write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from freerock import twin\n")
+    script.write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from freerock import units\n")
     assert code(script) == [str(script)]
 
 
@@ -68,8 +68,8 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     package.mkdir()
     monkeypatch.setattr("freerock.jobs.code.PACKAGE", package)
     script = tmp_path / "script.py"
-    script.write_text("import freerock.rotation.sensor\n")
-    for name in ("__init__.py", "laser.py", "another.py"):
+    script.write_text("import freerock.sensor\n")
+    for name in ("__init__.py", "sensor.py", "another.py"):
         (package / name).touch()
 
     def checksum():
@@ -80,7 +80,7 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     told = checksum()
     (package / "another.py").write_text("edited = True\n")
     assert checksum() == told
-    (package / "laser.py").write_text("edited = True\n")
+    (package / "sensor.py").write_text("edited = True\n")
     assert checksum() != told
     monkeypatch.undo()
     checksum()
@@ -89,15 +89,15 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("text", "modules"),
     [
-        ("from freerock import laser, runs", {"laser", "runs"}),
-        ("from freerock import (\n    laser,  # a beam (vertical)\n    runs,\n)", {"laser", "runs"}),
-        ("from freerock import (  # all (now)\n    laser,\n    runs,\n)", {"laser", "runs"}),
-        ("import freerock.rotation.sensor as beam, freerock.runs.segment", {"laser", "runs"}),
-        ("def late():\n    from freerock.rotation.sensor import Laser\n", {"laser"}),
-        ("try:\n    import freerock.runs.segment\nexcept ImportError:\n    pass", {"runs"}),
+        ("from freerock import files, units", {"files", "units"}),
+        ("from freerock import (\n    files,  # of the machine (or not)\n    units,\n)", {"files", "units"}),
+        ("from freerock import (  # all (now)\n    files,\n    units,\n)", {"files", "units"}),
+        ("import freerock.rotation.sensor as beam, freerock.runs.segment", {"sensor", "segment"}),
+        ("def late():\n    from freerock.rotation.sensor import Laser\n", {"sensor"}),
+        ("try:\n    import freerock.runs.segment\nexcept ImportError:\n    pass", {"segment"}),
         (
             "if TYPE_CHECKING:  # hints\n    import freerock.runs.segment\n\nimport freerock.rotation.sensor",
-            {"laser"},
+            {"sensor"},
         ),
     ],
 )
@@ -106,3 +106,13 @@ def test_forms_of_imports(tmp_path, text, modules):
     script.write_text(text + "\n")
     found = {path.stem for path in workflow._imported(script)}
     assert found == {"__init__", *modules}
+
+
+def test_modules_found_by_name_at_run_time_are_said(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("from importlib import import_module\n")
+    (tmp_path / "beside.py").touch()
+    assert code(script) == [str(script)]
+    named = {Path(path).stem for path in code(script, "freerock.rotation.sensor")}
+    assert {"script", "sensor", "units", "errors"} <= named
+    assert code_checksum(script) != code_checksum(script, "freerock.rotation.sensor")

@@ -8,7 +8,8 @@ from freerock.config.campaign import check_options, load_config, read_campaign
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.virtual_lab.truth import read_truth
-from freerock.jobs.code import PACKAGE, code_checksum, why_failed
+from freerock.jobs.code import PACKAGE, code_checksum
+from freerock.jobs.log import why_failed
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"

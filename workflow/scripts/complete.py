@@ -4,7 +4,7 @@ import csv
 import sys
 from pathlib import Path
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 
 log = log_to(snakemake.log[0])
 with open(snakemake.input.runs, newline="", encoding="utf-8") as table:

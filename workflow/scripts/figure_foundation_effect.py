@@ -2,7 +2,7 @@
 
 from freerock.figures.foundation_effect import foundation_effect
 from freerock.figures.style import save
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.products.groups import one_of_each, usable_runs
 from freerock.products.netcdf import open_record
 

@@ -2,7 +2,7 @@
 
 from freerock.figures.models import models
 from freerock.figures.style import save
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.products.groups import one_of_each, runs_of
 from freerock.products.netcdf import open_fits
 

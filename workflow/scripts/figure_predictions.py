@@ -2,7 +2,7 @@
 
 from freerock.figures.predictions import predictions
 from freerock.figures.style import save
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.tables.tidy import read_csv
 
 log_to(snakemake.log[0])

@@ -2,7 +2,7 @@
 
 from freerock.figures.restitution import restitution
 from freerock.figures.style import save
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.models.block import Block
 from freerock.tables.tidy import read_csv
 

@@ -2,7 +2,7 @@
 
 from freerock.figures.style import save
 from freerock.figures.valley import has_valley, valley
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.models.block import Block
 from freerock.products.groups import one_of_each
 from freerock.products.netcdf import open_fits

@@ -1,7 +1,8 @@
 """The models identified on each run of some records."""
 
-from freerock.jobs.code import log_to, make_each
+from freerock.jobs.each import make_each
 from freerock.jobs.fit import make_fits
+from freerock.jobs.log import log_to
 from freerock.products.netcdf import write_fits
 
 log_to(snakemake.log[0])

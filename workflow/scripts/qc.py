@@ -1,6 +1,7 @@
 """Quality control of some records, a page per run."""
 
-from freerock.jobs.code import log_to, make_each
+from freerock.jobs.each import make_each
+from freerock.jobs.log import log_to
 from freerock.jobs.quality import make_pages
 
 log_to(snakemake.log[0])

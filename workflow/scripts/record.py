@@ -1,6 +1,7 @@
 """Record files to θ(t), runs and impacts."""
 
-from freerock.jobs.code import log_to, make_each
+from freerock.jobs.each import make_each
+from freerock.jobs.log import log_to
 from freerock.jobs.record import make_record
 from freerock.products.netcdf import write_failure
 

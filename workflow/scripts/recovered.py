@@ -1,6 +1,6 @@
 """Table of a simulated campaign: identified values beside the true ones."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.tables.tidy import SIMULATED_NOTE, read_csv, recovered_table, recovered_text, write_table
 from freerock.virtual_lab.truth import read_truth
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from freerock.files import write_json
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.provenance import inputs_of, provenance

@@ -1,6 +1,6 @@
 """Study: does the choice of model name the true law?"""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.identification import choice
 from freerock.tables.tidy import write_csv
 

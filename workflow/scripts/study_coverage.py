@@ -1,6 +1,6 @@
 """Study: scatter against the Cramér-Rao bound, and coverage of the intervals."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.identification import coverage
 from freerock.tables.tidy import write_csv
 

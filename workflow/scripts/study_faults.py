@@ -1,6 +1,6 @@
 """Study: how surely each fault of a signal is named."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.faults import faults
 from freerock.tables.tidy import write_csv
 

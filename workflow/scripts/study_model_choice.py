@@ -1,6 +1,6 @@
 """Study: what each model costs and reaches."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.speed_accuracy import model_choice
 from freerock.tables.tidy import write_csv
 

@@ -1,6 +1,6 @@
 """Study: blocks that are not quite what the law says."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.identification import model_error
 from freerock.tables.tidy import write_csv
 

@@ -1,6 +1,6 @@
 """Study: the published tables, re-identified."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.paper import paper
 from freerock.tables.tidy import write_csv
 

@@ -1,6 +1,6 @@
 """Study: time of a run against its error, every method."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.speed_accuracy import speed_accuracy
 from freerock.tables.tidy import write_csv
 

@@ -1,6 +1,6 @@
 """Study: where each method converges and where it fails."""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.stability import stability
 from freerock.tables.tidy import write_csv
 

@@ -1,6 +1,6 @@
 """Study: does the identification reach the global minimum?"""
 
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.studies.identification import success
 from freerock.tables.tidy import write_csv
 

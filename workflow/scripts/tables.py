@@ -4,7 +4,7 @@ from pathlib import Path
 
 from freerock.files import write_text
 from freerock.identification.predict import predictions, shared_foundation
-from freerock.jobs.code import log_to
+from freerock.jobs.log import log_to
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.runs import motions_in

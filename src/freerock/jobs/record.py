@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.files import check_file
-from freerock.jobs.code import of_the_machine
+from freerock.jobs.each import of_the_machine
 from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance

@@ -7,7 +7,7 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.jobs import record
-from freerock.jobs.code import make_each, of_the_machine, why_failed
+from freerock.jobs.each import make_each, of_the_machine
 
 
 def error(number):
@@ -79,21 +79,3 @@ def test_what_the_machine_lacks_is_no_verdict_on_a_record(tmp_path, monkeypatch,
     with pytest.raises(FreerockError, match="can't be read"):
         record.make_record(settings, tmp_path / "a.nc")
     assert not list(tmp_path.iterdir())
-
-
-def test_why_jobs_failed_is_what_their_logs_end_with(tmp_path):
-    told = {
-        "record_1": "one (1 of 2)\na.nc: cannot be written; free some space\n",
-        "complete": "a: b\nc: d\n",
-    }
-    for name, text in told.items():
-        (tmp_path / f"{name}.log").write_text(text)
-    lines = [
-        f"    log: {tmp_path}/{name}.log (check log file(s) for error details)" for name in (*told, "none")
-    ]
-    (tmp_path / "snakemake.log").write_text("\n".join([*lines, *lines]))
-    assert why_failed([tmp_path / "snakemake.log"]) == [
-        "a.nc: cannot be written; free some space",
-        "a: b",
-        "c: d",
-    ]

@@ -1,0 +1,57 @@
+"""The log of a job, and the lines that say why jobs failed."""
+
+import logging
+import re
+import sys
+import traceback
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+
+from freerock.errors import DamagedProduct, FreerockError
+from freerock.jobs.guard import job_runs
+
+
+def log_to(path: str | Path) -> logging.Logger:
+    """Send a script's messages, warnings and fatal error to its log; returns the logger for its messages.
+
+    Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
+    anything else with a traceback. A damaged product of an earlier step is deleted, so that it is made again.
+    """
+    job_runs()
+    logging.basicConfig(filename=path, filemode="w", format="%(message)s", encoding="utf-8")
+    logging.captureWarnings(True)
+    sys.excepthook = _report
+    logger = logging.getLogger("freerock")
+    logger.setLevel(logging.INFO)
+    terminal = logging.StreamHandler()
+    terminal.setLevel(logging.ERROR)
+    terminal.setFormatter(_OneLine())
+    logger.addHandler(terminal)
+    return logger
+
+
+def why_failed(logs: Iterable[str | Path]) -> list[str]:
+    """The lines that say why jobs failed, from their logs, which the log of Snakemake names."""
+    found = []
+    for log in logs:
+        for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text(encoding="utf-8")):
+            lines = Path(path).read_text(encoding="utf-8").splitlines() if Path(path).exists() else []
+            found += lines if Path(path).stem == "complete" else lines[-1:]
+    return list(dict.fromkeys(found))
+
+
+class _OneLine(logging.Formatter):
+    """The message alone; tracebacks are for the log."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return record.getMessage()
+
+
+def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    if isinstance(error, DamagedProduct):
+        Path(str(error.where)).unlink(missing_ok=True)
+        error = FreerockError(error.where, error.what, "it has been deleted: run the same command again")
+    text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
+    logging.error(text)
+    print(text, file=sys.stderr)
