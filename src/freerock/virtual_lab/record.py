@@ -274,7 +274,7 @@ def write_record(path, record: VirtualRecord, *, group: str = "rocking", channel
     root = {
         "name": Path(path).stem,
         "title": "SIMULATED free-rocking record",
-        "author": "freerock.virtual_lab.record, the virtual laboratory",
+        "author": "freerock.twin, the virtual laboratory",  # its name when the shipped files were written
         "description": "SIMULATED laser record of a free-rocking test; nothing in it was measured.",
     }
     waveform = {

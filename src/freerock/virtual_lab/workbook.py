@@ -67,7 +67,8 @@ def write_workbook(path: str | Path, pairs: Mapping[str, tuple[Sequence[float], 
     note = book.active
     note.title = "read me"
     note.append(
-        ["SIMULATED: made up by freerock.virtual_lab.workbook. Nothing in this workbook was measured."]
+        # the module's name when the shipped file was written
+        ["SIMULATED: made up by freerock.twin_workbook. Nothing in this workbook was measured."]
     )
     note.append(["Layout after the workbook of Zenodo record 6670588, whose data are not in here."])
     sheet = book.create_sheet("free rocking")
