@@ -10,13 +10,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from freerock.figures import style
-from freerock.figures.foundation_effect import foundation_effect
-from freerock.figures.models import models
-from freerock.figures.predictions import predictions
-from freerock.figures.qc import qc
-from freerock.figures.restitution import restitution
-from freerock.figures.valley import CELLS, FINER, _finer, valley
+from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
+from freerock.figures.misfit_map import CELLS, FINER, _finer
 from freerock.identification.choice import epsilon_theta
 from freerock.identification.predict import PREDICTIONS
 from freerock.models.block import Block
@@ -36,7 +31,7 @@ def texts(figure):
 
 
 def test_foundation_effect_follows_the_papers_line_styles(datasets):
-    figure, data = foundation_effect(datasets[0], LABELS)
+    figure, data = foundation_effect.draw(datasets[0], "simulated", LABELS)
     assert [ax.get_title(loc="left") for ax in figure.axes] == [
         "(a) Slender block: b1_marble, run\N{NO-BREAK SPACE}1; b1_mat, run\N{NO-BREAK SPACE}1",
         "(b) b2: b2_marble, run\N{NO-BREAK SPACE}1; b2_mat, run\N{NO-BREAK SPACE}1",
@@ -49,7 +44,7 @@ def test_foundation_effect_follows_the_papers_line_styles(datasets):
 
 
 def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
-    figure, data = foundation_effect(datasets[0])
+    figure, data = foundation_effect.draw(datasets[0], "simulated")
     own = data[(data["block"] == "b2") & (data["foundation"] == "mat")]
     assert own["theta_deg"].iloc[0] == pytest.approx(-19.9, abs=0.05)
     assert own["time_s"].iloc[[0, -1]].tolist() == pytest.approx([0.0, 4.0])
@@ -59,14 +54,14 @@ def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
 def test_foundation_effect_leaves_out_failed_and_excluded_runs():
     tree = record(n_runs=3)
     tree["run_1"].attrs["verdict"] = "fail"
-    _, data = foundation_effect([failed_record(), tree])
+    _, data = foundation_effect.draw([failed_record(), tree], "simulated")
     assert set(data["run"]) == {2}
     tree["run_2"].attrs["excluded"] = 1
-    assert foundation_effect([tree])[1].empty
+    assert foundation_effect.draw([tree], "simulated")[1].empty
 
 
 def test_models_shows_measured_models_and_residuals(datasets):
-    figure, data = models(datasets[1][:2], LABELS)
+    figure, data = models.draw(datasets[1][:2], "simulated", LABELS)
     assert len(figure.axes) == 4
     assert data["source"].unique().tolist() == ["measured", "housner", "winkler", "hunt_crossley"]
     measured = data[(data["source"] == "measured") & (data["test"] == "b1_mat")]
@@ -77,7 +72,7 @@ def test_models_shows_measured_models_and_residuals(datasets):
 
 
 def test_models_names_the_run_drawn_and_a_failed_fit():
-    figure, _ = models([fits(record("b1_mat", "b1", "mat"), failed=["housner"])], LABELS)
+    figure, _ = models.draw([fits(record("b1_mat", "b1", "mat"), failed=["housner"])], "simulated", LABELS)
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat: b1_mat, run\N{NO-BREAK SPACE}1"
     told = [text for text in texts(figure) if "failed fit" in text]
     assert [text.split(",")[0] for text in told] == ["Housner"]
@@ -97,14 +92,14 @@ def test_restitution_leaves_out_failed_fits():
 
 
 def test_models_without_fits_says_so(datasets):
-    figure, data = models([fits(failed_record())])
+    figure, data = models.draw([fits(failed_record())], "simulated")
     assert data.empty
     assert "no fitted run" in texts(figure)
 
 
-def drawn_restitution(records, fitted, labels=None):
+def drawn_restitution(records, fitted, labels=None, origin="simulated"):
     tables = runs_table(records), restitution_table(records, fitted), epsilon_table(fitted)
-    return restitution(*tables, BLOCKS, labels)
+    return restitution.draw(*tables, BLOCKS, origin, labels)
 
 
 def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
@@ -124,8 +119,8 @@ def test_restitution_without_any_impact():
     assert len(figure.axes) == 1
 
 
-def test_qc_has_a_page_per_run_with_verdict_and_reasons(datasets):
-    pages, data = qc(datasets[0][0], datasets[1][0], LABELS)
+def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
+    pages, data = quality.draw(datasets[0][0], datasets[1][0], LABELS)
     assert len(pages) == 3
     assert "ok" in texts(pages[0])
     assert "warn, excluded" in texts(pages[2])
@@ -137,8 +132,8 @@ def test_qc_has_a_page_per_run_with_verdict_and_reasons(datasets):
     assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
 
 
-def test_qc_shows_the_noise_on_top_of_the_residual(datasets):
-    pages, _ = qc(datasets[0][0], datasets[1][0])
+def test_quality_shows_the_noise_on_top_of_the_residual(datasets):
+    pages, _ = quality.draw(datasets[0][0], datasets[1][0])
     residual = pages[0].axes[3]
     assert residual.get_ylabel() == "model − measured / °, symlog"
     edges = [line.get_ydata()[0] for line in residual.lines if line.get_zorder() > 2]
@@ -147,9 +142,9 @@ def test_qc_shows_the_noise_on_top_of_the_residual(datasets):
     assert len(drawn) == 3
 
 
-def test_qc_of_a_failed_record_tells_the_reason():
+def test_quality_of_a_failed_record_tells_the_reason():
     broken = failed_record()
-    (page,), data = qc(broken, fits(broken))
+    (page,), data = quality.draw(broken, fits(broken))
     assert "fail" in texts(page)
     assert any("truncated" in text for text in texts(page))
     assert data.empty
@@ -159,15 +154,17 @@ def test_qc_of_a_failed_record_tells_the_reason():
 def test_footer_says_that_a_record_is_simulated(origin, said):
     tree = record(origin=origin, n_runs=1)
     fitted = fits(tree)
-    figures = [foundation_effect([tree])[0], models([fitted])[0], drawn_restitution([tree], [fitted])[0]]
-    for figure in [*figures, *qc(tree, fitted)[0]]:
+    figures = [foundation_effect.draw([tree], origin)[0], models.draw([fitted], origin)[0]]
+    figures.append(drawn_restitution([tree], [fitted], origin=origin)[0])
+    for figure in [*figures, *quality.draw(tree, fitted)[0]]:
         assert (style.FOOTER in texts(figure)) is said
 
 
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
-    figures = [foundation_effect(records, LABELS)[0], models(fitted[:2], LABELS)[0]]
-    figures += [drawn_restitution(records, fitted, LABELS)[0], qc(records[0], fitted[0])[0][2]]
+    figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
+    figures += [models.draw(fitted[:2], "simulated", LABELS)[0]]
+    figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:
         figure.draw_without_rendering()
         labels = [ax.get_ylabel() for ax in figure.axes if ax.get_subplotspec().is_first_col()]
@@ -198,10 +195,10 @@ def test_same_figure_same_bytes(tmp_path, datasets):
 def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, target, width_in):
     tables = runs_table(datasets[0]), restitution_table(*datasets), epsilon_table(datasets[1])
     drawings = {
-        "foundation": lambda: foundation_effect(datasets[0], LABELS, target=target),
-        "models": lambda: models(datasets[1][:2], LABELS, target=target),
-        "restitution": lambda: restitution(*tables, BLOCKS, LABELS, target=target),
-        "predictions": lambda: predictions(*predicted(datasets), "simulated", LABELS, target=target),
+        "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS, target=target),
+        "models": lambda: models.draw(datasets[1][:2], "simulated", LABELS, target=target),
+        "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS, target=target),
+        "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS, target=target),
     }
     for name, draw in drawings.items():
         figure, _ = draw()
@@ -231,7 +228,7 @@ def predicted(datasets):
 
 def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
     frame, epsilon = predicted(datasets)
-    figure, data = predictions(frame, epsilon, "simulated", LABELS)
+    figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
     assert [ax.get_title(loc="left") for ax in figure.axes] == [
         "(a) Housner",
         "(b) Winkler",
@@ -246,7 +243,7 @@ def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
 
 def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_shown():
     epsilon = epsilon_table([fits(record(n_runs=1), failed=["winkler"])])
-    figure, data = predictions(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
+    figure, data = predictions.draw(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
     housner, winkler, hunt_crossley = figure.axes
     assert [len(ax.lines[0].get_xdata()) for ax in figure.axes] == [1, 0, 1]
     assert [text.get_text() for text in winkler.texts] == ["failed fit"]
@@ -258,7 +255,7 @@ def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_sh
 @pytest.mark.parametrize("failed", [["housner", "winkler", "hunt_crossley"], None])
 def test_no_prediction_at_all_says_why(failed):
     epsilon = epsilon_table([fits(failed_record()) if failed is None else fits(record(), failed)])
-    figure, data = predictions(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
+    figure, data = predictions.draw(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
     assert data.empty
     assert "nothing to predict: no run has a fit that may be used" in texts(figure)
 
@@ -308,9 +305,9 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
         assert (np.nanmin(shown), np.nanmax(shown)) == (min(finite), max(finite))
 
 
-def test_valley_marks_every_fit_and_leaves_out_failed_ones(datasets):
+def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets):
     tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
-    figure, data = valley([tree, failed], BLOCKS, LABELS)
+    figure, data = misfit_map.draw([tree, failed], BLOCKS, "simulated", LABELS)
     identified = data[data["quantity"] == "identified"]
     assert identified["run"].tolist() == ["1", "2", "pooled"]
     assert identified["correlation"].abs().max() <= 1
@@ -324,7 +321,7 @@ def test_valley_marks_every_fit_and_leaves_out_failed_ones(datasets):
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]
 
 
-def test_contours_between_the_cells_of_a_narrow_valley():
+def test_contours_between_the_cells_of_a_narrow_trough():
     """θ(t) interpolated: the discrepancy between two cells is known far better than from the cells' own."""
     time_s = np.linspace(0, 4, 801)
 

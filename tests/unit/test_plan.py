@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from freerock.config.campaign import ConfigError, load_campaign
 from freerock.errors import FreerockError
-from freerock.figures.plan import plan as draw
+from freerock.figures.plan import draw
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
 from freerock.identification.plan import (

@@ -1,5 +1,6 @@
 import math
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pandas as pd
@@ -8,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from freerock.errors import FreerockError
-from freerock.figures import studies as figures
 from freerock.figures.style import save
 from freerock.models.block import Block
 from freerock.studies import stability as atlas
@@ -199,7 +199,7 @@ def test_figures(name, request, tmp_path):
     frame = request.getfixturevalue(
         {"speed_accuracy": "speeds", "model_choice": "choices", "stability": "cells"}[name]
     )
-    drawn, data = getattr(figures, name)(frame)
+    drawn, data = import_module(f"freerock.figures.studies.{name}").draw(frame)
     save(drawn, data, tmp_path / name)
     assert (tmp_path / f"{name}.pdf").stat().st_size > 5000
     assert (tmp_path / f"{name}.png").stat().st_size > 10000

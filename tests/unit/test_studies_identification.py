@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from freerock.figures import identification as figures
+from freerock.figures.studies import choice, coverage, model_error, success
 from freerock.models.laws import PAPER_MODELS
 from freerock.studies import identification
 from freerock.studies.identification import Truth, draw_truth, imperfect_motion, noise
@@ -48,7 +48,7 @@ def test_every_start_reaches_the_global_minimum():
     frame = identification.success("small")
     assert set(frame["model"]) == set(PAPER_MODELS)
     assert (frame["reached"] | frame["reported"]).all()
-    figure, data = figures.success(frame)
+    figure, data = success.draw(frame)
     assert len(figure.axes) == 3 and len(data) == len(frame)
 
 
@@ -59,12 +59,12 @@ def test_scatter_and_coverage_of_few_runs():
         for row in identification._coverage(("config3", "marble", "hunt_crossley", "white", i))
     ]
     frame = identification.pd.DataFrame(rows)
-    summary = figures.coverage_summary(frame).set_index("parameter")
+    summary = coverage.coverage_summary(frame).set_index("parameter")
     assert set(summary.index) == {"k", "lambda"}
     assert (summary["n"] == 6).all() and (summary["failed"] == 0).all()
     assert summary["efficiency"].between(0.3, 2.0).all()  # of six runs
     assert frame["stderr"].to_numpy() == pytest.approx(frame["bound"].to_numpy(), rel=0.1)
-    figures.coverage(frame)
+    coverage.draw(frame)
 
 
 def test_the_residual_tells_of_an_imperfect_block():
@@ -79,11 +79,11 @@ def test_the_residual_tells_of_an_imperfect_block():
     widened = frame.groupby("imperfection")["widened"].min()
     assert widened["none"] == pytest.approx(1, abs=0.1)
     assert widened["amplitude"] > 5
-    figures.model_error(frame)
+    model_error.draw(frame)
 
 
 @pytest.mark.parametrize("model", PAPER_MODELS)
 def test_the_choice_names_the_true_law(model):
     frame = identification.pd.DataFrame(identification._choice((model, 0)))
     assert frame["chosen"].tolist() == [model]
-    figures.choice(frame)
+    choice.draw(frame)

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from freerock.config.campaign import load_campaign
-from freerock.figures.paper import paper as draw
+from freerock.figures.studies.paper import draw
 from freerock.figures.style import save
 from freerock.identification.choice import epsilon_theta
 from freerock.models.laws import MODELS

@@ -162,35 +162,35 @@ rule recovered:
         "../scripts/recovered.py"
 
 
-rule figure_valley:
+rule figure_misfit_map:
     input:
         fits=products("fits"),
     output:
-        pdf="results/{campaign}/figures/valley.pdf",
+        pdf="results/{campaign}/figures/misfit_map.pdf",
         png=report(
-            "results/{campaign}/figures/valley.png",
-            caption="../report/valley.rst",
+            "results/{campaign}/figures/misfit_map.png",
+            caption="../report/misfit_map.rst",
             category="{campaign}",
             subcategory="Figures",
-            labels={"figure": "Valleys of the discrepancy"},
+            labels={"figure": "Misfit maps"},
         ),
-        data="results/{campaign}/figures/valley.csv",
+        data="results/{campaign}/figures/misfit_map.csv",
     log:
-        "results/{campaign}/logs/figure_valley.log",
+        "results/{campaign}/logs/figure_misfit_map.log",
     benchmark:
-        "results/{campaign}/benchmarks/figure_valley.tsv"
+        "results/{campaign}/benchmarks/figure_misfit_map.tsv"
     conda:
         "../envs/freerock.yaml"
     params:
-        code=code("figure_valley"),
+        code=code("figure_misfit_map"),
         scenes=scenes,
         blocks=of_campaign(settings.geometries),
         labels=of_campaign(settings.labels),
         debonding=lambda w: campaign(w).fits.debonding,
     message:
-        "{wildcards.campaign}: figure of the valleys of the discrepancy"
+        "{wildcards.campaign}: figure of the misfit maps"
     script:
-        "../scripts/figure_valley.py"
+        "../scripts/figure_misfit_map.py"
 
 
 rule figure_predictions:
@@ -231,7 +231,7 @@ rule report:
         foundation_effect=rules.figure_foundation_effect.output.png,
         models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
         restitution=rules.figure_restitution.output.png,
-        valley=rules.figure_valley.output.png,
+        misfit_map=rules.figure_misfit_map.output.png,
         predictions=rules.figure_predictions.output.png,
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)

@@ -95,7 +95,7 @@ def scenes(wildcards):
 
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
-    names = ["foundation_effect", "restitution", "valley", "predictions"]
+    names = ["foundation_effect", "restitution", "misfit_map", "predictions"]
     names += [f"models_{block}" for block in blocks(wildcards)]
     folder = f"results/{wildcards.campaign}/figures"
     return expand(f"{folder}/{{target}}/{{name}}.pdf", target=campaign(wildcards).figures_for, name=names)

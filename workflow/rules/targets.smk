@@ -1,6 +1,6 @@
 # The figures of a campaign drawn for other targets than the double column, each with its style file in
 # src/freerock/figures. Asked for by `figures_for` of the campaign, or by name:
-# snakemake results/<campaign>/figures/slide/valley.pdf
+# snakemake results/<campaign>/figures/slide/misfit_map.pdf
 
 
 use rule figure_foundation_effect as figure_foundation_effect_for with:
@@ -42,17 +42,17 @@ use rule figure_restitution as figure_restitution_for with:
         "{wildcards.campaign}: restitution for the {wildcards.target}"
 
 
-use rule figure_valley as figure_valley_for with:
+use rule figure_misfit_map as figure_misfit_map_for with:
     output:
-        pdf="results/{campaign}/figures/{target}/valley.pdf",
-        png="results/{campaign}/figures/{target}/valley.png",
-        data="results/{campaign}/figures/{target}/valley.csv",
+        pdf="results/{campaign}/figures/{target}/misfit_map.pdf",
+        png="results/{campaign}/figures/{target}/misfit_map.png",
+        data="results/{campaign}/figures/{target}/misfit_map.csv",
     log:
-        "results/{campaign}/logs/figure_valley_{target}.log",
+        "results/{campaign}/logs/figure_misfit_map_{target}.log",
     benchmark:
-        "results/{campaign}/benchmarks/figure_valley_{target}.tsv"
+        "results/{campaign}/benchmarks/figure_misfit_map_{target}.tsv"
     message:
-        "{wildcards.campaign}: valley for the {wildcards.target}"
+        "{wildcards.campaign}: misfit map for the {wildcards.target}"
 
 
 use rule figure_predictions as figure_predictions_for with:

@@ -1,6 +1,6 @@
 """Figure: restitution of each impact."""
 
-from freerock.figures.restitution import restitution
+from freerock.figures.restitution import draw
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
 from freerock.models.block import Block
@@ -11,5 +11,6 @@ target = snakemake.wildcards.get("target", "double_column")
 inputs = snakemake.input
 runs, impacts, epsilon = map(read_csv, (inputs.runs, inputs.restitution, inputs.epsilon))
 blocks = {name: Block(**block) for name, block in snakemake.params.blocks.items()}
-drawn = restitution(runs, impacts, epsilon, blocks, snakemake.params.labels, target=target)
-save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), runs["origin"].iloc[0], target=target)
+origin = runs["origin"].iloc[0]
+drawn = draw(runs, impacts, epsilon, blocks, origin, snakemake.params.labels, target=target)
+save(*drawn, snakemake.output.pdf.removesuffix(".pdf"), origin, target=target)

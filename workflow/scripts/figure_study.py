@@ -1,12 +1,12 @@
 """Figure of a study."""
 
-from freerock.figures import faults, identification, paper, studies
+from freerock.figures.studies import choice, coverage, faults, model_choice, model_error
+from freerock.figures.studies import paper, speed_accuracy, stability, success
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
 from freerock.tables.tidy import read_csv
 
 log_to(snakemake.log[0])
-study = snakemake.wildcards.study
-modules = (studies, paper, identification, faults)
-draw = next(getattr(module, study) for module in modules if hasattr(module, study))
+modules = choice, coverage, faults, model_choice, model_error, paper, speed_accuracy, stability, success
+draw = {module.__name__.rpartition(".")[2]: module.draw for module in modules}[snakemake.wildcards.study]
 save(*draw(read_csv(snakemake.input.csv)), snakemake.output.pdf.removesuffix(".pdf"))

@@ -18,7 +18,7 @@ figures = [
     ("Effect of the foundation on the measured rotation", inputs.foundation_effect),
     *((f"Measured rotation of {block} and the models fitted to it", path) for block, path in models),
     ("Restitution of each impact", inputs.restitution),
-    ("Valleys of the discrepancy around the identified parameters", inputs.valley),
+    ("Misfit maps around the identified parameters", inputs.misfit_map),
     ("Discrepancy with parameters of the run itself, of other runs, and of other blocks", inputs.predictions),
 ]
 records, fits = ({Path(path).stem: path for path in paths} for paths in (inputs.records, inputs.fits))

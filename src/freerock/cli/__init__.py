@@ -194,14 +194,14 @@ def _plan(chosen: argparse.Namespace) -> None:
     campaign = load_campaign(path)  # refused before the numerical libraries are loaded
 
     from freerock.config import steps as settings
-    from freerock.figures import plan as figures
+    from freerock.figures.plan import draw
     from freerock.figures.style import save
     from freerock.identification.plan import plan_campaign, plan_text
 
     frame = plan_campaign(campaign)
     labels = settings.labels(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
-    pages, drawn = figures.plan(frame, labels)
+    pages, drawn = draw(frame, labels)
     save(pages, drawn, folder / "plan")
     print(plan_text(frame, labels))
     print(f"\nwritten: {folder / 'plan'}.csv, .pdf, .png")

@@ -1,1 +1,18 @@
-"""Figures: one function each, which returns the figure and the numbers drawn in it; `save` writes both."""
+"""Figures: a module each, found by the figure's name, and in it one function, `draw`.
+
+It takes the tables and datasets it draws, and returns the figure and the numbers drawn; `style.save` writes
+both.
+What is read for a figure, and from where, stands in the workflow's rule of that figure.
+"""
+
+__all__ = [
+    "foundation_effect",
+    "misfit_map",
+    "models",
+    "plan",
+    "predictions",
+    "quality",
+    "restitution",
+    "studies",
+    "style",
+]

@@ -24,13 +24,15 @@ from freerock.products.groups import usable_runs
 
 
 @printed
-def foundation_effect(records, labels=None):
+def draw(records, origin, labels=None):
     """Measured θ(t) of the first usable run on each foundation, one panel per block.
 
     Parameters
     ----------
     records : sequence of xarray.DataTree
         Record datasets.
+    origin : str
+        "simulated" or "measured".
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -66,7 +68,7 @@ def foundation_effect(records, labels=None):
     legend_above(
         axes[0], [Line2D([], [], **style, label=label(labels, name)) for name, style in styles.items()]
     )
-    footer(figure, records[0].attrs["origin"])
+    footer(figure, origin)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
     return figure, gathered(curves.values(), columns)
 

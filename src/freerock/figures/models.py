@@ -25,13 +25,15 @@ from freerock.tables.tidy import quantity
 
 
 @printed
-def models(fits, labels=None):
+def draw(fits, origin, labels=None):
     """θ(t) of the first fitted run of each dataset beside the models fitted to it, residuals below.
 
     Parameters
     ----------
     fits : sequence of xarray.DataTree
         Fit datasets, as a rule those of one block.
+    origin : str
+        "simulated" or "measured".
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -80,7 +82,7 @@ def models(fits, labels=None):
         motion.set_xlim(left=0)
         legend_above(motion)
     figure.align_ylabels(axes)
-    footer(figure, fits[0].attrs["origin"])
+    footer(figure, origin)
     columns = ["test", "run", "source", "time_s", "theta_deg", "residual_deg"]
     return figure, gathered(parts, columns)
 

@@ -20,7 +20,7 @@ RATE_LINES = ("-", "--", ":", "-.")
 
 
 @styled()
-def plan(frame, labels=None):
+def draw(frame, labels=None):
     """Relative standard errors over the release angle: a page per sensor and duration.
 
     Parameters

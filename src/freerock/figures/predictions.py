@@ -20,12 +20,12 @@ FAILED = "#b00020"
 
 
 @printed
-def predictions(predicted, epsilon, origin, labels=None):
+def draw(predictions, epsilon, origin, labels=None):
     """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
 
     Parameters
     ----------
-    predicted : pandas.DataFrame
+    predictions : pandas.DataFrame
         From `freerock.identification.predict.predictions`.
     epsilon : pandas.DataFrame
         Tidy table epsilon.
@@ -38,11 +38,11 @@ def predictions(predicted, epsilon, origin, labels=None):
     -------
     figure : matplotlib.figure.Figure
     data : pandas.DataFrame
-        Columns of `predicted`, with a row per fit of a run, basis `OWN`.
+        Columns of `predictions`, with a row per fit of a run, basis `OWN`.
     """
     single = epsilon[epsilon["run"].astype(str) != "pooled"]
-    own = single[single["success"]].assign(basis=OWN, n_runs=1)[predicted.columns]
-    data = gathered([each for each in (own, predicted) if len(each)], predicted.columns)
+    own = single[single["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
+    data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:
         figure = Figure(figsize=size(0.8))
         figure.suptitle("nothing to predict: no run has a fit that may be used", fontsize="medium")

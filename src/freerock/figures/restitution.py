@@ -22,17 +22,19 @@ NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider t
 
 
 @printed
-def restitution(runs, impacts, epsilon, blocks, labels=None):
+def draw(runs, restitution, epsilon, blocks, origin, labels=None):
     """Restitution of each impact against the peak before it, one panel per block and foundation.
 
     Parameters
     ----------
-    runs, impacts : pandas.DataFrame
+    runs, restitution : pandas.DataFrame
         Tidy tables runs and restitution, see `freerock.tables.tidy`; failed and excluded runs are left out.
     epsilon : pandas.DataFrame
         Tidy table epsilon; impacts of a model whose fit failed are left out.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
+    origin : str
+        "simulated" or "measured".
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -42,7 +44,7 @@ def restitution(runs, impacts, epsilon, blocks, labels=None):
     data : pandas.DataFrame
         Columns of the table restitution.
     """
-    data = impacts.merge(usable_rows(runs)[["test", "run"]])
+    data = restitution.merge(usable_rows(runs)[["test", "run"]])
     failed = set(_fits(epsilon[~epsilon["success"]], "model"))
     data = data[np.array([fit not in failed for fit in _fits(data, "source")], dtype=bool)]
     shown, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
@@ -63,7 +65,7 @@ def restitution(runs, impacts, epsilon, blocks, labels=None):
     handles = [ax.get_legend_handles_labels() for ax in axes.flat]
     handles = {name: handle for found in handles for handle, name in zip(*found, strict=True)}
     figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
-    footer(figure, runs["origin"].iloc[0])
+    footer(figure, origin)
     return figure, data
 
 

@@ -662,7 +662,7 @@ def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
     damping that would have to drive the block.
     """
     other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
-    dash = 1e-3 * A_DASH[other] * problem.physical(x)[0]  # the valley bends: a larger one is no derivative
+    dash = 1e-3 * A_DASH[other] * problem.physical(x)[0]  # the trough bends: a larger one is no derivative
     column = problem.curve(x, samples, FINE, {other: dash}) - problem.curve(x, samples, FINE)
     jacobian = np.column_stack([jacobian, column])
     step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from freerock.figures.qc import failed, qc
+from freerock.figures import quality
 from freerock.figures.style import save
 from freerock.products.netcdf import open_fits, open_record
 
@@ -12,5 +12,9 @@ def make_pages(
 ) -> None:
     """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv; with a reason, only that."""
     record = open_record(record_file)
-    drawn = failed(record, labels, reason) if reason else qc(record, open_fits(fits_file), labels)
+    drawn = (
+        quality.failed(record, labels, reason)
+        if reason
+        else quality.draw(record, open_fits(fits_file), labels)
+    )
     save(*drawn, stem, record.attrs["origin"], pdf_fonts=3)

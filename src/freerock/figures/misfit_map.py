@@ -39,7 +39,7 @@ COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "eps
 
 
 @printed
-def valley(fits, blocks, labels=None, debonding="geometric"):
+def draw(fits, blocks, origin, labels=None, debonding="geometric"):
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part in the valley is in the
@@ -51,6 +51,8 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
         Fit datasets.
     blocks : mapping of str to freerock.models.block.Block
         The campaign's blocks by name.
+    origin : str
+        "simulated" or "measured".
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
     debonding : str
@@ -105,11 +107,11 @@ def valley(fits, blocks, labels=None, debonding="geometric"):
     names = [handle.get_label() for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
     if shown:
-        footer(figure, shown[0][0].attrs["origin"])
+        footer(figure, origin)
     return figure, gathered(parts, COLUMNS)
 
 
-def has_valley(tree):
+def has_map(tree):
     """Whether a fit dataset holds a fit to be shown."""
     return any(True for _ in _identified(tree))
 

@@ -10,7 +10,7 @@ SEVERITIES = ("light", "medium", "heavy")
 
 
 @styled()
-def faults(frame, labels=None):
+def draw(frame, labels=None):
     """A row per fault, a column per severity: the share of records in which the fault was named.
 
     Parameters

@@ -19,7 +19,7 @@ VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020"}
 
 
 @styled()
-def qc(record, fits, labels=None):
+def draw(record, fits, labels=None):
     """Pages of quality control of one record.
 
     Parameters
@@ -52,7 +52,7 @@ def qc(record, fits, labels=None):
 
 
 def failed(record, labels, reasons, verdict="fail"):
-    """The page of a record without runs, or one that can't be drawn: what and why; returns as `qc`."""
+    """The page of a record without runs, or one that can't be drawn: what and why; returns as `draw`."""
     figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI, layout="none")
     _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
     footer(figure, record.attrs["origin"])

@@ -11,7 +11,7 @@ BLOCK_MARKERS = "osD^v"
 
 
 @styled()
-def paper(frame, labels=None):
+def draw(frame, labels=None):
     """Re-identified over published parameters, and the distances of the published models in their bounds.
 
     Parameters

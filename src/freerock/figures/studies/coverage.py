@@ -1,0 +1,119 @@
+"""Figure of the study of coverage: scatter against the Cramér-Rao bound, and honest intervals."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from freerock.figures.style import MODEL_STYLES, headed, label, styled
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+
+NOISE_MARKERS = {"white": "o", "hum and drift": "^"}
+
+
+def coverage_summary(frame) -> pd.DataFrame:
+    """Scatter and coverage of each scene, law, noise and parameter.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.studies.identification.coverage`.
+
+    Returns
+    -------
+    pandas.DataFrame
+        n fits that succeeded, failed, efficiency (standard deviation over the Cramér-Rao bound), bias (mean
+        error in bounds) and covered, the share of the 95 % intervals that hold the truth.
+    """
+    rows = []
+    keys = ["block", "foundation", "model", "noise", "parameter"]
+    for key, group in frame.groupby(keys, sort=False):
+        good = group[group["stderr"].notna()]
+        error = (good["value"] - good["truth"]) / good["bound"]
+        inside = (good["ci95_low"] <= good["truth"]) & (good["truth"] <= good["ci95_high"])
+        rows.append(
+            {
+                **dict(zip(keys, key, strict=True)),
+                "n": len(good),
+                "failed": len(group) - len(good),
+                "efficiency": error.std(),
+                "bias": error.mean(),
+                "covered": inside.mean(),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+@styled()
+def draw(frame, labels=None):
+    """Scatter over the Cramér-Rao bound, and coverage of the 95 % intervals, scene by scene.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.studies.identification.coverage`.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        `coverage_summary`.
+    """
+    summary = coverage_summary(frame)
+    figure = Figure(figsize=(7.0, 4.4))
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    scenes = list(dict.fromkeys(zip(summary["block"], summary["foundation"], strict=True)))
+    quantities = list(dict.fromkeys(zip(summary["model"], summary["parameter"], strict=True)))
+    width = 0.8 / len(quantities)
+    for i, (model, parameter) in enumerate(quantities):
+        for noise, marker in NOISE_MARKERS.items():
+            rows = summary[
+                (summary["model"] == model)
+                & (summary["parameter"] == parameter)
+                & (summary["noise"] == noise)
+            ]
+            x = [scenes.index(s) for s in zip(rows["block"], rows["foundation"], strict=True)]
+            x = np.array(x, float) + (i - (len(quantities) - 1) / 2) * width
+            style = {
+                "color": MODEL_STYLES[model]["color"],
+                "marker": marker,
+                "linestyle": "",
+                "markersize": 4,
+                "markerfacecolor": "white" if parameter in ("c", "lambda") else None,
+            }
+            if noise == "white":
+                error = rows["efficiency"] / np.sqrt(2 * rows["n"])
+                upper.errorbar(x, rows["efficiency"], error, linewidth=0.8, **style)
+            error = np.sqrt(0.95 * 0.05 / rows["n"])
+            lower.errorbar(x, 100 * rows["covered"], 100 * error, linewidth=0.8, **style)
+    upper.axhline(1.0, color="0.5", linewidth=0.8)
+    upper.axhline(1.1, color="0.5", linewidth=0.8, linestyle=":")
+    upper.set(ylabel="scatter / Cramér–Rao bound")
+    for y, style in ((95, "-"), (93, ":"), (97, ":")):
+        lower.axhline(y, color="0.5", linewidth=0.8, linestyle=style)
+    names = [f"{label(labels, block)}\n{label(labels, foundation)}" for block, foundation in scenes]
+    lower.set(ylabel="truth in the 95 % interval / %", xticks=range(len(scenes)))
+    lower.set_xlim(-0.5, len(scenes) - 0.5)
+    lower.set_xticklabels(names)
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=MODEL_STYLES[model]["color"],
+            marker="o",
+            linestyle="",
+            markerfacecolor="white" if parameter in ("c", "lambda") else None,
+            label=f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}",
+        )
+        for model, parameter in quantities
+    ]
+    handles += [
+        Line2D([], [], color="0.3", marker=marker, linestyle="", label=f"noise: {noise}")
+        for noise, marker in NOISE_MARKERS.items()
+        if noise in set(summary["noise"])
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    headed(figure)
+    return figure, summary

@@ -1,0 +1,155 @@
+"""Figure of the stability atlas: where each method converges and where it fails."""
+
+import numpy as np
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from freerock.figures.style import styled
+from freerock.models.laws import K_RANGE, MODEL_LABELS, RATIO_RANGE
+
+STATE_COLOURS = {
+    "converged": "#7fbf8f",
+    "inaccurate": "#f0d050",
+    "unstable": "#b00020",
+    "too_slow": "#6a6ad0",
+    "refused": "white",
+}
+CAUSE_STYLES = {
+    "the block overturns": {"marker": ".", "markersize": 1.5},
+    "the motion multiplies errors": {"marker": "+", "markersize": 2.5, "markeredgewidth": 0.5},
+    "denormal numbers": {"marker": "x", "markersize": 3},
+}
+STATE_LABELS = {"too_slow": "too slow"}
+QUANTITIES = {"c/k [s]": "c/k / s", "lambda/k [s/m]": "λ/k / (s/m)", "k [N/m²]": "k / (N/m²)"}
+QUANTITIES |= {
+    "step [s]": "step / s",
+    "record [s]": "record / s",
+    "start off by a factor of": "start off by a factor of",
+}
+BOUNDS = {"k [N/m²]": K_RANGE, "c/k [s]": RATIO_RANGE["c"], "lambda/k [s/m]": RATIO_RANGE["lambda"]}
+TICKS = 5  # of an axis at most
+
+
+@styled()
+def draw(frame, labels=None):
+    """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.studies.stability.stability`.
+
+    Returns
+    -------
+    pages : list of matplotlib.figure.Figure
+    data : pandas.DataFrame
+        The rows drawn.
+    """
+    pages = [
+        _atlas_page(frame, ["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
+        _atlas_page(frame, ["step"], ["model"], "Fixed steps", None),
+        _atlas_page(frame, ["release"], ["model"], "Angle of release and slenderness", None),
+        _atlas_page(
+            frame, ["springs", "tail", "housner_fit", "fit"], ["map"], "Springs, tails and fits", None
+        ),
+    ]
+    return pages, frame
+
+
+MAP_TITLES = {
+    "springs": "springs for the bed",
+    "tail": "length of the tail",
+    "housner_fit": "fits of Housner's r",
+    "fit": "fits of Hunt–Crossley's k, λ",
+}
+
+
+def _atlas_page(frame, maps, by, title, bounds):
+    rows = list(frame[frame["map"].isin(maps)].groupby(by, sort=False))
+    n_columns = max(group["method"].nunique() for _, group in rows)
+    figure = Figure(figsize=(7.0, 1.55 * len(rows) + 0.75))
+    axes = figure.subplots(len(rows), n_columns, squeeze=False)
+    for i, (key, group) in enumerate(rows):
+        methods = list(group.groupby("method", sort=False))
+        for ax in axes[i, len(methods) :]:
+            ax.axis("off")
+        for ax, (method, cells) in zip(axes[i], methods, strict=False):
+            _atlas_panel(ax, cells, bounds)
+            ax.set_title(_wrapped(method), fontsize=6.5, loc="left")
+            if ax is axes[i, 0]:
+                ax.set_ylabel(f"{_row_title(key)}\n{QUANTITIES.get(cells['y'].iloc[0], cells['y'].iloc[0])}")
+            else:
+                ax.tick_params(labelleft=False)
+            last = i + 1 == len(rows) or by == ["map"]
+            ax.tick_params(labelbottom=last)
+            if last:
+                ax.set_xlabel(QUANTITIES.get(cells["x"].iloc[0], cells["x"].iloc[0]))
+    cells = frame[frame["map"].isin(maps)]
+    handles = [
+        Patch(facecolor=colour, edgecolor="0.5", linewidth=0.5, label=STATE_LABELS.get(state, state))
+        for state, colour in STATE_COLOURS.items()
+        if (cells["state"] == state).any()
+    ]
+    for cause, style in CAUSE_STYLES.items():
+        if cells["cause"].fillna("").str.startswith(cause).any():
+            handles.append(Line2D([], [], color="black", linestyle="", **style, label=cause))
+    if bounds:
+        handles.append(Patch(fill=False, label="bounds of the fit"))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
+    )
+    return figure
+
+
+def _row_title(key):
+    names = MODEL_LABELS | MAP_TITLES
+    return ",\n".join(names.get(part, part) for part in key)
+
+
+def _wrapped(method):
+    return method.replace(" over ", "\nover ").replace(" on ", "\non ").replace(", ", ",\n")
+
+
+def _atlas_panel(ax, cells, bounds):
+    """Cells of equal size, whatever the values along the axes."""
+    xs, ys = np.unique(cells["x_value"]), np.unique(cells["y_value"])
+    states = list(STATE_COLOURS)
+    grid = np.full((len(ys), len(xs)), np.nan)
+    column, row = np.searchsorted(xs, cells["x_value"]), np.searchsorted(ys, cells["y_value"])
+    grid[row, column] = [states.index(state) for state in cells["state"]]
+    norm = BoundaryNorm(np.arange(len(states) + 1) - 0.5, len(states))
+    ax.imshow(
+        grid, cmap=ListedColormap(list(STATE_COLOURS.values())), norm=norm, origin="lower", aspect="auto"
+    )
+    ax.grid(False)
+    for cause, style in CAUSE_STYLES.items():
+        marked = cells["cause"].fillna("").str.startswith(cause).to_numpy()
+        ax.plot(column[marked], row[marked], color="black", linestyle="", **style)
+    for axis, values in ((ax.xaxis, xs), (ax.yaxis, ys)):
+        decades = np.log10(values)
+        shown = np.flatnonzero(np.abs(decades - decades.round()) < 1e-6)
+        if len(shown) < 3 or len(values) <= TICKS:
+            shown = np.arange(len(values))
+        shown = shown[:: -(-len(shown) // TICKS)]
+        axis.set_ticks(shown, [_number(values[i]) for i in shown])
+    ax.tick_params(labelsize=6)
+    if bounds:
+        x0, x1 = (np.interp(np.log(v), np.log(xs), np.arange(len(xs))) for v in bounds[cells["x"].iloc[0]])
+        y0, y1 = (np.interp(np.log(v), np.log(ys), np.arange(len(ys))) for v in bounds[cells["y"].iloc[0]])
+        ax.plot(
+            [x0 - 0.5, x1 + 0.5, x1 + 0.5, x0 - 0.5, x0 - 0.5],
+            [y0 - 0.5, y0 - 0.5, y1 + 0.5, y1 + 0.5, y0 - 0.5],
+            color="black",
+            linewidth=0.8,
+        )
+
+
+def _number(value):
+    if value == 0 or 1e-3 <= value < 1e3:
+        return f"{value:.3g}"
+    exponent = int(np.floor(np.log10(value) + 1e-9))
+    mantissa = value / 10**exponent
+    return f"$10^{{{exponent}}}$" if abs(mantissa - 1) < 0.05 else f"${mantissa:.2g}·10^{{{exponent}}}$"

@@ -1,0 +1,61 @@
+"""Figure of the study of success: does a fit end in the global minimum?"""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
+
+from freerock.figures.style import headed, styled
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+
+OUTCOMES = {  # of a fit: how it is drawn
+    "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},
+    "reported as failed": {"color": "#0072b2", "marker": "s", "markersize": 5},
+    "missed": {"color": "#d55e00", "marker": "X", "markersize": 7},
+}
+
+
+@styled()
+def draw(frame, labels=None):
+    """Random truths and whether the fit from the automatic start ended in the global minimum.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.studies.identification.success`.
+    labels : mapping of str to str, optional
+        Not used.
+
+    Returns
+    -------
+    figure : matplotlib.figure.Figure
+    data : pandas.DataFrame
+        The rows drawn.
+    """
+    figure = Figure(figsize=(7.0, 2.9))
+    models = list(frame["model"].unique())
+    for ax, model in zip(figure.subplots(1, len(models), squeeze=False)[0], models, strict=True):
+        rows = frame[frame["model"] == model]
+        outcome = np.select(
+            [rows["reported"], ~rows["reached"]], ["reported as failed", "missed"], "global minimum"
+        )
+        if model == "housner":
+            x, y = 1 - rows["r"], rows["sigma_deg"]
+            ax.set(xlabel="1 − r", ylabel="noise $σ_θ$ / °")
+        else:
+            damping = "c" if model == "winkler" else "lambda"
+            x, y = rows["k"], rows[damping] / rows["k"]
+            unit = {"c": "s", "lambda": "(s/m)"}[damping]
+            ax.set(xlabel="k / (N/m²)", ylabel=f"{SYMBOLS[damping]}/k / {unit}")
+        for name, style in OUTCOMES.items():
+            ax.plot(x[outcome == name], y[outcome == name], linestyle="", **style)
+        missed = int(np.sum(outcome == "missed"))
+        ax.set(xscale="log", yscale="log")
+        ax.margins(0.05)
+        for axis in (ax.xaxis, ax.yaxis):
+            axis.set_minor_formatter(NullFormatter())
+        ax.set_title(f"{MODEL_LABELS[model]}\n{missed} of {len(rows)} missed", loc="left")
+    handles = [Line2D([], [], linestyle="", label=name, **style) for name, style in OUTCOMES.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+    headed(figure)
+    return figure, frame
