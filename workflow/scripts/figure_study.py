@@ -1,7 +1,16 @@
 """Figure of a study."""
 
-from freerock.figures.studies import choice, coverage, faults, model_choice, model_error
-from freerock.figures.studies import paper, speed_accuracy, stability, success
+from freerock.figures.studies import (
+    choice,
+    coverage,
+    faults,
+    model_choice,
+    model_error,
+    paper,
+    speed_accuracy,
+    stability,
+    success,
+)
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
 from freerock.tables.tidy import read_csv
