@@ -14,11 +14,13 @@ from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
+from freerock.runs.verdict import Reason, Verdict
 
 VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
 SIGMA = np.radians(0.01)
 RATE_HZ = 200.0
+LEFT_OUT = Reason("warn", "excluded", "excluded: the block slid & turned <1°")
 
 
 def swing(time_s, theta0_deg, frequency_hz=1.2):
@@ -55,14 +57,13 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
                 hold_start_s=release - 1,
                 release_s=release,
                 release_stderr_s=0.002,
-                start_s=release + 0.02,
+                fit_start_s=release + 0.02,
                 end_s=release + 4,
                 theta0=np.radians(angle),
                 theta0_stderr=1e-4,
                 sigma_theta=SIGMA,
                 n_impacts=4,
-                verdict="warn" if excluded else "ok",
-                reasons=("excluded: the block slid & turned <1°",) if excluded else (),
+                verdict=Verdict((LEFT_OUT,) if excluded else ()),
                 excluded=excluded,
             )
         )
@@ -93,7 +94,8 @@ def failed_record():
     error = FreerockError("b1_broken.tdms", "the file is truncated", "record it again")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "record.nc")
-        datasets.write_failure(path, error, identity("b1_broken", "b1", "marble", "simulated"))
+        reason = Reason("fail", "not_processed", str(error))
+        datasets.write_failure(path, reason, identity("b1_broken", "b1", "marble", "simulated"))
         return datasets.open_record(path)
 
 

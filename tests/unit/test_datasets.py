@@ -21,12 +21,20 @@ from freerock.identification import predict
 from freerock.models.laws import MODELS, UNITS
 from freerock.products import names
 from freerock.products import provenance as made
-from freerock.products.groups import one_of_each
-from freerock.products.netcdf import open_fits, open_record, write_failure, write_fits, write_record
+from freerock.products.groups import one_of_each, reasons_in
+from freerock.products.netcdf import (
+    open_fits,
+    open_record,
+    verdict_of,
+    write_failure,
+    write_fits,
+    write_record,
+)
 from freerock.products.provenance import provenance
 from freerock.products.runs import impacts_in, runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
+from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import tidy as tables
 
 ATTRS = {
@@ -53,19 +61,17 @@ def made_up_runs():
         hold_start_s=0.1,
         release_s=0.2,
         release_stderr_s=0.001,
-        start_s=0.21,
+        fit_start_s=0.21,
         end_s=0.9,
         theta0=0.17,
         theta0_stderr=1e-5,
         sigma_theta=1e-4,
         n_impacts=7,
-        verdict="ok",
-        reasons=(),
         excluded=False,
         overridden=False,
     )
-    late = ("late; and short", "few impacts")
-    return [run, replace(run, number=2, verdict="warn", reasons=late, excluded=True, overridden=True)]
+    late = Reason("warn", "late", "late; and short"), Reason("ok", "overridden", "overridden: so")
+    return [run, replace(run, number=2, verdict=Verdict(late), excluded=True, overridden=True)]
 
 
 def made_up_record():
@@ -121,7 +127,7 @@ def write(folder, name="a"):
     )
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
     pooled = {model: made_up_fit(model, runs=2) for model in MODELS}
-    write_fits(folder / f"fits_{name}.nc", fits, pooled, ATTRS | {"verdict": "ok", "reasons": ""})
+    write_fits(folder / f"fits_{name}.nc", fits, pooled, ATTRS | {"verdict": "ok", "reasons": []})
 
 
 @pytest.fixture(scope="module")
@@ -147,19 +153,24 @@ def test_record_comes_back(folder):
 
 
 def test_runs_and_impacts_come_back(folder):
-    tree, (first, second) = open_record(folder / "record_a.nc"), made_up_runs()
+    tree = open_record(folder / "record_a.nc")
     assert list(tree.children) == ["run_1", "run_2"]
-    assert runs_in(tree) == [first, replace(second, reasons=("late, and short", "few impacts"))]
+    assert runs_in(tree) == made_up_runs()
+    assert [tree[name].attrs["verdict"] for name in tree.children] == ["ok", "warn"]
     assert_equal(impacts_in(tree["run_1"]), made_up_impacts())
     assert_equal(impacts_in(tree["run_2"]), made_up_impacts(0))
 
 
 def test_record_has_the_verdict_of_its_runs(folder):
     tree = open_record(folder / "record_a.nc")
-    assert (tree.attrs["verdict"], tree.attrs["reasons"]) == (
-        "warn",
-        "run 2: late, and short; run 2: few impacts",
-    )
+    assert tree.attrs["verdict"] == "warn"
+    assert json.loads(tree.attrs["reasons"]) == [
+        ["warn", "late", "run 2: late; and short"],
+        ["ok", "overridden", "run 2: overridden: so"],
+    ]
+    reasons = reasons_in(tree.attrs)
+    assert verdict_of(folder / "record_a.nc") == ("warn", reasons)
+    assert in_one_line(reasons) == "run 2: late, and short; run 2: overridden: so"
 
 
 @pytest.mark.parametrize(
@@ -174,7 +185,12 @@ def test_record_has_the_verdict_of_its_runs(folder):
 )
 def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded, expected):
     runs = [
-        replace(made_up_runs()[0], number=number, verdict=verdict, excluded=number in excluded)
+        replace(
+            made_up_runs()[0],
+            number=number,
+            verdict=Verdict((Reason(verdict, "check", "found"),)),
+            excluded=number in excluded,
+        )
         for number, verdict in enumerate(verdicts, 1)
     ]
     write_record(tmp_path / "a.nc", made_up_record(), runs, [made_up_impacts()] * 2, ATTRS)
@@ -222,15 +238,14 @@ def test_fits_of_a_run_share_their_time(tmp_path):
 
 def test_failed_record_is_a_product(tmp_path):
     error = FreerockError("raw/a.tdms", "is truncated", "record it again")
-    write_failure(tmp_path / "a.nc", error, ATTRS)
+    reason = Reason("fail", "not_processed", str(error))
+    write_failure(tmp_path / "a.nc", reason, ATTRS)
     tree = open_record(tmp_path / "a.nc")
-    assert (tree.attrs["verdict"], tree.attrs["reasons"]) == (
-        "fail",
-        "raw/a.tdms: is truncated; record it again",
-    )
+    assert (tree.attrs["verdict"], reasons_in(tree.attrs)) == ("fail", (reason,))
+    assert in_one_line([reason]) == "raw/a.tdms: is truncated; record it again"
     assert (tree.attrs["campaign"], tree.attrs["test"]) == ("lab", "a")
     assert runs_in(tree) == []
-    write_fits(tmp_path / "b.nc", {}, {}, ATTRS | {"verdict": "fail", "reasons": str(error)})
+    write_fits(tmp_path / "b.nc", {}, {}, ATTRS | {"verdict": "fail", "reasons": [reason]})
     assert not open_fits(tmp_path / "b.nc").children
 
 
@@ -404,7 +419,7 @@ def test_ncdump_shows_the_head_of_a_product(folder, product):
 def test_compliance_checker_finds_no_error(folder, product):
     path = folder / f"{product}_a.nc"
     if product == "failure":
-        write_failure(path, FreerockError("a.tdms", "is cut off", "record it again"), ATTRS)
+        write_failure(path, Reason("fail", "not_processed", "a.tdms: is cut off"), ATTRS)
     suites = ["cf:1.11", "acdd:1.3"]
     command = ["compliance-checker", "--test=cf:1.11", "--test=acdd:1.3", "--format=json", "-o", "-", path]
     done = subprocess.run(command, capture_output=True, text=True, cwd=folder)
@@ -415,7 +430,7 @@ def test_compliance_checker_finds_no_error(folder, product):
 
 
 def test_every_field_of_runs_and_impacts_is_written():
-    in_attributes = {"number", "verdict", "reasons", "excluded", "overridden"}
+    in_attributes = {"number", "verdict", "excluded", "overridden"}
     assert {field.name for field in fields(Run)} == set(names.RUN) | in_attributes
     assert {field.name for field in fields(Impacts)} == set(names.IMPACTS)
 

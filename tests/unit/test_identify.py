@@ -27,7 +27,7 @@ def motion(model, parameters, *, block=CONFIG2, alpha=math.radians(10), t0=0.0, 
     assert outcome in ("completed", "at_rest")
     noise = np.random.default_rng(seed).normal(0, sigma, len(time))
     return Motion(
-        time, theta + noise, sigma, theta0=alpha + 2e-5, theta0_stderr=2e-5, t0_stderr=2e-3, start_s=0.02
+        time, theta + noise, sigma, theta0=alpha + 2e-5, theta0_stderr=2e-5, t0_stderr=2e-3, fit_start_s=0.02
     )
 
 
@@ -259,7 +259,7 @@ def test_a_run_whose_first_half_is_lost_has_no_held_out_discrepancy():
 
 def test_a_late_start_of_the_samples_is_no_trouble():
     run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
-    fit = fit_run("hunt_crossley", CONFIG2, Motion(**{**vars(run), "start_s": 1.0}))
+    fit = fit_run("hunt_crossley", CONFIG2, Motion(**{**vars(run), "fit_start_s": 1.0}))
     assert fit.success
     assert abs(fit.value[0] - TRUTHS["hunt_crossley"]["k"]) < 4 * fit.stderr[0]
 

@@ -8,6 +8,7 @@ import pytest
 
 from freerock.cli.progress import newest_run, progress, progress_text
 from freerock.products.netcdf import write_failure
+from freerock.runs.verdict import Reason
 
 TESTS = ["a", "b", "c", "d"]
 ATTRS = {"campaign": "lab", "title": "A lab", "origin": "measured", "block": "tall", "foundation": "mat"}
@@ -19,7 +20,8 @@ def product(folder, name, made_s, reason=None):
     if reason is None:
         path.touch()
     else:
-        write_failure(path, reason, ATTRS | {"test": path.stem}, verdict="fail" if reason else "warn")
+        found = Reason("fail" if reason else "warn", "not_processed", reason)
+        write_failure(path, found, ATTRS | {"test": path.stem})
     os.utime(path, (made_s, made_s))
 
 

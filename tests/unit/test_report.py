@@ -123,7 +123,7 @@ def test_report_needs_nothing_from_outside(page):
 
 def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     tree = record("b1_marble")
-    tree["run_1"].attrs["reasons"] = HOSTILE
+    tree["run_1"].attrs["reasons"] = json.dumps([["ok", "hostile", HOSTILE]])
     line = dict.fromkeys(("file", "laser", "note", "reason"), HOSTILE) | {"test": "b1_marble"}
     label = {"b1": {"label": HOSTILE, "height_m": 0.28}}
     changes = {"title": HOSTILE, "summary": HOSTILE, "records": [line], "blocks": label, "license": HOSTILE}

@@ -18,6 +18,7 @@ from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.flags import Fault
 from freerock.runs.segment import find_runs
+from freerock.runs.verdict import Verdict
 
 BLOCK = Block(0.28, 0.07, 5.84)
 SIGMA = math.radians(0.005)
@@ -61,10 +62,12 @@ def test_every_run_is_found_and_timed():
     found = find_runs(*arguments)
     assert [run.number for run in found] == [1, 2, 3, 4]
     for run, release, angle in zip(found, releases, angles, strict=True):
-        assert run.verdict == "ok" and run.reasons == () and not run.excluded and not run.overridden
+        assert (
+            run.verdict.level == "ok" and run.verdict.texts == () and not run.excluded and not run.overridden
+        )
         assert abs(run.release_s - release) < 1e-3
         assert 0 < run.release_stderr_s < 2e-3
-        assert run.start_s == run.release_s + 0.03
+        assert run.fit_start_s == run.release_s + 0.03
         assert run.hold_start_s == pytest.approx(release - 1.5, abs=0.3)
         assert math.degrees(run.theta0) == pytest.approx(angle, abs=5 * math.degrees(run.theta0_stderr))
         assert 0 < math.degrees(run.theta0_stderr) < 1e-3
@@ -99,7 +102,7 @@ def test_a_tilt_in_steps_and_a_hand_in_the_beam():
     arguments[3][hand] = 1
     (run,) = find_runs(*arguments)
     assert abs(run.release_s - release) < 1e-3
-    assert run.verdict == "ok"
+    assert run.verdict.level == "ok"
 
 
 def test_zero_error_enters_the_held_angle():
@@ -111,11 +114,11 @@ def test_zero_error_enters_the_held_angle():
 def test_overridden_run_takes_its_times_and_reason():
     arguments, (_, second) = record(one_run(), one_run(9.0))
     free, run = find_runs(*arguments, overrides=[(2, second + 0.01, second + 1.2, "a truck passed by")])
-    assert not free.overridden and free.reasons == ()
+    assert not free.overridden and free.verdict == Verdict()
     assert (run.release_s, run.end_s) == (second + 0.01, second + 1.2)
-    assert run.start_s == pytest.approx(second + 0.04)
+    assert run.fit_start_s == pytest.approx(second + 0.04)
     assert run.release_stderr_s == 0.03
-    assert run.overridden and run.reasons == ("overridden: a truck passed by",)
+    assert run.overridden and run.verdict.texts == ("overridden: a truck passed by",)
     assert math.degrees(run.theta0) == pytest.approx(9.0, abs=0.002)
 
 
@@ -123,7 +126,7 @@ def test_excluded_run_stays_with_its_verdict():
     arguments, _ = record(one_run(), one_run())
     kept, left_out = find_runs(*arguments, exclusions=[(2, "slipped")])
     assert not kept.excluded and left_out.excluded
-    assert left_out.verdict == "ok" and left_out.reasons == ("excluded: slipped",)
+    assert left_out.verdict.level == "ok" and left_out.verdict.texts == ("excluded: slipped",)
 
 
 @pytest.mark.parametrize(
@@ -163,8 +166,8 @@ def test_overrides_that_fit_no_run(options, line):
 )
 def test_faults_of_a_run(run, expected, reason):
     (found,) = find_runs(*record(run)[0])
-    assert found.verdict == expected
-    assert reason in found.reasons[0]
+    assert found.verdict.level == expected
+    assert reason in found.verdict.texts[0]
 
 
 def touched(grow=1.0, slow=1.0):
@@ -179,13 +182,13 @@ def touched(grow=1.0, slow=1.0):
 
 def test_a_hand_on_a_rocking_block_is_told():
     (run,) = find_runs(*record(touched(grow=1.8))[0])
-    assert run.verdict == "fail"
-    assert "higher than before: the block was touched" in run.reasons[0]
+    assert run.verdict.level == "fail"
+    assert "higher than before: the block was touched" in run.verdict.texts[0]
     (run,) = find_runs(*record(touched(slow=1.7))[0])
-    assert run.verdict == "fail"
-    assert "longer than before: the block was touched" in run.reasons[0]
+    assert run.verdict.level == "fail"
+    assert "longer than before: the block was touched" in run.verdict.texts[0]
     (run,) = find_runs(*record(touched())[0])
-    assert run.verdict == "ok"
+    assert run.verdict.level == "ok"
 
 
 def test_an_aborted_release_is_no_run():
@@ -195,7 +198,7 @@ def test_an_aborted_release_is_no_run():
     aborted = [math.radians(9) * np.linspace(0, 1, n), np.full(n, math.radians(9)), lowered, np.zeros(n)]
     arguments, (at,) = record((np.concatenate([*aborted, theta]), release + 4 * n / RATE_HZ))
     (run,) = find_runs(*arguments)
-    assert run.verdict == "ok" and abs(run.release_s - at) < 1e-3
+    assert run.verdict.level == "ok" and abs(run.release_s - at) < 1e-3
 
 
 def test_faults_of_the_signal_count_against_the_runs_they_meet():
@@ -206,10 +209,12 @@ def test_faults_of_the_signal_count_against_the_runs_they_meet():
         Fault("hum", 0.0, 99.0, "50 Hz"),
     ]
     one, two = find_runs(*arguments, 0.0, faults)
-    assert one.verdict == "ok"
-    assert two.reasons == ("the rest position has moved by +0.060°: the block may have slid or twisted",)
+    assert one.verdict.level == "ok"
+    assert two.verdict.texts == (
+        "the rest position has moved by +0.060°: the block may have slid or twisted",
+    )
     _, two = find_runs(*arguments, 0.0, [Fault("aliasing", first + 3, 99.0, "120 Hz")])
-    assert (two.verdict, two.reasons) == ("warn", ("aliasing: 120 Hz",))
+    assert (two.verdict.level, two.verdict.texts) == ("warn", ("aliasing: 120 Hz",))
 
 
 def test_record_that_starts_during_a_run():
@@ -217,14 +222,14 @@ def test_record_that_starts_during_a_run():
     cut = arguments[0] > first + 0.5
     arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
     (run,) = find_runs(arguments[0][cut], *arguments[1:])
-    assert abs(run.release_s - second) < 1e-3 and run.verdict == "ok"
+    assert abs(run.release_s - second) < 1e-3 and run.verdict.level == "ok"
 
 
 def test_few_impacts():
     arguments, _ = record(one_run(r=0.5))
     (run,) = find_runs(*arguments, min_impacts=run_impacts(0.5) + 1)
-    assert run.verdict == "fail"
-    assert run.reasons == (f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}",)
+    assert run.verdict.level == "fail"
+    assert run.verdict.texts == (f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}",)
 
 
 def run_impacts(r):
@@ -235,8 +240,8 @@ def run_impacts(r):
 def test_held_angle_beyond_the_critical_one():
     arguments, _ = record()
     (run,) = find_runs(*arguments[:4], Block(0.28, 0.04, 5.84))
-    assert run.verdict == "fail"
-    assert run.reasons == ("θ0 = 10.00° is beyond θ_cr = 8.13°",)
+    assert run.verdict.level == "fail"
+    assert run.verdict.texts == ("θ0 = 10.00° is beyond θ_cr = 8.13°",)
 
 
 @pytest.mark.parametrize(("samples", "expected"), [(3, "warn"), (150, "fail")])
@@ -245,16 +250,16 @@ def test_invalid_samples_within_a_run(samples, expected):
     start = round((release + 0.3) * RATE_HZ)
     arguments[3][start : start + samples] = 2
     (run,) = find_runs(*arguments)
-    assert run.verdict == expected
-    assert "of its samples are invalid" in run.reasons[0]
+    assert run.verdict.level == expected
+    assert "of its samples are invalid" in run.verdict.texts[0]
 
 
 def test_release_hidden_by_invalid_samples_fails():
     arguments, (release,) = record()
     arguments[3][round((release - 0.1) * RATE_HZ) : round((release + 0.5) * RATE_HZ)] = 2
     (run,) = find_runs(*arguments)
-    assert run.verdict == "fail"
-    assert any("of its samples are invalid" in reason for reason in run.reasons)
+    assert run.verdict.level == "fail"
+    assert any("of its samples are invalid" in reason for reason in run.verdict.texts)
 
 
 def test_record_that_ends_during_a_run():
@@ -262,8 +267,8 @@ def test_record_that_ends_during_a_run():
     cut = arguments[0] < release + 2.0
     arguments[1:4:2] = [each[cut] for each in arguments[1:4:2]]
     (run,) = find_runs(arguments[0][cut], *arguments[1:])
-    assert run.verdict == "warn"
-    assert run.reasons == ("the record ends before the block is at rest",)
+    assert run.verdict.level == "warn"
+    assert run.verdict.texts == ("the record ends before the block is at rest",)
     assert run.end_s == arguments[0][cut][-1]
     assert abs(run.release_s - release) < 1e-3
 
@@ -299,7 +304,7 @@ def test_a_block_that_overturns_is_no_run(lost):
     if lost:
         arguments[3][np.abs(arguments[1]) > math.radians(20)] = 1
     (run,) = find_runs(*arguments)
-    assert run.verdict == "ok" and abs(run.release_s - first) < 1e-3 and run.end_s < second
+    assert run.verdict.level == "ok" and abs(run.release_s - first) < 1e-3 and run.end_s < second
 
 
 @pytest.mark.parametrize(
@@ -316,7 +321,7 @@ def test_a_squat_block_that_bounces(parameters):
     arguments, releases = record((swing, 3.0), (-swing, 3.0), (swing, 3.0))
     runs = find_runs(*arguments[:4], block)
     assert [abs(run.release_s - at) < 5e-3 for run, at in zip(runs, releases, strict=True)] == [True] * 3
-    assert all(run.verdict != "fail" for run in runs), [run.reasons for run in runs]
+    assert all(run.verdict.level != "fail" for run in runs), [run.verdict.texts for run in runs]
     assert all(run.n_impacts > 3 for run in runs)
 
 
@@ -324,7 +329,7 @@ def test_noise_free_record():
     arguments, (release,) = record()
     arguments[1] = np.append(np.zeros(round(RATE_HZ)), one_run()[0])
     (run,) = find_runs(*arguments[:2], 0.0, *arguments[3:])
-    assert run.verdict == "ok"
+    assert run.verdict.level == "ok"
     assert abs(run.release_s - release) < 1e-3
 
 
@@ -378,9 +383,9 @@ def test_virtual_campaign(test):
     found = find_runs(*(signal[name].values for name in names), block, signal.attrs["zero_stderr_rad"])
     assert len(found) == len(truth["runs"]) == 3
     for run, true in zip(found, truth["runs"], strict=True):
-        assert run.verdict == "ok", run.reasons
+        assert run.verdict.level == "ok", run.verdict.texts
         begin, fade = true["release_s"], true["fade_s"]
         assert begin <= run.release_s <= begin + fade + 2 / truth["sampling_rate_hz"]
         assert run.release_s == pytest.approx(begin + fade / 2, abs=4 * run.release_stderr_s)
-        assert run.start_s > begin + fade
+        assert run.fit_start_s > begin + fade
         assert run.theta0 == pytest.approx(true["theta0_rad"], abs=4 * run.theta0_stderr)

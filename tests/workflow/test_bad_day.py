@@ -15,7 +15,9 @@ import pytest
 from small_campaign import ROOT, simulated
 
 from freerock.files import sha256
+from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
+from freerock.runs.verdict import in_one_line
 from freerock.virtual_lab import record as twin
 
 # Stage -> a product of its own; the job that makes it is the one that meets with the accident.
@@ -233,7 +235,7 @@ def test_record_replaced_under_its_name(finished, checkout, undisturbed, seen):
         f"has the sha256 {sha256(checkout / RAW)}, raw/small/manifest.csv lists {before}; restore the file"
     )
     assert product.attrs["verdict"] == "fail"
-    assert found in product.attrs["reasons"]
+    assert found in in_one_line(reasons_in(product.attrs))
     assert not product.children
     (checkout / RAW).write_bytes(original)
     heals(checkout, undisturbed, finished, RECORD)

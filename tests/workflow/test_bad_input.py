@@ -9,6 +9,7 @@ from nptdms import ChannelObject, TdmsWriter
 from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 
 from freerock.files import sha256
+from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.virtual_lab import faults as twin_faults
 from freerock.virtual_lab import record as twin
@@ -102,7 +103,7 @@ def test_bad_record_is_told_in_one_line(bad, test):
     line = line.replace("{listed}", checksums["listed"])
     product = open_record(checkout / f"results/bad/records/{test}.nc")
     assert product.attrs["verdict"] == "fail"
-    assert product.attrs["reasons"] == line
+    assert reasons_in(product.attrs) == (("fail", "not_processed", line),)
     assert not product.children
     log = checkout / f"results/bad/logs/record_{list(BAD).index(test) + 1}.log"
     assert log.read_text().endswith(f"{line}\n")

@@ -4,6 +4,7 @@ from freerock.jobs.each import make_each
 from freerock.jobs.fit import make_fits
 from freerock.jobs.log import log_to
 from freerock.products.netcdf import write_fits
+from freerock.runs.verdict import Reason
 
 log_to(snakemake.log[0])
 records, shared = snakemake.params.records, snakemake.params.shared
@@ -16,7 +17,7 @@ def make(test):
 
 
 def give_up(test, reason):
-    told = {"verdict": "fail", "reasons": reason, "not_fitted": reason}
+    told = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)], "not_fitted": reason}
     write_fits(outputs[test], {}, {}, records[test]["attributes"] | told)
 
 

@@ -4,6 +4,7 @@ from freerock.jobs.each import make_each
 from freerock.jobs.log import log_to
 from freerock.jobs.record import make_record
 from freerock.products.netcdf import write_failure
+from freerock.runs.verdict import Reason
 
 log_to(snakemake.log[0])
 records, shared = snakemake.params.records, snakemake.params.shared
@@ -15,7 +16,7 @@ def make(test):
 
 
 def give_up(test, reason):
-    write_failure(outputs[test], reason, records[test]["attributes"])
+    write_failure(outputs[test], Reason("fail", "not_processed", reason), records[test]["attributes"])
 
 
 make_each(list(records), make, give_up)

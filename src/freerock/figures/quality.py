@@ -8,8 +8,9 @@ from matplotlib.figure import Figure
 
 from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
 from freerock.models.laws import MODELS
-from freerock.products.groups import runs_of
+from freerock.products.groups import reasons_in, runs_of
 from freerock.rotation.flags import listed_faults
+from freerock.runs.verdict import in_one_line
 from freerock.tables.tidy import quantity
 from freerock.units import BASE
 
@@ -39,7 +40,8 @@ def draw(record, fits, labels=None):
     """
     runs = runs_of(record)
     if not runs:
-        return failed(record, labels, record.attrs["reasons"], record.attrs["verdict"])
+        reasons = in_one_line(reasons_in(record.attrs))
+        return failed(record, labels, reasons, record.attrs["verdict"])
     title = _title(record, labels)
     whole = _record_series(record)
     fitted = runs_of(fits)
@@ -122,7 +124,8 @@ def _page(record, title, number, run, whole, own):
     sigma_deg = np.degrees(run["sigma_theta"].item())
     width, height = 7.0, 8.4
     figure = Figure(figsize=(width, height), dpi=PAGE_DPI, layout="none")
-    band = _header(figure, f"{title}, run {number}", run.attrs, _facts(run, sigma_deg), _faults(record))
+    attrs = run.attrs | {"reasons": in_one_line(reasons_in(run.attrs))}
+    band = _header(figure, f"{title}, run {number}", attrs, _facts(run, sigma_deg), _faults(record))
     volts, angle, motion, residual = figure.subplots(
         4,
         height_ratios=[1, 1, 1.5, 1.2],

@@ -340,7 +340,7 @@ class _Problem:
         """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
         times, thetas = [], []
         for motion in self.motions:
-            counts = np.isfinite(motion.theta) & (motion.time_s >= motion.start_s)
+            counts = np.isfinite(motion.theta) & (motion.time_s >= motion.fit_start_s)
             index = np.flatnonzero(counts & (motion.time_s <= horizon_s))
             index = index[:: max(1, int(len(index) // most))]
             times.append(motion.time_s[index])
@@ -469,7 +469,7 @@ def _horizons(motion: Motion) -> list:
     theta, time_s = motion.theta[counts], motion.time_s[counts]
     crossings = time_s[1:][np.signbit(theta[1:]) != np.signbit(theta[:-1])]
     first = crossings[0] if len(crossings) else time_s[-1] / 8
-    spans = [max(3.0 * first, motion.start_s + first)]
+    spans = [max(3.0 * first, motion.fit_start_s + first)]
     while spans[-1] < time_s[-1]:
         spans.append(2 * spans[-1])
     return spans

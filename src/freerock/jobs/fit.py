@@ -57,7 +57,7 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
             found["general"] = fit("general", run, [motion])
         return {model: _with_impacts(each, block, impacts) for model, each in found.items() if each}
 
-    usable = {run.number for run in runs_in(record) if run.verdict != "fail" and not run.excluded}
+    usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     motions = {number: motion for number, motion in motions_in(record).items() if number in usable}
     fits = {number: found for number, motion in motions.items() if (found := fit_all(number, motion))}
 

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import doubt_about, find_impacts
-from freerock.runs.segment import find_runs, with_warning
+from freerock.runs.segment import find_runs
+from freerock.runs.verdict import Reason
 from freerock.units import read_calibration
 
 log = logging.getLogger("freerock")
@@ -45,10 +47,11 @@ def make_record(settings: Mapping, output: str | Path) -> None:
         where = str(error.where) if str(path) in str(error.where) else f"{path}: {error.where}"
         failure = FreerockError(where, error.what, error.remedy)
         log.error(failure)
-        write_failure(output, failure, attributes)
+        write_failure(output, Reason("fail", "not_processed", str(failure)), attributes)
         return
     if processed is None:
-        write_failure(output, f"excluded: {settings['excluded']}", attributes, verdict="warn")
+        excluded = Reason("warn", "excluded", f"excluded: {settings['excluded']}")
+        write_failure(output, excluded, attributes)
         return
     record, runs, impacts = processed
     write_record(output, record, runs, impacts, attributes)
@@ -58,7 +61,7 @@ def make_record(settings: Mapping, output: str | Path) -> None:
     for fault in listed_faults(record):
         log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
     for run in runs:
-        verdict = ": ".join([run.verdict, *run.reasons])
+        verdict = ": ".join([run.verdict.level, *run.verdict.texts])
         log.info("run %d, released at %.3f s: %s", run.number, run.release_s, verdict)
 
 
@@ -90,8 +93,11 @@ def _process(settings, path):
             find_impacts(time[during], theta[during], sigma[during], block, **held, **settings["impacts"])
         )
     ratio = settings["impacts"]["min_uplift_ratio"]
-    doubts = [doubt_about(found, min_uplift_ratio=ratio) for found in impacts]
-    return record, list(map(with_warning, runs, doubts)), impacts
+    judged = [
+        replace(run, verdict=run.verdict.adding(doubt_about(found, min_uplift_ratio=ratio)))
+        for run, found in zip(runs, impacts, strict=True)
+    ]
+    return record, judged, impacts
 
 
 def _sensor(section, raw):

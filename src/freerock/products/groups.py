@@ -1,11 +1,18 @@
 """The groups of a dataset: its runs, the fits in it, and which of them may be used."""
 
-from collections.abc import Callable, Iterable
+import json
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 import xarray as xr
 
 from freerock.models.laws import MODELS
+from freerock.runs.verdict import Reason
+
+
+def reasons_in(attrs: Mapping) -> tuple[Reason, ...]:
+    """The reasons of a verdict among the attributes of a record, of its fits or of a run."""
+    return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))
 
 
 def runs_of(tree):

@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
+from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
 from freerock.products.storage import groups_in, readable, write_groups
+from freerock.runs.verdict import Level, Reason
 
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
@@ -63,8 +65,8 @@ def write_record(
             {name: ((), getattr(run, field)) for field, name in RUN.items()} | _impacts(found),
             attrs={
                 "run": run.number,
-                "verdict": run.verdict,
-                "reasons": _joined(run.reasons),
+                "verdict": run.verdict.level,
+                "reasons": run.verdict.reasons,
                 "excluded": run.excluded,
                 "overridden": run.overridden,
             },
@@ -72,9 +74,9 @@ def write_record(
     write_groups(path, groups)
 
 
-def write_failure(path: str | Path, reason: object, attrs: Mapping, verdict: str = "fail") -> None:
+def write_failure(path: str | Path, reason: Reason, attrs: Mapping) -> None:
     """Write the dataset of a record without runs: why it could not be processed, or was left out by hand."""
-    outcome = {"verdict": verdict, "reasons": str(reason)}
+    outcome = {"verdict": reason.verdict, "reasons": [reason]}
     write_groups(path, {"/": xr.Dataset(attrs=_root("record", "not processed", attrs) | outcome)})
 
 
@@ -125,10 +127,10 @@ def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:
     return _open(path, "fits", samples)
 
 
-def verdict_of(path: str | Path) -> tuple[str, str]:
+def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
     """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
     with readable(path) as file:
-        return file.getncattr("verdict"), file.getncattr("reasons")
+        return file.getncattr("verdict"), reasons_in({"reasons": file.getncattr("reasons")})
 
 
 def _root(product: str, done: str, attrs: Mapping) -> dict:
@@ -149,18 +151,18 @@ def _root(product: str, done: str, attrs: Mapping) -> dict:
     }
 
 
-def _record_verdict(runs: Sequence["Run"]) -> tuple[str, str]:
+def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
     """ok when every run is, fail when none can be used, else warn; with the reasons of all runs."""
     kept = [run for run in runs if not run.excluded]
-    usable = [run for run in kept if run.verdict != "fail"]
-    reasons = _joined(f"run {run.number}: {reason}" for run in runs for reason in run.reasons)
+    usable = [run for run in kept if run.verdict.level != "fail"]
+    reasons = [
+        reason._replace(text=f"run {run.number}: {reason.text}")
+        for run in runs
+        for reason in run.verdict.reasons
+    ]
     if kept and not usable:
         return "fail", reasons
-    return ("ok" if all(run.verdict == "ok" for run in runs) else "warn"), reasons
-
-
-def _joined(reasons: Iterable[str]) -> str:
-    return "; ".join(reason.replace("; ", ", ") for reason in reasons)
+    return ("ok" if all(run.verdict.level == "ok" for run in runs) else "warn"), reasons
 
 
 def _impacts(impacts: "Impacts") -> dict:

@@ -2,10 +2,12 @@
 
 import xarray as xr
 
+from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motion_of
 from freerock.runs.segment import Run
+from freerock.runs.verdict import Verdict
 
 
 def runs_in(record: xr.DataTree) -> list[Run]:
@@ -14,8 +16,7 @@ def runs_in(record: xr.DataTree) -> list[Run]:
         Run(
             **{field: group[name].item() for field, name in RUN.items()},
             number=int(group.attrs["run"]),
-            verdict=group.attrs["verdict"],
-            reasons=tuple(filter(None, group.attrs["reasons"].split("; "))),
+            verdict=Verdict(reasons_in(group.attrs)),
             excluded=bool(group.attrs["excluded"]),
             overridden=bool(group.attrs["overridden"]),
         )

@@ -18,8 +18,9 @@ from freerock.figures.style import MEASURED, MODEL_STYLES
 from freerock.files import atomic
 from freerock.models.housner import housner_swings
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.products.groups import fits_of, runs_of
+from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.report.charts import run_curves
+from freerock.runs.verdict import in_one_line
 from freerock.tables.tidy import (
     PUBLISHED_NOTE,
     RUN_BY_RUN_NOTE,
@@ -359,7 +360,7 @@ def _section(record, fits, line, verdicts, labels, provenance, wanted, pages) ->
         "foundation": attrs["foundation"],
         "names": ", ".join(labels.get(attrs[kind], attrs[kind]) for kind in ("block", "foundation")),
         "verdict": min((verdicts[key][0] for key in verdicts if key[0] == test), key=VERDICTS.index),
-        "reasons": attrs["reasons"],
+        "reasons": in_one_line(reasons_in(attrs)),
         "file": file,
         "sha256": provenance["inputs"].get(file, ""),
         "lasers": [name.strip() for name in line["laser"].split(";")],
@@ -378,7 +379,7 @@ def _section(record, fits, line, verdicts, labels, provenance, wanted, pages) ->
 
 def _run(number, run, told, time, fits) -> dict:
     verdict, reasons = told
-    instants = [run[name].item() for name in ("release", "start", "end")]
+    instants = [run[name].item() for name in ("release", "fit_start", "end")]
     return {
         "number": number,
         "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),

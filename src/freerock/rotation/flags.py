@@ -5,7 +5,7 @@ whole (a channel coupled for AC) is told by what it does to a block at rest.
 """
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -13,7 +13,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from freerock.rotation.still import stretches
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
-VERDICTS = {  # of a run during which a fault lasts; flagged samples are judged by their share
+# On a run that meets the fault; flagged samples are judged by their share.
+FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
     "aliasing": "warn",
     "sampling_rate": "warn",
     "lasers_disagree": "warn",

@@ -16,6 +16,7 @@ from scipy.linalg.lapack import dposv
 from scipy.special import ellipj, ellipkinc
 
 from freerock.models.block import GRAVITY, Block
+from freerock.runs.verdict import Reason
 
 RELATIVE_NOISE = 1e-6  # of the largest |θ|: what counts as noise in a computed motion
 PEAK_WINDOWS = (0.9, 0.7, 0.5, 0.35, 0.25)  # of the half lobe, on either side of its peak
@@ -198,14 +199,15 @@ def find_impacts(
     return Impacts(*np.array(columns).reshape(-1, 10).T, theta_uplift=uplift)
 
 
-def doubt_about(impacts: Impacts, *, min_uplift_ratio: float = 2.0) -> str:
-    """Why a run has no restitution to speak of, "" if it has: no swing leaves full contact clearly."""
+def doubt_about(impacts: Impacts, *, min_uplift_ratio: float = 2.0) -> list[Reason]:
+    """A warning of a run without a restitution to speak of: no swing clearly leaves full contact."""
     if impacts.time_s.size or not impacts.theta_uplift:
-        return ""
-    return (
+        return []
+    text = (
         f"per-impact r is not meaningful here: no swing exceeds {min_uplift_ratio:g} times the "
         f"{math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
     )
+    return [Reason("warn", "no_restitution", text)]
 
 
 def _lobes(theta, threshold, min_samples):

@@ -23,8 +23,8 @@ class Motion:
         Held angle before the release and its standard error [rad].
     t0_stderr : float
         Standard error of the measured release [s].
-    start_s : float
-        First instant that counts, after the finger has left the block [s since the release].
+    fit_start_s : float
+        First instant that a fit uses, after the finger has left the block [s since the release].
     """
 
     time_s: np.ndarray
@@ -33,7 +33,7 @@ class Motion:
     theta0: float
     theta0_stderr: float = 0.0
     t0_stderr: float = 0.0
-    start_s: float = 0.0
+    fit_start_s: float = 0.0
 
 
 def motion_of(run: Run, time_s: np.ndarray, theta: np.ndarray) -> Motion:
@@ -53,5 +53,5 @@ def motion_of(run: Run, time_s: np.ndarray, theta: np.ndarray) -> Motion:
         theta0=run.theta0,
         theta0_stderr=run.theta0_stderr,
         t0_stderr=run.release_stderr_s,
-        start_s=run.start_s - run.release_s,
+        fit_start_s=run.fit_start_s - run.release_s,
     )

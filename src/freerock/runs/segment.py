@@ -6,21 +6,21 @@ of a motion from rest that matches the data after the finger has left, so it doe
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import leastsq
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.flags import FLAGS, VERDICTS, Fault
+from freerock.rotation.flags import FAULT_VERDICTS, FLAGS, Fault
 from freerock.rotation.still import stationary_phases
+from freerock.runs.verdict import Level, Reason, Verdict
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
 UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 SMOOTH_S = 0.005  # averaging time in which the last of the motion is told from noise
 OUT_OF_NOISE = 5.0  # standard deviations
-RANKS = ("ok", "warn", "fail")
 SURE = 4.0  # standard errors
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
@@ -45,8 +45,8 @@ class Run:
     release_s, release_stderr_s : float
         Instant at which a motion at rest at θ0 began that matches the data after the finger has left, and its
         standard error [s]. A finger that fades symmetrically began to do so half its fading time earlier.
-    start_s : float
-        First instant fit for use, after the finger has left [s].
+    fit_start_s : float
+        First instant that a fit uses, after the finger has left the block [s].
     end_s : float
         Rest: from here the motion is lost in the noise [s].
     theta0, theta0_stderr : float
@@ -55,10 +55,8 @@ class Run:
         Standard deviation of the noise of θ, from the rest that follows (else the hold) [rad].
     n_impacts : int
         Sign changes of θ that stand out of the noise.
-    verdict : str
-        "ok", "warn" or "fail".
-    reasons : tuple of str
-        Why not "ok", and what was set by hand.
+    verdict : Verdict
+        What speaks against the run, and what was set by hand.
     excluded, overridden : bool
         Left out by hand; release and end set by hand.
     """
@@ -67,14 +65,13 @@ class Run:
     hold_start_s: float
     release_s: float
     release_stderr_s: float
-    start_s: float
+    fit_start_s: float
     end_s: float
     theta0: float
     theta0_stderr: float
     sigma_theta: float
     n_impacts: int
-    verdict: str
-    reasons: tuple[str, ...] = ()
+    verdict: Verdict = field(default_factory=Verdict)
     excluded: bool = False
     overridden: bool = False
 
@@ -170,7 +167,7 @@ def find_runs(
         rest = next((phase for phase in phases if phase.start_s > hold.mid_s and phase is not hold), None)
         still = slice(*np.searchsorted(t, _core(rest or hold, window_s)))
         sigma_run = _scatter(theta[still])
-        doubts = []  # (verdict, reason)
+        reasons = []
         if number in by_hand:
             release, end, why = by_hand[number]
             if not hold.start_s + finger_s + MIN_BLOCKS * BLOCK_S < release < end:
@@ -186,17 +183,19 @@ def find_runs(
                     "give an end within the record",
                 )
             release_stderr, watched = finger_s, release + finger_s
-            doubts.append(("ok", f"overridden: {why}"))
+            reasons.append(Reason("ok", "overridden", f"overridden: {why}"))
         else:
             end = _end_of_motion(t, theta, still, hold.end_s, rest.start_s + window_s) if rest else t[-1]
             release, release_stderr, push = _release(t, theta, sigma, hold, end, held_s, finger_s)
             watched = min(hold.end_s, release)
             if math.isnan(release_stderr):
                 release_stderr = finger_s
-                doubts.append(("warn", "the release can't be timed from the early motion"))
+                what = "the release can't be timed from the early motion"
+                reasons.append(Reason("warn", "release_not_timed", what))
             if abs(push) > max_push_fraction:
                 how = "pushed" if push > 0 else "held back"
-                doubts.append(("warn", f"{how}: it moves as if released from an angle {push:+.1%} off θ0"))
+                what = f"{how}: it moves as if released from an angle {push:+.1%} off θ0"
+                reasons.append(Reason("warn", how.replace(" ", "_"), what))
         theta0, theta0_stderr, wander = _held_angle(t, theta, sigma, hold, release, held_s, finger_s)
         start = release + finger_s
         during = theta[slice(*np.searchsorted(t, (start, end)))]
@@ -205,65 +204,63 @@ def find_runs(
 
         if block is not None and abs(theta0) >= block.theta_cr:
             angles = f"θ0 = {math.degrees(theta0):.2f}° is beyond θ_cr = {math.degrees(block.theta_cr):.2f}°"
-            doubts.append(("fail", angles))
+            reasons.append(Reason("fail", "beyond_critical_angle", angles))
         if n_impacts < min_impacts:
-            doubts.append(("fail", f"{n_impacts} impacts, fewer than {min_impacts}"))
+            what = f"{n_impacts} impacts, fewer than {min_impacts}"
+            reasons.append(Reason("fail", "few_impacts", what))
         watch = theta[slice(*np.searchsorted(t, (watched, end)))]
         flagged = float(np.mean(np.isnan(watch))) if watch.size else 1.0
         if flagged > 0:
-            verdict = "fail" if flagged > max_flagged_fraction else "warn"
+            level: Level = "fail" if flagged > max_flagged_fraction else "warn"
             names = _names(np.asarray(flags)[slice(*np.searchsorted(t, (watched, end)))])
-            doubts.append((verdict, f"{flagged:.2%} of its samples are invalid{names}"))
+            what = f"{flagged:.2%} of its samples are invalid{names}"
+            reasons.append(Reason(level, "invalid_samples", what))
         touched = _touched(t, theta, (start, end), theta0, sigma_run, max_growth_fraction)
         if touched and block is not None and block.theta_cr > SQUAT:
-            doubts.append(("warn", f"swing {touched} than before: the block was touched, or it bounces"))
+            what = f"swing {touched} than before: the block was touched, or it bounces"
+            reasons.append(Reason("warn", "touched", what))
         elif touched:
-            doubts.append(("fail", f"swing {touched} than before: the block was touched"))
+            what = f"swing {touched} than before: the block was touched"
+            reasons.append(Reason("fail", "touched", what))
         if math.degrees(wander) > max_hold_drift_deg:
-            doubts.append(("warn", f"the held angle wanders by {math.degrees(wander):.3f}°"))
+            what = f"the held angle wanders by {math.degrees(wander):.3f}°"
+            reasons.append(Reason("warn", "hold_wanders", what))
         if rest is None:
-            doubts.append(("warn", "the record ends before the block is at rest"))
+            reasons.append(Reason("warn", "cut_short", "the record ends before the block is at rest"))
         elif rest.kind != "rest":
             over = block is not None and abs(rest.level) >= block.theta_cr
-            what = "it overturns and lies" if over else "it stops"
-            doubts.append(("fail", f"{what} at {math.degrees(rest.level):.2f}° instead of at rest"))
+            name, how = ("overturned", "it overturns and lies") if over else ("stopped", "it stops")
+            what = f"{how} at {math.degrees(rest.level):.2f}° instead of at rest"
+            reasons.append(Reason("fail", name, what))
         else:
             before = [p.level for p in phases if p.kind == "rest" and p.end_s <= hold.start_s]
             shift = math.degrees(rest.level - before[-1]) if before else 0.0
             if abs(shift) > max_rest_shift_deg:
-                doubts.append(("warn", f"the rest position has moved by {shift:+.3f}°"))
+                what = f"the rest position has moved by {shift:+.3f}°"
+                reasons.append(Reason("warn", "rest_shift", what))
         for fault in faults:
             if fault.start_s < end and fault.end_s > hold.start_s:
-                doubts += _charge(fault, max_rest_shift_deg)
+                reasons += _charge(fault, max_rest_shift_deg)
         if number in left_out:
-            doubts.append(("ok", f"excluded: {left_out[number]}"))
+            reasons.append(Reason("ok", "excluded", f"excluded: {left_out[number]}"))
         runs.append(
             Run(
                 number=number,
                 hold_start_s=hold.start_s,
                 release_s=float(release),
                 release_stderr_s=float(release_stderr),
-                start_s=float(start),
+                fit_start_s=float(start),
                 end_s=float(end),
                 theta0=theta0,
                 theta0_stderr=math.hypot(theta0_stderr, zero_stderr),
                 sigma_theta=sigma_run,
                 n_impacts=n_impacts,
-                verdict=max((verdict for verdict, _ in doubts), key=RANKS.index, default="ok"),
-                reasons=tuple(reason for _, reason in doubts),
+                verdict=Verdict(tuple(reasons)),
                 excluded=number in left_out,
                 overridden=number in by_hand,
             )
         )
     return runs
-
-
-def with_warning(run: Run, reason: str) -> Run:
-    """The run with one more reason to be careful, or as it is if that is empty."""
-    if not reason:
-        return run
-    verdict = max(run.verdict, "warn", key=RANKS.index)
-    return replace(run, verdict=verdict, reasons=(*run.reasons, reason))
 
 
 def _holds(steady, loose):
@@ -285,12 +282,14 @@ def _names(flags):
 def _charge(fault, max_rest_shift_deg):
     """What a fault says against a run that it meets."""
     angle = math.degrees(fault.angle)
-    if fault.name in VERDICTS:
-        yield VERDICTS[fault.name], f"{fault.name.replace('_', ' ')}: {fault.note}"
+    if fault.name in FAULT_VERDICTS:
+        text = f"{fault.name.replace('_', ' ')}: {fault.note}"
+        yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
     elif fault.name == "rest_shift" and abs(angle) > max_rest_shift_deg:
-        yield "warn", f"the rest position has moved by {angle:+.3f}°: the block may have slid or twisted"
+        text = f"the rest position has moved by {angle:+.3f}°: the block may have slid or twisted"
+        yield Reason("warn", "rest_shift", text)
     elif fault.name == "drift" and abs(angle) > max_rest_shift_deg:
-        yield "warn", f"the zero drifts by {angle:+.3f}°"
+        yield Reason("warn", "drift", f"the zero drifts by {angle:+.3f}°")
 
 
 def _touched(t, theta, span, theta0, sigma, max_growth_fraction):

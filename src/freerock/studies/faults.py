@@ -185,7 +185,7 @@ def _clean(motions, n_records):
         series = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
         runs = find_runs(*series, block, found.attrs["zero_stderr_rad"], told)
         true = len(record.truth["runs"])
-        doubted += len(runs) != true or any(run.verdict != "ok" for run in runs)
+        doubted += len(runs) != true or any(run.verdict.level != "ok" for run in runs)
     for name, count in (("none", alarms), ("none, runs", doubted)):
         yield name, "", "", math.nan, n_records, count, count / n_records, 0
 

@@ -118,7 +118,7 @@ def virtual_motion(truth: Truth, generator, time_s=None, theta=None) -> Motion |
         theta0=truth.theta0 + float(np.mean(error[:hold])),
         theta0_stderr=truth.sigma_theta * (1 if truth.noise == "hum and drift" else 3 / math.sqrt(hold)),
         t0_stderr=T0_STDERR_S,
-        start_s=0.0,
+        fit_start_s=0.0,
     )
 
 

@@ -16,7 +16,8 @@ import pandas as pd
 from freerock.files import atomic, write_text
 from freerock.identification.choice import choose_model
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS, UNITS
-from freerock.products.groups import fits_of, runs_of, usable_runs
+from freerock.products.groups import fits_of, reasons_in, runs_of, usable_runs
+from freerock.runs.verdict import in_one_line
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 RUN_BY_RUN_NOTE = (
@@ -83,7 +84,8 @@ def runs_table(records, fits=()) -> pd.DataFrame:
                 }
             )
         if not runs:
-            verdict = {key: tree.attrs[key] for key in ("origin", "verdict", "reasons")}
+            verdict = {key: tree.attrs[key] for key in ("origin", "verdict")}
+            verdict["reasons"] = in_one_line(reasons_in(tree.attrs))
             left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
             rows.append({**_identity(tree, pd.NA), **verdict, "n_impacts": 0, "excluded": left_out})
     return pd.DataFrame(rows, columns=RUNS).astype({"run": "Int64", "n_impacts": "Int64"})
@@ -91,7 +93,7 @@ def runs_table(records, fits=()) -> pd.DataFrame:
 
 def _with_fits(number, run, fits) -> tuple[str, str]:
     """Verdict and reasons of a run, with those of the models that could not be fitted to it."""
-    verdict, reasons = run.attrs["verdict"], run.attrs["reasons"]
+    verdict, reasons = run.attrs["verdict"], in_one_line(reasons_in(run.attrs))
     told = fits.attrs.get("not_fitted", "") if fits is not None else ""
     if verdict == "fail" or run.attrs["excluded"] or not told:
         return verdict, reasons

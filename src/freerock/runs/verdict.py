@@ -1,0 +1,53 @@
+"""The verdict on a run or a record: how far it may be used, and why, one reason per check."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+Level = Literal["ok", "warn", "fail"]
+VERDICTS: tuple[Level, ...] = ("ok", "warn", "fail")  # from the best to the worst
+
+
+class Reason(NamedTuple):
+    """What one check found.
+
+    Parameters
+    ----------
+    verdict : str
+        One of `VERDICTS`; "ok" for what is only noted, such as a release set by hand.
+    name : str
+        Identifier of the check, such as "few_impacts".
+    text : str
+        What was found, in words.
+    """
+
+    verdict: Level
+    name: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The reasons found by all checks, in their order; none where all is well."""
+
+    reasons: tuple[Reason, ...] = ()
+
+    @property
+    def level(self) -> Level:
+        """The worst verdict of the reasons, "ok" without any."""
+        return max((reason.verdict for reason in self.reasons), key=VERDICTS.index, default="ok")
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """The reasons in words."""
+        return tuple(reason.text for reason in self.reasons)
+
+    def adding(self, reasons: Iterable[Reason]) -> "Verdict":
+        """The verdict with more reasons."""
+        return Verdict((*self.reasons, *reasons))
+
+
+def in_one_line(reasons: Iterable[Reason]) -> str:
+    """Reasons as text for a reader, separated by "; ", which then stands in none of them."""
+    texts = [reason.text for reason in reasons]
+    return texts[0] if len(texts) == 1 else "; ".join(text.replace("; ", ", ") for text in texts)

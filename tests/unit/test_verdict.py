@@ -1,0 +1,26 @@
+"""Verdicts: reasons as data, the worst of them, and one line for a reader."""
+
+import pytest
+
+from freerock.runs.verdict import Reason, Verdict, in_one_line
+
+NOTED = Reason("ok", "overridden", "overridden: late; and short")
+DOUBT = Reason("warn", "pushed", "pushed")
+LOST = Reason("fail", "few_impacts", "1 impact")
+
+
+@pytest.mark.parametrize(
+    ("reasons", "level"),
+    [((), "ok"), ((NOTED,), "ok"), ((NOTED, DOUBT), "warn"), ((LOST, DOUBT, NOTED), "fail")],
+)
+def test_the_worst_reason_is_the_verdict(reasons, level):
+    assert Verdict(reasons).level == level
+    assert Verdict().adding(reasons) == Verdict(reasons)
+
+
+def test_reasons_in_words():
+    verdict = Verdict((NOTED,)).adding([DOUBT])
+    assert verdict.texts == ("overridden: late; and short", "pushed")
+    assert in_one_line(verdict.reasons) == "overridden: late, and short; pushed"
+    assert in_one_line([NOTED]) == "overridden: late; and short"
+    assert in_one_line([]) == ""
