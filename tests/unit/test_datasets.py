@@ -17,7 +17,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import atomic, sha256, write_json
-from freerock.identification import predict
+from freerock.identification import population, predict
 from freerock.models.laws import MODELS, UNITS
 from freerock.products import names
 from freerock.products import provenance as made
@@ -387,7 +387,7 @@ def test_every_variable_is_documented(folder):
     "columns",
     [
         *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
-        *(predict.PREDICTIONS, predict.FOUNDATIONS),
+        *(predict.PREDICTIONS, population.FOUNDATIONS),
     ],
     ids="|".join,
 )

@@ -11,8 +11,6 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
-from freerock.figures.misfit_map import CELLS, FINER, _finer
-from freerock.identification.choice import epsilon_theta
 from freerock.identification.predict import PREDICTIONS
 from freerock.models.block import Block
 from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
@@ -319,18 +317,3 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets):
     assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: b1_marble, run\N{NO-BREAK SPACE}1"
     ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]
-
-
-def test_contours_between_the_cells_of_a_narrow_trough():
-    """θ(t) interpolated: the discrepancy between two cells is known far better than from the cells' own."""
-    time_s = np.linspace(0, 4, 801)
-
-    def swing(stiffness, damping):
-        return np.exp(-0.4 * (1 + damping) * time_s) * np.cos(9 * (1 + stiffness - damping) * time_s)
-
-    cells, finer = np.linspace(-0.1, 0.1, CELLS), np.linspace(-0.1, 0.1, FINER)
-    modelled = np.array([[swing(k, damping) for k in cells] for damping in cells])
-    found = _finer(time_s, modelled, swing(0, 0))
-    exact = [[epsilon_theta(time_s, swing(k, damping), swing(0, 0)) for k in finer] for damping in finer]
-    np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-5)
-    assert np.max(exact) > 0.5

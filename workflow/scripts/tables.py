@@ -3,9 +3,11 @@
 from pathlib import Path
 
 from freerock.files import write_text
-from freerock.identification.predict import predictions, shared_foundation
+from freerock.identification.population import shared_foundation
+from freerock.identification.predict import predictions
 from freerock.jobs.log import log_to
 from freerock.models.block import Block
+from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.runs import motions_in
 from freerock.tables.tidy import numbers_tex, printed_tables, tidy_tables, write_csv, write_table
@@ -24,8 +26,9 @@ def motions(test):
 
 
 tidy = tidy_tables(records, fits)
-tidy["predictions"] = predictions(fits, motions, blocks, params.debonding)
-tidy["foundations"] = shared_foundation(fits)
+estimates = estimates_of(fits)
+tidy["predictions"] = predictions(estimates, motions, blocks, params.debonding)
+tidy["foundations"] = shared_foundation(estimates)
 for name, frame in tidy.items():
     write_csv(frame, folder / f"{name}.csv")
 printed = printed_tables(

@@ -8,7 +8,6 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
-from scipy.interpolate import CubicSpline
 
 from freerock.figures.style import (
     columns,
@@ -22,17 +21,12 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.misfit import SPAN, misfit_map
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.models.simulate import simulate_fitted
-from freerock.products.groups import fits_of
+from freerock.products.estimates import estimates_in
 from freerock.tables.tidy import quantity
 
 MODEL = "hunt_crossley"
-SPAN = 0.3  # of the parameters around the identified ones, in logarithms
-CELLS = 25  # each way
-FINER = 4 * CELLS - 3  # points each way of the contours, between which θ(t) is interpolated
-MOST_SAMPLES = 1000
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
@@ -65,7 +59,7 @@ def draw(fits, blocks, origin, labels=None, debonding="geometric"):
         Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
         correlation of ln k and ln λ; SI units.
     """
-    shown = [(tree, list(_identified(tree))) for tree in fits]
+    shown = [(tree, _identified(tree)) for tree in fits]
     shown = [(tree, found) for tree, found in shown if found]
     width, _ = size(1)
     beside = 2 if len(shown) > 1 and width > 2 * NARROWEST_IN else 1
@@ -76,7 +70,7 @@ def draw(fits, blocks, origin, labels=None, debonding="geometric"):
     for i, (ax, (tree, found)) in enumerate(zip(axes, shown, strict=False)):
         parts += _panel(ax, tree, found, blocks[tree.attrs["block"]], debonding)
         block, foundation = (label(labels, tree.attrs[key]) for key in ("block", "foundation"))
-        test, run = tree.attrs["test"], found[0][0]
+        test, run = tree.attrs["test"], found[0].run
         told = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
         title = panel(i, len(shown), f"{block}, {foundation}: {told}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
@@ -113,48 +107,26 @@ def draw(fits, blocks, origin, labels=None, debonding="geometric"):
 
 def has_map(tree):
     """Whether a fit dataset holds a fit to be shown."""
-    return any(True for _ in _identified(tree))
+    return bool(_identified(tree))
 
 
 def _identified(tree):
-    """Run, parameters and correlation of the successful fits."""
-    for run, model, fit in fits_of(tree):
-        if model != MODEL or not fit["success"].item():
-            continue
-        value = dict(zip(fit["parameter"].values.astype(str), fit["value"].values, strict=True))
-        covariance = fit["covariance"].values[:2, :2]
-        yield run, value, covariance[0, 1] / np.sqrt(covariance[0, 0] * covariance[1, 1])
+    """The estimates to be shown."""
+    return [each for each in estimates_in(tree) if each.model == MODEL]
 
 
 def _panel(ax, tree, found, block, debonding):
     names = MODELS[MODEL]
-    (run, centre, _) = found[0]
-    node = tree["pooled" if run == "pooled" else f"run_{run}"]
+    own = found[0]
+    node = tree["pooled" if own.run == "pooled" else f"run_{own.run}"]
     time_s, theta = node["time"].values, node["theta"].values
-    first = slice(
-        np.append(np.flatnonzero(np.diff(time_s) < 0), len(time_s) - 1)[0] + 1
-    )  # run of a joint fit
-    time_s, theta = time_s[first], theta[first]
-    kept = slice(None, None, max(1, len(time_s) // MOST_SAMPLES))
-    time_s, theta = time_s[kept], theta[kept]
-    share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
-    k, damping = centre[names[0]] * share, centre[names[1]] * share
-    theta_model = np.empty((CELLS, CELLS, len(time_s)))
-    # of a joint fit the first run's
-    release = {name: centre[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in centre}
-    known = {"theta0": theta[0]} | release | centre
-    for row, one in enumerate(damping):
-        for column, other in enumerate(k):
-            values = known | dict(zip(names, (other, one), strict=True))
-            modelled = simulate_fitted(MODEL, block, values, time_s, debonding=debonding, rtol=1e-4)
-            theta_model[row, column] = modelled
-    epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
+    found_map = misfit_map(MODEL, block, own.values, time_s, theta, debonding)
+    k, damping = found_map.first, found_map.second
     # √ε_θ is nearly linear on the slopes: smoother contours
-    finer = np.exp(np.linspace(-SPAN, SPAN, FINER))
     lines = ax.contour(
-        centre[names[0]] * finer,
-        centre[names[1]] * finer,
-        np.sqrt(100 * _finer(time_s, theta_model, theta)),
+        found_map.first_finer,
+        found_map.second_finer,
+        np.sqrt(100 * found_map.epsilon_finer),
         levels=np.sqrt(LEVELS_PERCENT),
         colors="0.4",
         linewidths=scaled(0.7),
@@ -163,9 +135,10 @@ def _panel(ax, tree, found, block, debonding):
     small = 0.85 * matplotlib.rcParams["legend.fontsize"]
     labels = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
     identity = {key: tree.attrs[key] for key in ("test", "block", "foundation")}
-    for run, value, _ in found:
-        style = {"marker": "x", "color": "#d55e00"} if run == "pooled" else {"marker": "o", "color": "black"}
-        ax.plot(value[names[0]], value[names[1]], linestyle="", markersize=scaled(4), **style)
+    for each in found:
+        pooled = each.run == "pooled"
+        style = {"marker": "x", "color": "#d55e00"} if pooled else {"marker": "o", "color": "black"}
+        ax.plot(*each.parameters.values(), linestyle="", markersize=scaled(4), **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
@@ -174,40 +147,30 @@ def _panel(ax, tree, found, block, debonding):
         axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
     for text in labels:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
-        gaps = [np.hypot(*(at - np.log([v[names[0]] / k[0], v[names[1]] / damping[0]]))) for _, v, _ in found]
+        marked = (np.log([e.values[names[0]] / k[0], e.values[names[1]] / damping[0]]) for e in found)
+        gaps = [np.hypot(*(at - marker)) for marker in marked]
         text.set_visible(min(gaps) > 0.2 * SPAN)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
     grid = np.meshgrid(k, damping)
     yield pd.DataFrame(
         {
             **identity,
-            "run": str(found[0][0]),
+            "run": str(own.run),
             "quantity": "grid",
             "k": grid[0].ravel(),
             "lambda": grid[1].ravel(),
-            "epsilon_theta": epsilon.ravel(),
+            "epsilon_theta": found_map.epsilon_theta.ravel(),
         }
     )
     yield pd.DataFrame(
         [
             {
                 **identity,
-                "run": str(run),
+                "run": str(each.run),
                 "quantity": "identified",
-                "k": value["k"],
-                "lambda": value["lambda"],
+                **each.parameters,
+                "correlation": each.correlation,
             }
-            | {"correlation": correlation}
-            for run, value, correlation in found
+            for each in found
         ]
     )
-
-
-def _finer(time_s, theta_model, theta):
-    """ε_θ on the finer grid, θ(t) interpolated between the cells: a valley may be narrower than they are."""
-    step = np.gradient(time_s)
-    weight = np.sqrt(step / (step @ np.nan_to_num(theta) ** 2))
-    residual = np.nan_to_num(theta_model - theta) * weight
-    between = CubicSpline(np.linspace(0, 1, CELLS), np.eye(CELLS))(np.linspace(0, 1, FINER))
-    rows = (between @ np.tensordot(row, residual, 1) for row in between)
-    return np.array([(row**2).sum(axis=1) for row in rows])

@@ -1,0 +1,54 @@
+"""What a fit found, in the few plain values that later steps take of it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from freerock.models.laws import MODELS
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters of one model identified on one run of a record, or on all its runs jointly.
+
+    Parameters
+    ----------
+    campaign, test, block, foundation : str
+        Names of what was tested.
+    run : int or "pooled"
+        Number of the run; "pooled" for the joint fit.
+    model : str
+        Name of the law.
+    values : mapping of str to float
+        The model's parameters, then what else was freed (theta0, t0, width; in a joint fit numbered by run),
+        in SI units.
+    covariance : ndarray, shape (n, n)
+        Of the model's n parameters, in the product of their units.
+    """
+
+    campaign: str
+    test: str
+    run: int | str
+    block: str
+    foundation: str
+    model: str
+    values: Mapping[str, float]
+    covariance: NDArray[np.float64]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The model's parameters alone [SI]."""
+        return {name: self.values[name] for name in MODELS[self.model]}
+
+    @property
+    def release(self) -> dict[str, float]:
+        """What was freed of the release and of the width the block rocks about [rad, s, m]."""
+        return {name: self.values[name] for name in ("theta0", "t0", "width") if name in self.values}
+
+    @property
+    def correlation(self) -> float:
+        """Correlation of the model's first two parameters."""
+        first, both, _, second = self.covariance[:2, :2].ravel()
+        return float(both / np.sqrt(first * second))

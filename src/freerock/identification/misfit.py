@@ -1,0 +1,138 @@
+"""The misfit map: how far ε_θ rises around the two parameters that were identified on a run."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from freerock.errors import FreerockError
+from freerock.identification.choice import epsilon_theta
+from freerock.models.block import Block
+from freerock.models.laws import MODELS
+from freerock.models.simulate import simulate_fitted
+
+Floats = NDArray[np.float64]
+
+SPAN = 0.3  # of the parameters around the identified ones, in logarithms
+CELLS = 25  # each way
+FINER = 4 * CELLS - 3  # points each way of the finer grid, between whose cells θ(t) is interpolated
+MOST_SAMPLES = 1000
+RTOL = 1e-4  # of the integrator
+
+
+@dataclass(frozen=True)
+class MisfitMap:
+    """ε_θ over two parameters, on a grid and on a finer one for contours.
+
+    Parameters
+    ----------
+    names : tuple of str
+        The two parameters, such as k and lambda.
+    first, second : ndarray, shape (n,)
+        Values of the two parameters along the grid's sides [SI].
+    epsilon_theta : ndarray, shape (n, n)
+        ε_θ as a fraction; a row per value of the second parameter, a column per value of the first.
+    first_finer, second_finer : ndarray, shape (m,)
+        The same on the finer grid [SI].
+    epsilon_finer : ndarray, shape (m, m)
+        ε_θ on the finer grid, with θ(t) interpolated between the cells of the grid: the map's trough may be
+        narrower than a cell.
+    """
+
+    names: tuple[str, str]
+    first: Floats
+    second: Floats
+    epsilon_theta: Floats
+    first_finer: Floats
+    second_finer: Floats
+    epsilon_finer: Floats
+
+
+def misfit_map(
+    model: str,
+    block: Block,
+    values: Mapping[str, float],
+    time_s: Floats,
+    theta: Floats,
+    debonding: str = "geometric",
+) -> MisfitMap:
+    """ε_θ around the identified parameters of a law with two parameters.
+
+    Angle and instant of release, and the width, stay as they were identified.
+
+    Parameters
+    ----------
+    model : str
+        "winkler" or "hunt_crossley".
+    block : Block
+    values : mapping of str to float
+        What the fit found, nuisances included [SI]; of a joint fit theta0_1, t0_1 are those of its first run.
+    time_s, theta : ndarray, shape (n_time,)
+        Time since the release [s] and measured rotation [rad]; of several runs, one after the other, the
+        first one counts.
+    debonding : str
+        "geometric" or "tensionless".
+
+    Raises
+    ------
+    FreerockError
+        The model has not two parameters.
+    """
+    if len(MODELS[model]) != 2:
+        what = f"the law must have two parameters, {model} has {len(MODELS[model])}"
+        raise FreerockError("misfit map", what, "use winkler or hunt_crossley")
+    x, y = MODELS[model]
+    time_s, theta = _thinned(*_first_run(time_s, theta))
+    release = {name: values[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in values}
+    known = {"theta0": theta[0], **release, **values}
+    share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
+    first, second = values[x] * share, values[y] * share
+    theta_model = np.empty((CELLS, CELLS, len(time_s)))
+    for row, of_second in enumerate(second):
+        for column, of_first in enumerate(first):
+            at = known | {x: of_first, y: of_second}
+            theta_model[row, column] = simulate_fitted(
+                model, block, at, time_s, debonding=debonding, rtol=RTOL
+            )
+    epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
+    finer = np.exp(np.linspace(-SPAN, SPAN, FINER))
+    return MisfitMap(
+        names=(x, y),
+        first=first,
+        second=second,
+        epsilon_theta=epsilon,
+        first_finer=values[x] * finer,
+        second_finer=values[y] * finer,
+        epsilon_finer=between_cells(time_s, theta_model, theta),
+    )
+
+
+def between_cells(time_s: Floats, theta_model: Floats, theta: Floats) -> Floats:
+    """ε_θ on the finer grid, shape (FINER, FINER), with θ(t) interpolated between the cells.
+
+    Parameters
+    ----------
+    time_s, theta : ndarray, shape (n_time,)
+        Time [s] and measured rotation [rad].
+    theta_model : ndarray, shape (CELLS, CELLS, n_time)
+        Modelled rotation of each cell [rad].
+    """
+    step = np.gradient(time_s)
+    weight = np.sqrt(step / (step @ np.nan_to_num(theta) ** 2))
+    residual = np.nan_to_num(theta_model - theta) * weight
+    between = CubicSpline(np.linspace(0, 1, CELLS), np.eye(CELLS))(np.linspace(0, 1, FINER))
+    rows = (between @ np.tensordot(row, residual, 1) for row in between)
+    return np.array([(row**2).sum(axis=1) for row in rows])
+
+
+def _first_run(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
+    """Samples up to where time falls back."""
+    end = np.append(np.flatnonzero(np.diff(time_s) < 0), len(time_s) - 1)[0] + 1
+    return time_s[:end], theta[:end]
+
+
+def _thinned(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
+    every = max(1, len(time_s) // MOST_SAMPLES)
+    return time_s[::every], theta[::every]

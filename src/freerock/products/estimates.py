@@ -1,0 +1,37 @@
+"""Estimates from fit datasets: the plain values that predictions and misfit maps take of a fit."""
+
+from collections.abc import Iterable, Iterator
+
+import xarray as xr
+
+from freerock.identification.estimate import Estimate
+from freerock.models.laws import MODELS
+from freerock.products.groups import fits_of
+
+
+def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
+    """The fits of a record that may be used: of each run in order, then the joint ones (run "pooled").
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `fits/<test>.nc`; samples are not needed.
+    """
+    names = {key: str(tree.attrs[key]) for key in ("campaign", "test", "block", "foundation")}
+    for run, model, fit in fits_of(tree):
+        if not fit["success"].item():
+            continue
+        freed = fit["parameter"].values.astype(str)
+        n = len(MODELS[model])
+        yield Estimate(
+            **names,
+            run=run,
+            model=model,
+            values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
+            covariance=fit["covariance"].values[:n, :n],
+        )
+
+
+def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:
+    """The usable fits of several records, in their order."""
+    return [estimate for tree in trees for estimate in estimates_in(tree)]
