@@ -9,7 +9,8 @@ from freerock.files import sha256
 from freerock.virtual_lab import record as twin
 
 FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
-PAGES = {"qc": 2, "report": 1, "complete": 1}
+REPORT = {"report": 1, "complete": 1}
+PAGES = REPORT | {"qc": 2}
 AFTER_TABLES = {"recovered": 1, "figure_restitution": 1, "figure_predictions": 1}
 AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure_models": 2, "figure_misfit_map": 1}
 EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
@@ -46,7 +47,7 @@ def test_time_stamps_alone_rerun_nothing(checkout):
         ("processing: {rotation: {mains_hz: 60}}\n", EVERYTHING),
         ("processing: {impacts: {min_samples: 13}}\n", EVERYTHING),
         ("fits: {debonding: tensionless}\n", {"fit": 2} | AFTER_FITS),
-        ("summary: Two releases.\n", EVERYTHING),
+        ("summary: Two releases.\n", REPORT),
     ],
 )
 def test_added_key(checkout, added, jobs):
@@ -60,7 +61,8 @@ def test_added_key(checkout, added, jobs):
         (YAML, "mass_kg: 2.98", "mass_kg: 2.97", OF_ONE_RECORD),
         (YAML, "label: Mat", "label: Rubber mat", AFTER_LABELS),
         (YAML, "position_m: 0.2,", "position_m: 0.21,", OF_ONE_RECORD),
-        (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", OF_ONE_RECORD),
+        (CSV, "tall,mat,high,,,,", "tall,mat,high,,,,cold day", REPORT),
+        (YAML, "title: Two", "title: Both", REPORT),
         (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
     ],
 )
@@ -76,7 +78,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/config/campaign.py", {}),
         ("src/freerock/figures/qc.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
-        ("src/freerock/report/report.html.j2", {"report": 1, "complete": 1}),
+        ("src/freerock/report/report.html.j2", REPORT),
         ("src/freerock/tables/tidy.py", AFTER_FITS | FIGURES),
         ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),
         ("src/freerock/models/kernel.py", {"fit": 2} | AFTER_FITS),

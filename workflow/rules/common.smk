@@ -42,6 +42,9 @@ try:
 except FreerockError as error:
     sys.exit(str(error))
 
+# Beside the parameters of the rules: an edited title or note makes no dataset again.
+config["descriptions"] = {name: settings.descriptions(section) for name, section in CAMPAIGNS.items()}
+
 if not os.access(PACKAGE, os.W_OK):  # no room for the compiled integrator beside its source
     os.environ.setdefault("NUMBA_CACHE_DIR", os.path.abspath(".snakemake/numba"))
 

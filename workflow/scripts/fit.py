@@ -1,5 +1,6 @@
 """The models identified on each run of some records."""
 
+from freerock.jobs.describe import described
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import make_fits
 from freerock.jobs.log import log_to
@@ -7,7 +8,8 @@ from freerock.products.netcdf import write_fits
 from freerock.runs.verdict import Reason
 
 log_to(snakemake.log[0])
-records, shared = snakemake.params.records, snakemake.params.shared
+records = described(snakemake.params.records, snakemake.config["descriptions"])
+shared = snakemake.params.shared
 inputs = dict(zip(records, snakemake.input.records, strict=True))
 outputs = dict(zip(records, snakemake.output.fits, strict=True))
 

@@ -1,5 +1,6 @@
 """Record files to θ(t), runs and impacts."""
 
+from freerock.jobs.describe import described
 from freerock.jobs.each import make_each
 from freerock.jobs.log import log_to
 from freerock.jobs.record import make_record
@@ -7,7 +8,8 @@ from freerock.products.netcdf import write_failure
 from freerock.runs.verdict import Reason
 
 log_to(snakemake.log[0])
-records, shared = snakemake.params.records, snakemake.params.shared
+records = described(snakemake.params.records, snakemake.config["descriptions"])
+shared = snakemake.params.shared
 outputs = dict(zip(records, snakemake.output.records, strict=True))
 
 

@@ -663,29 +663,6 @@ class Campaign(CampaignFile):
         """Path of the record file of a test."""
         return f"{self.raw}/{self.record(test).file}"
 
-    def attributes(self, record: Record) -> dict[str, Any]:
-        """What describes a record in its datasets: plain texts and numbers, nothing empty."""
-        block = self.blocks[record.block]
-        attributes = {
-            "title": f"{self.title}: {record.test}",
-            "summary": self.summary,
-            "campaign": self.name,
-            "test": record.test,
-            "block": record.block,
-            "foundation": record.foundation,
-            "origin": self.origin,
-            "block_height_m": block.height_m,
-            "block_width_m": block.width_m,
-            "block_mass_kg": block.mass_kg,
-            "block_contact_width_m": block.contact_width_m or "",
-            "institution": self.institution,
-            "creator_name": self.creator,
-            "license": self.license,
-            "references": self.references,
-            "comment": record.note,
-        }
-        return {key: value for key, value in attributes.items() if value != ""}
-
 
 class ConfigFile(Section):
     """What is analysed: config/config.yaml."""

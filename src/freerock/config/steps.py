@@ -1,4 +1,7 @@
-"""What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it."""
+"""What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it.
+
+Texts that only describe (title, summary, notes, ...) are no settings of a step that computes: see `descriptions`.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,6 +21,39 @@ def geometry(campaign: Campaign, record: Record) -> Settings:
     return plain(campaign.blocks[record.block], "label", "release_angle_deg")
 
 
+def attributes(campaign: Campaign, record: Record) -> Settings:
+    """What identifies a record in its datasets."""
+    block = campaign.blocks[record.block]
+    found = {
+        "campaign": campaign.name,
+        "test": record.test,
+        "block": record.block,
+        "foundation": record.foundation,
+        "origin": campaign.origin,
+        "block_height_m": block.height_m,
+        "block_width_m": block.width_m,
+        "block_mass_kg": block.mass_kg,
+    }
+    return found | ({"block_contact_width_m": block.contact_width_m} if block.contact_width_m else {})
+
+
+def descriptions(campaign: Campaign) -> Settings:
+    """The texts that describe a campaign and its records in their datasets, empty where there are none.
+
+    They reach the scripts beside the parameters of their rules: a dataset has them as they are when it is
+    made, and an edited text alone makes no dataset again.
+    """
+    return {
+        "title": campaign.title,
+        "summary": campaign.summary,
+        "institution": campaign.institution,
+        "creator_name": campaign.creator,
+        "license": campaign.license,
+        "references": campaign.references,
+        "comments": {record.test: record.note for record in campaign.records if record.note},
+    }
+
+
 def record_settings(
     campaign: Campaign, records: Sequence[Record], checksums: Mapping[str, str]
 ) -> tuple[Settings, Settings]:
@@ -30,7 +66,7 @@ def record_settings(
             "file": record.file,
             "sha256": checksums.get(record.file, ""),
             "channels": list(record.channels),
-            "attributes": campaign.attributes(record),
+            "attributes": attributes(campaign, record),
             "block": geometry(campaign, record),
             "lasers": [plain(campaign.lasers[name]) for name in record.lasers],
             "overrides": record.overrides,
@@ -51,7 +87,7 @@ def record_settings(
 def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
     """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
     own = {
-        record.test: {"attributes": campaign.attributes(record), "block": geometry(campaign, record)}
+        record.test: {"attributes": attributes(campaign, record), "block": geometry(campaign, record)}
         for record in records
     }
     return own, {
