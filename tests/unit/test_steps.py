@@ -1,4 +1,4 @@
-"""What steps get of the configuration: texts that only describe are not among it, and stand in the datasets."""
+"""What steps get of the configuration: no text that only describes, yet datasets hold these texts."""
 
 from pathlib import Path
 

@@ -1,6 +1,6 @@
 """What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it.
 
-Texts that only describe (title, summary, notes, ...) are no settings of a step that computes: see `descriptions`.
+Texts that only describe (title, summary, notes) are no settings of a step that computes: see `descriptions`.
 """
 
 from collections.abc import Mapping, Sequence
