@@ -1,24 +1,20 @@
-"""What the readers share: the channels of a file, the choice among them, and their dataset."""
+"""What every reader gives: the channels of a file, their clocks, and a way to their samples."""
 
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
-from freerock.records.timebase import Grid, on_grid, regular_grid
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 COPY_AGAIN = "copy it again from the acquisition computer"
-NAMES_TOLD = 20
-NAMES_ONLY = object()  # in place of a channel's name: list the channels and read none
+NAMES_LISTED = 20
 # Deflate, the densest compression of these formats, shrinks data at most 1032 times.
 DENSEST = 1100
 LITTLE = 1 << 26  # bytes that need no check
-
 
 SECONDS = {
     **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
@@ -27,6 +23,8 @@ SECONDS = {
     **dict.fromkeys(["ns", "nsec", "nanosecond", "nanoseconds"], 1e-9),
     **dict.fromkeys(["min", "minute", "minutes"], 60.0),
 }
+
+Samples = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,90 +37,46 @@ class Even:
 
 @dataclass(frozen=True)
 class Stamps:
-    """A column of time stamps in the unit that the file states, or none."""
+    """A column of time stamps, and its unit as the file states it ("" where it states none)."""
 
     name: str
-    column: Hashable
+    column: Any
     unit: str
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel; `column` is where its reader finds it; in place of a clock, why it can't be read."""
+    """A channel; `column` is where its reader finds it; `clock` is a text where it can't be read: why."""
 
     name: str
     units: str
-    column: Hashable
+    column: Any
     clock: Even | Stamps | str
     group: str = ""
 
 
-def dataset(
-    path,
-    channels: Sequence[Channel],
-    channel: str | None,
-    read: Callable[[list], dict],
-    attrs: dict,
-    notes: Iterable[str] = (),
-) -> "xr.Dataset":
-    """Read the channel asked for, or all, into one dataset over time.
+@dataclass(frozen=True)
+class Contents:
+    """What a reader finds in a file.
 
     Parameters
     ----------
-    path : path
-        The file, for errors.
     channels : sequence of Channel
-        Its channels.
-    channel : str or None
-        The one to read. `NAMES_ONLY` returns the channels by their names instead of a dataset.
     read : callable
-        Gives arrays by column for a list of columns.
+        Gives the samples by column for a sequence of columns.
     attrs : dict
-        Attributes of the dataset.
-    notes : iterable of str
+        Attributes of the dataset: format, and start_time where the file states it.
+    notes : sequence of str
         What the reader found out about the file by itself; attribute `reading`.
     """
-    names = by_name(path, channels)
-    if channel is NAMES_ONLY:
-        return names
-    wanted = chosen(path, names, channel)
-    clocks = list(dict.fromkeys(c.clock for c in wanted.values()))
-    stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
-    columns = read(list(dict.fromkeys([c.column for c in wanted.values()] + [s.column for s in stamps])))
-    lengths = {name: len(columns[c.column]) for name, c in wanted.items()}
-    for name, length in lengths.items():
-        if not length:
-            raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
-    if not _one_clock(clocks, columns):
-        several = f"channels of several time bases: {listed(lengths)}"
-        raise FreerockError(path, several, "name the channel")
-    if len(set(lengths.values())) > 1:
-        told = listed(f"{name} {n}" for name, n in lengths.items())
-        raise FreerockError(path, f"channels of unequal length: {told}", "name the channel")
 
-    length = next(iter(lengths.values()))
-    notes = list(notes)
-    if stamps:
-        grid, length = _stamped(path, stamps[0], columns[stamps[0].column], length)
-        notes += [] if stamps[0].unit else ["time has no unit and is taken for seconds"]
-    else:
-        grid = Grid(clocks[0].start_s, clocks[0].step_s, length)
-    import xarray as xr  # half a second, which listing the channels does without
-
-    told = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
-    return xr.Dataset(
-        {
-            name: ("time", _placed(path, grid, columns[c.column], length), {"units": c.units})
-            for name, c in wanted.items()
-        },
-        coords={"time": ("time", _instants(grid), {"units": "s"})},
-        attrs=attrs
-        | {"sampling_rate_hz": 1 / grid.step_s}
-        | {key: text for key, text in told.items() if text},
-    )
+    channels: Sequence[Channel]
+    read: Callable[[Sequence[Any]], Mapping[Any, Samples]]
+    attrs: dict[str, str]
+    notes: Sequence[str] = ()
 
 
-def seconds_in(where, unit: str) -> float:
+def seconds_in(where: object, unit: str) -> float:
     """A unit of time [s]; also of the form "seconds since 2017-05-01".
 
     Raises
@@ -137,13 +91,13 @@ def seconds_in(where, unit: str) -> float:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Names with commas, the first NAMES_TOLD of many."""
+    """Names with commas, the first NAMES_LISTED of many."""
     names = list(names)
-    more = f", and {len(names) - NAMES_TOLD} more" if len(names) > NAMES_TOLD else ""
-    return ", ".join(names[:NAMES_TOLD]) + more
+    more = f", and {len(names) - NAMES_LISTED} more" if len(names) > NAMES_LISTED else ""
+    return ", ".join(names[:NAMES_LISTED]) + more
 
 
-def check_declared(path, n_bytes: float, densest: float = DENSEST) -> None:
+def check_declared(path: Path, n_bytes: float, densest: float = DENSEST) -> None:
     """Refuse to set aside more memory than a file of its size can fill, but for a little."""
     size = path.stat().st_size
     if n_bytes > max(densest * size, LITTLE):
@@ -151,7 +105,7 @@ def check_declared(path, n_bytes: float, densest: float = DENSEST) -> None:
         raise FreerockError(path, what, COPY_AGAIN)
 
 
-def by_name(path, channels: Sequence[Channel]) -> dict[str, Channel]:
+def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
     """Channels by name, or by group/name where two groups share a name."""
     short = [c.name for c in channels]
     names = {c.name if short.count(c.name) == 1 else f"{c.group}/{c.name}": c for c in channels}
@@ -160,7 +114,7 @@ def by_name(path, channels: Sequence[Channel]) -> dict[str, Channel]:
     return names
 
 
-def chosen(path, names: dict[str, Channel], channel: str | None) -> dict[str, Channel]:
+def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dict[str, Channel]:
     """The channel asked for, or all that can be read.
 
     Raises
@@ -183,39 +137,3 @@ def chosen(path, names: dict[str, Channel], channel: str | None) -> dict[str, Ch
             path, f"channel {name!r} {names[name].clock}", "name a channel that holds numbers"
         )
     return {name: names[name]}
-
-
-def _one_clock(clocks, columns):
-    """Whether clocks are one: equal, or columns of equal stamps."""
-    if len(clocks) == 1:
-        return True
-    if not all(isinstance(clock, Stamps) for clock in clocks):
-        return False
-    first = columns[clocks[0].column]
-    return len({clock.unit for clock in clocks}) == 1 and all(
-        np.array_equal(columns[clock.column], first, equal_nan=True) for clock in clocks[1:]
-    )
-
-
-def _stamped(path, clock, stamps, length):
-    """Grid of a channel's stamps, and how many of its samples have one; empty rows at the end don't count."""
-    if len(stamps) != length:
-        what = f"{length} samples but {len(stamps)} time stamps in {clock.name!r}"
-        raise FreerockError(path, what, COPY_AGAIN)
-    known = np.flatnonzero(~np.isnan(stamps))
-    length = known[-1] + 1 if known.size else 0
-    return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * seconds_in(path, clock.unit)), length
-
-
-def _placed(path, grid, values, length):
-    if np.isfinite(values[length:]).any():
-        what = f"{np.isfinite(values[length:]).sum()} samples at the end have no time stamp"
-        raise FreerockError(path, what, "export the time column again")
-    return on_grid(path, grid, values[:length])
-
-
-def _instants(grid):
-    instants = np.arange(grid.size, dtype=float)
-    instants *= grid.step_s
-    instants += grid.start_s
-    return instants

@@ -1,18 +1,22 @@
 """Excel workbooks, through openpyxl: sheets of columns of numbers, or of pairs (time, signal)."""
 
 from array import array
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from itertools import chain, islice
 from math import nan
+from pathlib import Path
 from zipfile import ZipFile
 
 import numpy as np
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
+from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Even, check_declared, dataset
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.headings import columns, headed, rises, states_rate
 
 FORMAT = "Excel"
@@ -23,8 +27,21 @@ WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 DENSEST_SHEET = 110  # a sheet's XML can't shrink more than that many times
 
 
-def read(path, channel=None):
-    """Read an Excel workbook; arguments, result and errors as of `freerock.records.read.read_record`.
+Cell = str | bool | int | float | datetime | time | None
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of a sheet: the rows above it, its columns by place, which of them hold times."""
+
+    above: list[list[Cell]]
+    columns: "dict[int, array[float]]"
+    clocks: list[int]
+
+
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of an Excel workbook.
 
     Tables are found below their rows of headings, on every sheet; the values of formulas are those that Excel
     saved. A column of time belongs to the columns at its right. A channel is named "channel" or
@@ -33,17 +50,20 @@ def read(path, channel=None):
     with ZipFile(path) as archive:
         check_declared(path, sum(part.file_size for part in archive.infolist()), DENSEST_SHEET)
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
-    tables, channels, notes, faults = {}, [], [], []
+    tables: dict[str, Table] = {}
+    channels: list[Channel] = []
+    notes: list[str] = []
+    faults: list[FreerockError] = []
     try:
         for sheet in book.worksheets:
             try:
-                above, tables[sheet.title], clocks = _table(path, sheet)
-                found, told = _channels(path, sheet.title, above, tables[sheet.title], clocks)
+                tables[sheet.title] = _table(path, sheet)
+                found, of_sheet = _channels(path, sheet.title, tables[sheet.title])
             except FreerockError as error:
                 faults.append(error)
                 continue
             channels += found
-            notes += [f"sheet {sheet.title!r}: {note}" for note in told]
+            notes += [f"sheet {sheet.title!r}: {note}" for note in of_sheet]
     finally:
         book.close()
     if not channels:
@@ -51,39 +71,38 @@ def read(path, channel=None):
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
     notes += [f"{str(error.where).removeprefix(f'{path}: ')} passed over: {error.what}" for error in faults]
 
-    def read_columns(wanted):
-        return {(sheet, i): np.array(tables[sheet][i]) for sheet, i in wanted}
+    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Samples]:
+        return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
 
-    return dataset(path, channels, channel, read_columns, {"format": FORMAT}, notes)
+    yield Contents(channels, read, {"format": FORMAT}, notes)
 
 
-def _channels(path, title, above, numbers, clocks):
-    """Channels of a sheet, none of an empty table; their columns are named (sheet, column)."""
-    numeric = [i for i in numbers if i not in clocks]
+def _channels(path: Path, title: str, table: Table) -> tuple[list[Channel], list[str]]:
+    """Channels of a sheet and notes, none of an empty table; their columns are named (sheet, column)."""
+    numeric = [i for i in table.columns if i not in table.clocks]
     if not numeric:
         return [], []
-    stated = [_stated(row) for row in above]
-    rows = [row for row, values in zip(above, stated, strict=True) if not states_rate(values)]
-    headings = headed(rows, max(numbers) + 1)
-    first = rises(numbers[numeric[0]])
+    stated = [_stated(row) for row in table.above]
+    rows = [row for row, values in zip(table.above, stated, strict=True) if not states_rate(values)]
+    headings = headed(rows, max(table.columns) + 1)
+    first = rises(table.columns[numeric[0]])
     by_name = {name: value for values in stated for name, value in values.items()}
-    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, clocks, first, by_name)
+    found, notes = columns(f"{path}: sheet {title!r}", headings, numeric, table.clocks, first, by_name)
 
-    def of_sheet(part):
-        return part if isinstance(part, Even) else replace(part, column=(title, part.column))
+    def of_sheet(clock: Even | Stamps | str) -> Even | Stamps | str:
+        return replace(clock, column=(title, clock.column)) if isinstance(clock, Stamps) else clock
 
-    return [replace(of_sheet(c), group=title, clock=of_sheet(c.clock)) for c in found], notes
+    return [replace(c, column=(title, c.column), group=title, clock=of_sheet(c.clock)) for c in found], notes
 
 
-def _stated(row):
+def _stated(row: Sequence[Cell]) -> dict[str, str | float]:
     """Value by name that a row above a table states, with what the cell behind it says."""
     if len(row) < 2 or not isinstance(row[1], int | float | str):
         return {}
     return {str(row[0]): f"{row[1]};{row[2]}" if len(row) > 2 and isinstance(row[2], str) else row[1]}
 
 
-def _table(path, sheet):
-    """Rows of headings of a sheet, its columns of numbers, and which of them are times of a clock."""
+def _table(path: Path, sheet: ReadOnlyWorksheet) -> Table:
     sheet.reset_dimensions()
     rows = sheet.iter_rows(values_only=True)
     head = list(islice(rows, HEAD))
@@ -93,7 +112,7 @@ def _table(path, sheet):
         i: kind for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind in WANTED
     }
     numbers = {i: array("d") for i in sorted(wanted)}
-    first = {}
+    first: dict[int, datetime] = {}
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
         if n > MAX_ROWS:
             raise FreerockError(path, f"sheet {sheet.title!r} has more than {MAX_ROWS} rows", COPY_AGAIN)
@@ -103,14 +122,16 @@ def _table(path, sheet):
                 where = f"{path}: sheet {sheet.title!r}"
                 what = f"cell {get_column_letter(i + 1)}{n} holds {str(cell)[:40]!r}, not {WANTED[wanted[i]]}"
                 raise FreerockError(where, what, "correct the cell, or move what is below the table")
-            if _kind(cell) == "c":
-                cell = _moment(cell)
-                cell = (cell - first.setdefault(i, cell)).total_seconds()
-            values.append(nan if cell is None or cell == "" else cell)
-    return [["" if cell is None else cell for cell in row] for row in head[:begin]], numbers, sorted(first)
+            if isinstance(cell, datetime | time):
+                moment = _moment(cell)
+                values.append((moment - first.setdefault(i, moment)).total_seconds())
+            else:
+                values.append(nan if cell is None or cell == "" else cell)
+    above = [["" if cell is None else cell for cell in row] for row in head[:begin]]
+    return Table(above, numbers, sorted(first))
 
 
-def _kind(cell):
+def _kind(cell: Cell) -> str:
     """n for a number, c for a clock's time, t for anything else, nothing for an empty cell."""
     if cell is None or cell == "":
         return ""
@@ -119,11 +140,11 @@ def _kind(cell):
     return "n" if isinstance(cell, int | float) and not isinstance(cell, bool) else "t"
 
 
-def _moment(cell):
+def _moment(cell: datetime | time) -> datetime:
     return cell if isinstance(cell, datetime) else datetime.combine(date.min, cell)
 
 
-def _is_table(rows):
+def _is_table(rows: Sequence[Sequence[str]]) -> bool:
     """Whether rows begin a table: time or a number first, a number next, and the same columns in all."""
     filled = [kind for kind in rows[0] if kind]
     return filled[:2] in (["n", "n"], ["c", "n"]) and all(

@@ -6,7 +6,11 @@ Nothing outside the file is read: external links, external storage and virtual d
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from math import prod
+from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -19,9 +23,11 @@ from freerock.records.channels import (
     DENSEST,
     LITTLE,
     Channel,
+    Contents,
+    Even,
+    Samples,
     Stamps,
     check_declared,
-    dataset,
     listed,
 )
 from freerock.records.headings import is_time, split_unit, stated_rate
@@ -30,9 +36,12 @@ FORMAT = "HDF5"
 CLASSIC = b"CDF"
 WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
 
+Attributes = Mapping[str, Any]
 
-def read(path, channel=None):
-    """Read an HDF5 or netCDF file; arguments, result and errors as of `freerock.records.read.read_record`.
+
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of an HDF5 or netCDF file.
 
     Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
     one above it; else an attribute of the channel, or an attribute or single number of these groups, states
@@ -45,19 +54,20 @@ def read(path, channel=None):
         with netcdf_file(path, mmap=False) as file:
             arrays = {name: v for name, v in file.variables.items() if v.data.dtype.kind in "iuf"}
             attributes = {name: v._attributes for name, v in arrays.items()}
-            return _dataset(path, arrays, attributes | {"": file._attributes}, channel, "netCDF classic")
+            yield _contents(path, arrays, attributes | {"": file._attributes}, "netCDF classic")
+        return
     with opened(path) as file:
         arrays = numeric_arrays(path, file)
         above = {folder for name in arrays for folder in _above(name)}
         attributes = {name: dict(file[name or "/"].attrs) for name in [*arrays, *above]}
-        return _dataset(path, arrays, attributes, channel, FORMAT)
+        yield _contents(path, arrays, attributes, FORMAT)
 
 
-def numeric_arrays(path, file) -> dict:
+def numeric_arrays(path: Path, file: h5py.File) -> dict[str, h5py.Dataset]:
     """Datasets of real numbers by their paths in an HDF5 file, checked against the size of the file."""
-    found = {}
+    found: dict[str, h5py.Dataset] = {}
 
-    def look(name, item):
+    def look(name: str, item: h5py.HLObject) -> None:
         real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
         if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
             found[name] = item
@@ -67,7 +77,7 @@ def numeric_arrays(path, file) -> dict:
     return found
 
 
-def opened(path):
+def opened(path: Path) -> h5py.File:
     """Open an HDF5 file for reading, after another process has gone through it and lived.
 
     Damaged files can end HDF5's library in a segmentation fault, or keep it busy for ever.
@@ -76,7 +86,7 @@ def opened(path):
     outcome = walked(str(path), WALK_S + size // WALKED_PER_S, max(DENSEST * size, LITTLE))
     if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
         raise MemoryError("the process that goes through the file was killed")
-    if outcome not in (0, 1):  # 1: an exception, which tells more when it is met here
+    if outcome not in (0, 1):  # 1: an exception, which says more when it is met here
         raise FreerockError(path, "the file is damaged: HDF5's library does not survive it", COPY_AGAIN)
     return h5py.File(path, locking=False)
 
@@ -87,17 +97,22 @@ def walked(path: str, seconds: int, most_bytes: float) -> int:
     return subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False).returncode
 
 
-def _dataset(path, arrays, attributes, channel, kind):
-    """Dataset of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
+def _contents(
+    path: Path, arrays: Mapping[str, Any], attributes: Mapping[str, Attributes], kind: str
+) -> Contents:
+    """Channels of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
     vectors = [name for name, array in arrays.items() if len(array.shape) == 1 and array.shape[0] > 1]
     single = {name: float(_values(arrays[name])) for name in arrays if prod(arrays[name].shape) == 1}
     times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
-    channels, without, start = [], [], {}
+    channels: list[Channel] = []
+    without: list[str] = []
+    start: dict[str, str] = {}
     for name in vectors:
         if name in times.values():
             continue
         folders = _above(name)
         time = next((times[folder] for folder in folders if folder in times), None)
+        clock: Even | Stamps | str | None
         if time:
             unit = _text(attributes[time].get("units")) or split_unit(time.rpartition("/")[2])[1]
             clock = Stamps(time, time, unit)
@@ -120,34 +135,34 @@ def _dataset(path, arrays, attributes, channel, kind):
         what = f"no vector of time and no sampling rate (vectors: {listed(without)})"
         raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
 
-    def read_columns(names):
+    def read(names: Sequence[str]) -> dict[str, Samples]:
         return {name: _unpacked(_values(arrays[name]), attributes[name]) for name in names}
 
-    return dataset(path, channels, channel, read_columns, {"format": kind} | start)
+    return Contents(channels, read, {"format": kind} | start)
 
 
-def _values(array):
+def _values(array: Any) -> Samples:
     return np.asarray(array[()] if array.shape == () else array[:], float)
 
 
-def _unpacked(values, attributes):
+def _unpacked(values: Samples, attributes: Attributes) -> Samples:
     """Physical values of packed ones, as CF has it."""
-    fill = _numbers({name: attributes.get(name) for name in ("_FillValue", "missing_value")}).values()
-    for number in fill:
-        values[values == number] = np.nan
-    packing = _numbers({name: attributes.get(name) for name in ("scale_factor", "add_offset")})
-    return values * packing.get("scale_factor", 1.0) + packing.get("add_offset", 0.0)
+    stated = _numbers(attributes)
+    for fill in (stated.get("_FillValue"), stated.get("missing_value")):
+        if isinstance(fill, float):
+            values[values == fill] = np.nan
+    return values * float(stated.get("scale_factor", 1.0)) + float(stated.get("add_offset", 0.0))
 
 
-def _above(name):
+def _above(name: str) -> list[str]:
     """The groups above an array, the next one first."""
     parts = name.split("/")[:-1]
     return ["/".join(parts[:n]) for n in range(len(parts), -1, -1)]
 
 
-def _numbers(attributes):
+def _numbers(attributes: Attributes) -> dict[str, float | str]:
     """The attributes that are single numbers, or texts."""
-    found = {}
+    found: dict[str, float | str] = {}
     for name, value in attributes.items():
         array = np.asarray(value)
         if array.dtype.kind in "iuf" and array.size == 1:
@@ -157,12 +172,12 @@ def _numbers(attributes):
     return found
 
 
-def _text(value):
+def _text(value: Any) -> str:
     value = np.asarray(value).reshape(-1)[0] if value is not None and np.size(value) else ""
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _start_time(unit):
+def _start_time(unit: str) -> dict[str, str]:
     """Start in a unit of time such as "seconds since 2017-05-01"; 1970 stands for an unknown one."""
     _, since, start = unit.partition(" since ")
     return {"start_time": start} if since and not start.startswith("1970-01-01") else {}

@@ -19,7 +19,7 @@ def walk(path: str, most_bytes: float) -> None:
         file.visititems(lambda _, item: look(item, most_bytes))
 
 
-def look(item, most_bytes: float) -> None:
+def look(item: h5py.HLObject, most_bytes: float) -> None:
     """Read the attributes of a group or dataset, and the dataset's own numbers."""
     dict(item.attrs)
     if not isinstance(item, h5py.Dataset) or item.shape is None or item.dtype.kind not in "iuf":

@@ -1,16 +1,16 @@
 """Names, units, time and sampling rate as people write them in headings."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freerock.errors import FreerockError
 from freerock.records.channels import SECONDS, Channel, Even, Stamps
 
-UNITS = {
-    *(unit for unit in SECONDS if unit),
-    *[
+KNOWN_UNITS = {unit for unit in SECONDS if unit} | set(
+    [
         "v",
         "mv",
         "volt",
@@ -27,8 +27,6 @@ UNITS = {
         "rad",
         "mrad",
         "deg",
-    ],
-    *[
         "°",
         "degrees",
         "radians",
@@ -44,8 +42,8 @@ UNITS = {
         "rad/s",
         "-",
         "1",
-    ],
-}
+    ]
+)
 HERTZ = {  # units of a sampling rate
     prefix + unit: factor
     for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
@@ -75,9 +73,9 @@ def split_unit(text: str) -> tuple[str, str]:
     bracketed = re.fullmatch(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]", text)
     if bracketed:
         return bracketed[1].strip(), bracketed[2].strip()
-    name, mark, unit = re.fullmatch(r"(?:(.*?)([_/]|\s+in\s+))?([^_/\s]*)|.*", text).groups()
-    if mark and name and unit.casefold() in UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
-        return name.strip(), unit
+    marked = re.fullmatch(r"(.*?)(?:[_/]|\s+in\s+)([^_/\s]*)", text)
+    if marked and marked[1] and marked[2].casefold() in KNOWN_UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
+        return marked[1].strip(), marked[2]
     return text, ""
 
 
@@ -87,7 +85,7 @@ def is_time(text: str) -> bool:
     return _plain(name) in TIMES and name != "T"  # a temperature
 
 
-def stated_rate(path, values: Mapping[str, object]) -> Even | None:
+def stated_rate(path: object, values: Mapping[str, object]) -> Even | None:
     """Sampling interval from values by name, such as fs, "Sampling rate [kHz]" or dt.
 
     Raises
@@ -115,7 +113,7 @@ def states_rate(values: Mapping[str, object]) -> bool:
     return any(True for _ in _statements(values))
 
 
-def _statements(values):
+def _statements(values: Mapping[str, object]) -> Iterator[tuple[str, bool, object, str]]:
     """Rates and intervals among values by name: heading, whether it is a rate, number as written, unit."""
     for heading, value in values.items():
         name, unit = split_unit(heading)
@@ -131,13 +129,13 @@ def _statements(values):
             yield heading.strip(), is_rate, value, unit
 
 
-def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
+def headed(rows: Sequence[Sequence[object]], width: int) -> list[tuple[str, str]]:
     """Name and unit of each column under one or several rows of headings.
 
     A row of units gives units. A label over several columns (a merged cell) counts for each of them; what all
     columns share is left out of the names.
     """
-    names = [[] for _ in range(width)]
+    names: list[list[str]] = [[] for _ in range(width)]
     units = [""] * width
     for row in rows:
         cells = [str(cell).strip() for cell in row[:width]] + [""] * (width - len(row))
@@ -155,13 +153,13 @@ def headed(rows: Sequence[Sequence[str]], width: int) -> list[tuple[str, str]]:
 
 
 def columns(
-    path,
+    path: object,
     headings: Sequence[tuple[str, str]],
     numeric: Iterable[int],
     clocks: Sequence[int],
     first_rises: bool,
     stated: Mapping[str, object],
-):
+) -> tuple[list[Channel], list[str]]:
     """Channels of a table, and what had to be found out.
 
     Parameters
@@ -185,7 +183,7 @@ def columns(
     Raises
     ------
     FreerockError
-        Neither a column of time nor a sampling rate, or one that can't be told; nothing but time.
+        Neither a column of time nor a sampling rate, or one whose meaning is open; nothing but time.
     """
     numeric, notes = list(numeric), []
     times = [*clocks, *(i for i in numeric if is_time(headings[i][0]))]
@@ -193,53 +191,54 @@ def columns(
     if not times and rate is None and first_rises and len(numeric) > 1:
         times = numeric[:1]
         notes.append(f"column {times[0] + 1} rises steadily and is taken for time")
-    if not times and rate is None:
-        remedy = "head the column of time with time [s], or state the sampling rate"
-        raise FreerockError(path, "no column of time and no sampling rate", remedy)
-    channels, clock = [], None
+    channels: list[tuple[str, str, int, Stamps | None]] = []
+    clock: Stamps | None = None
     for i in sorted({*numeric, *clocks}):
         name, unit = headings[i]
         if i in times:
             clock = Stamps(name or f"column {i + 1}", i, "s" if i in clocks else unit)
         else:
             channels.append((name or f"column {i + 1}", unit, i, clock))
+    first = next((left for *_, left in channels if left), clock) or rate
+    if first is None:
+        remedy = "head the column of time with time [s], or state the sampling rate"
+        raise FreerockError(path, "no column of time and no sampling rate", remedy)
     if not channels:
         raise FreerockError(path, "no channel beside the time", "export at least one channel")
-    first = next((c[3] for c in channels if c[3]), clock) or rate
-    names = _distinct([c[0] for c in channels])
+    names = _distinct(name for name, *_ in channels)
     return [
-        Channel(name, unit, i, clock or first)
-        for name, (_, unit, i, clock) in zip(names, channels, strict=True)
+        Channel(name, unit, i, left or first)
+        for name, (_, unit, i, left) in zip(names, channels, strict=True)
     ], notes
 
 
-def rises(values) -> bool:
+def rises(values: ArrayLike) -> bool:
     """Whether numbers rise as steadily as time does."""
-    values = np.asarray(values, float)
-    steps = np.diff(values[np.isfinite(values)])
+    numbers = np.asarray(values, float)
+    steps = np.diff(numbers[np.isfinite(numbers)])
     return bool(steps.size > 1 and steps.min() >= 0 and 0 < steps.max() <= 1.5 * np.median(steps))
 
 
-def _plain(name):
+def _plain(name: str) -> str:
     return re.sub(r"[\s_.:-]+", "", name).casefold()
 
 
-def _float(text):
+def _float(text: str) -> float | None:
     try:
         return float(text)
     except ValueError:
         return None
 
 
-def _bare(cell):
+def _bare(cell: str) -> str:
     return cell.strip("[]() ")
 
 
-def _is_unit(cell):
-    return _bare(cell).casefold() in UNITS or bool(re.fullmatch(r"\[.*\]|\(.*\)", cell))
+def _is_unit(cell: str) -> bool:
+    return _bare(cell).casefold() in KNOWN_UNITS or bool(re.fullmatch(r"\[.*\]|\(.*\)", cell))
 
 
-def _spread(cells):
+def _spread(cells: Sequence[str]) -> list[str]:
     last, spread = "", []
     for cell in cells:
         last = cell or last
@@ -247,11 +246,11 @@ def _spread(cells):
     return spread
 
 
-def _joined(names):
+def _joined(names: Sequence[Sequence[str]]) -> list[str]:
     """Names from the parts of each column, less the parts that all columns but those of time share."""
     data = [parts for parts in names if not (parts and is_time(parts[-1]))] or names
     depth = len(data[0])
-    kept = [level for level in range(depth) if len({parts[level] for parts in data}) > 1]
+    kept: Collection[int] = [level for level in range(depth) if len({parts[level] for parts in data}) > 1]
     short = [" ".join(parts[level] for level in kept if parts[level]) for parts in data]
     if len(data) == 1 or "" in short or len(set(short)) < len(short):
         kept = range(max(0, depth - 1), depth) if len(data) == 1 else range(depth)
@@ -263,7 +262,7 @@ def _joined(names):
     ]
 
 
-def _distinct(names):
+def _distinct(names: Iterable[str]) -> list[str]:
     """Names with (2), (3) … after repeated ones."""
     seen: dict[str, int] = {}
     distinct = []

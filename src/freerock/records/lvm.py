@@ -3,20 +3,25 @@
 The headers are parsed here, the rows of numbers as in any other table (`table`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import chain, pairwise
+from pathlib import Path
 
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Even, Stamps, dataset
-from freerock.records.table import NUMBER, Layout, encoding_of, tables, told
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps
+from freerock.records.table import NUMBER, Layout, described, encoding_of, tables
 
 FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
 LOOK = 100  # rows in which the decimal comma is looked for
 X = "X_Value"
+
+Lines = Iterator[tuple[int, str]]  # with their numbers, from 0
+Tables = Sequence[dict[int, Samples]]  # the columns of numbers of each segment
 
 
 @dataclass(frozen=True)
@@ -43,8 +48,9 @@ class Segment:
         return left[-1] if left else None
 
 
-def read(path, channel=None):
-    """Read an LVM file; arguments, result and errors as of `freerock.records.read.read_record`.
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of an LVM file.
 
     Time is the column X_Value left of a channel, where it is filled in, else X0 and Delta_X. Segments whose X
     starts again are joined by their dates and times. A file with fewer rows than a segment's Samples is
@@ -61,9 +67,9 @@ def read(path, channel=None):
         if i and name not in (X, "Comment", "")
     ]
 
-    def read_columns(columns):
+    def read(columns: Sequence[int | tuple[str, int]]) -> dict[int | tuple[str, int], Samples]:
         parts = list(tables(path, encoding, (s.layout for s in segments)))
-        arrays = {}
+        arrays: dict[int | tuple[str, int], Samples] = {}
         for column in columns:
             if isinstance(column, tuple):
                 arrays[column] = _joined_time(path, segments, parts, column[1])
@@ -72,11 +78,11 @@ def read(path, channel=None):
                 arrays[column] = np.concatenate([part[column] for part in parts])
         return arrays
 
-    notes = [told(first.layout, encoding), *_more_rows(channels, segments)]
-    return dataset(path, channels, channel, read_columns, {"format": FORMAT} | _start_time(first), notes)
+    notes = [described(first.layout, encoding), *_more_rows(channels, segments)]
+    yield Contents(channels, read, {"format": FORMAT} | _start_time(first), notes)
 
 
-def _segments(path, encoding):
+def _segments(path: Path, encoding: str) -> list[Segment]:
     with open(path, encoding=encoding, errors="replace") as file:
         lines = enumerate(file)
         if not next(lines)[1].startswith(MAGIC):
@@ -84,7 +90,7 @@ def _segments(path, encoding):
             raise FreerockError(path, what, "correct the ending of its name, or copy it again")
         header = _header(path, lines, "\t", "the file")
         delimiter = next((key[9:10] for key in header if key.startswith("Separator")), "") or "\t"
-        segments = []
+        segments: list[Segment] = []
         for n, line in lines:
             if line.strip():
                 where = f"segment {len(segments) + 1}"
@@ -95,9 +101,10 @@ def _segments(path, encoding):
     return segments
 
 
-def _header(path, lines, delimiter, where):
+def _header(path: Path, lines: Lines, delimiter: str, where: str) -> dict[str, list[str]]:
     """Cells by key up to the end of a header, less its special blocks."""
-    fields, special = {}, False
+    fields: dict[str, list[str]] = {}
+    special = False
     for _, line in lines:
         cells = _cells(line, delimiter)
         if cells[0].startswith("***End_of_Header"):
@@ -108,10 +115,10 @@ def _header(path, lines, delimiter, where):
     raise FreerockError(path, f"the file is truncated: the header of {where} has no end", COPY_AGAIN)
 
 
-def _segment(path, lines, fields, delimiter, where):
+def _segment(path: Path, lines: Lines, fields: dict[str, list[str]], delimiter: str, where: str) -> Segment:
     """The rows under a segment's header, up to an empty line."""
-    at, names = next(lines, (0, ""))
-    names = _cells(names, delimiter)
+    at, line = next(lines, (0, ""))
+    names = _cells(line, delimiter)
     head, rows, more = [], 0, False
     for _, line in lines:
         more = not line.strip()
@@ -131,11 +138,11 @@ def _segment(path, lines, fields, delimiter, where):
     return Segment(tuple(names), fields, layout, rows)
 
 
-def _cells(line, delimiter):
+def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.rstrip("\n").split(delimiter)]
 
 
-def _clock(path, segments, column):
+def _clock(path: Path, segments: Sequence[Segment], column: int) -> Even | Stamps | str:
     """Clock of a channel, or why it can't be read."""
     first = segments[0]
     if column not in first.layout.numeric:
@@ -153,7 +160,7 @@ def _clock(path, segments, column):
     return Even(step, start if np.isfinite(start) else 0.0)
 
 
-def _refuse_short(path, segments, parts, column):
+def _refuse_short(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> None:
     for n, (segment, table) in enumerate(zip(segments, parts, strict=True), start=1):
         samples = segment.value("Samples", column)
         if len(table[column]) < samples:
@@ -162,8 +169,8 @@ def _refuse_short(path, segments, parts, column):
             raise FreerockError(path, f"{what} in segment {n}", COPY_AGAIN)
 
 
-def _more_rows(channels, segments):
-    """Tell that rows of several writings under one header, without X, are taken to follow each other."""
+def _more_rows(channels: Sequence[Channel], segments: Sequence[Segment]) -> list[str]:
+    """A note where rows of several writings under one header, without X, are taken for one recording."""
     for c in channels:
         samples = segments[0].value("Samples", c.column)
         if isinstance(c.clock, Even) and segments[0].n_rows > samples:
@@ -172,30 +179,30 @@ def _more_rows(channels, segments):
     return []
 
 
-def _joined_time(path, segments, tables, column):
+def _joined_time(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> Samples:
     """Time of several segments [s]: as written where it goes on, else by the segments' dates."""
-    parts = []
-    for segment, table in zip(segments, tables, strict=True):
+    times: list[Samples] = []
+    for segment, table in zip(segments, parts, strict=True):
         if segment.names[column] == X:
-            parts.append(table[column])
+            times.append(table[column])
         else:
             start, step = np.nan_to_num(segment.value("X0", column)), segment.value("Delta_X", column)
-            parts.append(start + step * np.arange(len(table[column])))
-    if all(after[0] > before[-1] for before, after in pairwise(parts)):
-        return np.concatenate(parts)
-    starts = [_started(s) for s in segments]
-    if None in starts:
+            times.append(start + step * np.arange(len(table[column])))
+    if all(after[0] > before[-1] for before, after in pairwise(times)):
+        return np.concatenate(times)
+    starts = [start for s in segments if (start := _started(s)) is not None]
+    if len(starts) < len(segments):
         what = f"{X} starts again in its segments, and they give no date"
         raise FreerockError(path, what, "split it, one file per segment")
     return np.concatenate(
         [
-            part + (start - starts[0]) / np.timedelta64(1, "s")
-            for part, start in zip(parts, starts, strict=True)
+            time + (start - starts[0]) / np.timedelta64(1, "s")
+            for time, start in zip(times, starts, strict=True)
         ]
     )
 
 
-def _started(segment):
+def _started(segment: Segment) -> np.datetime64 | None:
     """Start of a segment by its Date and Time, to the nanosecond, in the zone of the laboratory."""
     date, time = segment.cell("Date", 1).replace("/", "-"), segment.cell("Time", 1).replace(",", ".")
     whole, _, fraction = time.partition(".")
@@ -205,6 +212,6 @@ def _started(segment):
         return None
 
 
-def _start_time(segment):
+def _start_time(segment: Segment) -> dict[str, str]:
     start = _started(segment)
     return {} if start is None else {"start_time": str(np.datetime_as_string(start, "ms"))}

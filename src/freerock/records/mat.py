@@ -1,17 +1,22 @@
 """MATLAB files: v4 through scipy, v5 to v7 by `mat5`, v7.3 (HDF5) through h5py; plain numeric arrays only.
 
-Objects, function handles, structures and cells are never looked into.
+Objects, function handles, structures and cells are passed over.
 """
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from math import prod
+from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 from scipy.io import loadmat, whosmat
 from scipy.io.matlab import matfile_version
 
 from freerock.errors import FreerockError
-from freerock.records.channels import Channel, Stamps, check_declared, dataset
+from freerock.records.channels import Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.hdf5 import numeric_arrays, opened
 from freerock.records.headings import is_time, rises, split_unit, stated_rate
 from freerock.records.mat5 import matrices
@@ -21,8 +26,13 @@ NUMERIC = ("double", "single", "int8", "int16", "int32", "int64", "uint8", "uint
 PLAIN = "save(…) the time and the signals as numeric vectors"
 
 
-def read(path, channel=None):
-    """Read a MATLAB file; arguments, result and errors as of `freerock.records.read.read_record`.
+Load = Callable[[Sequence[str]], Mapping[str, NDArray[Any]]]
+Column = tuple[str, int | None]  # a vector's name, or a matrix's and the number of its column
+
+
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of a MATLAB file.
 
     Channels are numeric vectors, or the columns of a matrix, named "name(:,2)". Time is a vector called time,
     t and so on, or the first column of the only matrix where it rises steadily; else a scalar such as fs or
@@ -32,32 +42,34 @@ def read(path, channel=None):
         with opened(path) as file:
             arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
-            return _dataset(path, shapes, lambda names: {n: arrays[n][()].T for n in names}, channel, "v7.3")
-    if matfile_version(path)[0]:
+            yield _contents(path, shapes, lambda names: {n: arrays[n][()].T for n in names}, "v7.3")
+    elif matfile_version(path)[0]:
         found = matrices(path)
         shapes = {name: matrix.shape for name, matrix in found.items()}
-        return _dataset(path, shapes, lambda names: {n: found[n].read() for n in names}, channel, "v5")
-    shapes = {name: shape for name, shape, kind in whosmat(path) if kind in NUMERIC}
-    return _dataset(path, shapes, lambda names: loadmat(path, variable_names=names), channel, "v4")
+        yield _contents(path, shapes, lambda names: {n: found[n].read() for n in names}, "v5")
+    else:
+        shapes = {name: shape for name, shape, kind in whosmat(path) if kind in NUMERIC}
+        yield _contents(path, shapes, lambda names: loadmat(path, variable_names=names), "v4")
 
 
-def _dataset(path, shapes, load, channel, version):
-    """Dataset of arrays by name, of which vectors and matrices are channels and scalars state the rate."""
-    shapes = {name: tuple(map(int, shape)) for name, shape in shapes.items() if 0 not in shape}
+def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load, version: str) -> Contents:
+    """Channels among arrays by name: vectors and matrices. Scalars may state the sampling rate."""
+    shapes = {name: tuple(map(int, shape)) for name, shape in all_shapes.items() if 0 not in shape}
     for shape in shapes.values():
         check_declared(path, 8.0 * prod(shape))
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
     times = [name for name in vectors if is_time(name)]
-    notes = []
+    notes: list[str] = []
+    clock: Even | Stamps | None
     if times:
         clock = Stamps(times[0], (times[0], None), split_unit(times[0])[1])
     else:
         scalar = {name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()}
         clock = stated_rate(path, scalar)
-    columns = [(name, i) for name in matrices for i in range(min(shapes[name]))]
-    channels = [(name, None) for name in vectors if name not in times] + columns
+    columns: list[Column] = [(name, i) for name in matrices for i in range(min(shapes[name]))]
+    channels: list[Column] = [*((name, None) for name in vectors if name not in times), *columns]
     if clock is None and len(matrices) == 1 and not vectors:
         first = columns[0]
         if rises(_column(_loaded(load, matrices), first)):
@@ -70,7 +82,7 @@ def _dataset(path, shapes, load, channel, version):
         what = f"no vector of time and no sampling rate (variables: {', '.join(shapes)})"
         raise FreerockError(path, what, "save the time as t, or the sampling rate in Hz as fs")
 
-    def read_columns(wanted):
+    def read(wanted: Sequence[Column]) -> dict[Column, Samples]:
         arrays = _loaded(load, list(dict.fromkeys(name for name, _ in wanted)))
         for name, array in arrays.items():
             if np.iscomplexobj(array):
@@ -78,14 +90,14 @@ def _dataset(path, shapes, load, channel, version):
         return {column: _column(arrays, column) for column in wanted}
 
     made = [Channel(_title(column), "", column, clock) for column in channels]
-    return dataset(path, made, channel, read_columns, {"format": f"{FORMAT} {version}"}, notes)
+    return Contents(made, read, {"format": f"{FORMAT} {version}"}, notes)
 
 
-def _loaded(load, names):
+def _loaded(load: Load, names: Sequence[str]) -> dict[str, NDArray[Any]]:
     return {name: load(names)[name] for name in names} if names else {}
 
 
-def _column(arrays, column):
+def _column(arrays: Mapping[str, NDArray[Any]], column: Column) -> Samples:
     """A vector, or a column of a matrix along its longer side, as doubles."""
     name, i = column
     array = np.asarray(arrays[name])
@@ -94,6 +106,6 @@ def _column(arrays, column):
     return (array[:, i] if array.shape[0] >= array.shape[1] else array[i]).astype(float)
 
 
-def _title(column):
+def _title(column: Column) -> str:
     name, i = column
     return name if i is None else f"{name}(:,{i + 1})"

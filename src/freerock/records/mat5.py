@@ -1,6 +1,6 @@
 """MATLAB files v5 to v7: numeric matrices, as "MAT-File Format" (The MathWorks) lays them out.
 
-Damaged bytes end SciPy's compiled reader of these versions in a segmentation fault, hence this one.
+Damaged bytes can end SciPy's compiled reader of these versions in a segmentation fault, hence this one.
 """
 
 import struct
@@ -10,6 +10,8 @@ from math import prod
 from pathlib import Path
 
 import numpy as np
+
+from freerock.records.channels import Samples
 
 HEADER = 128
 HEAD = 1024  # bytes of a matrix that hold its flags, size and name
@@ -31,7 +33,7 @@ class Matrix:
     length: int
     shape: tuple[int, int]
 
-    def read(self) -> np.ndarray:
+    def read(self) -> Samples:
         """The matrix as doubles.
 
         Raises
@@ -55,7 +57,7 @@ class Matrix:
         return values.astype(float).reshape(self.shape, order="F")
 
 
-def matrices(path) -> dict[str, Matrix]:
+def matrices(path: Path) -> dict[str, Matrix]:
     """The real matrices of a file by name, without their data; anything else is passed over.
 
     Raises
@@ -88,21 +90,21 @@ def matrices(path) -> dict[str, Matrix]:
     return found
 
 
-def _described(head, order):
+def _described(head: bytes, order: str) -> tuple[str, tuple[int, int] | None]:
     """Name and shape of a real matrix; no shape for other arrays, or MATLAB's own without a name."""
     _, flags, at = _element(head, 0, order)
     (flags,) = struct.unpack_from(f"{order}I", flags)
     if flags & 0xFF not in NUMERIC_CLASSES or flags & COMPLEX:
-        return "", ()
+        return "", None
     _, sizes, at = _element(head, at, order)
     _, name, _ = _element(head, at, order)
     shape = struct.unpack(f"{order}{len(sizes) // 4}i", sizes)
     if min(shape) < 0:
         raise ValueError(f"a matrix of size {shape}")
-    return name.decode("ascii"), shape if name and len(shape) == 2 else ()
+    return name.decode("ascii"), (shape[0], shape[1]) if name and len(shape) == 2 else None
 
 
-def _element(data, at, order):
+def _element(data: bytes, at: int, order: str) -> tuple[int, bytes, int]:
     """Type, data and end of an element; one of up to four bytes is packed into its tag."""
     kind, length = struct.unpack_from(f"{order}II", data, at)
     if kind >> 16:

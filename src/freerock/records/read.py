@@ -1,18 +1,20 @@
 """The door to record files: `READERS` names the module of each format."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, by_name
+from freerock.records.dataset import dataset
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from freerock.records.channels import Channel
-
-# Suffix: module of this package with a function read(path, channel) and the name of its format.
+# Suffix: module of this room with a function contents(path) and FORMAT, the name of its format.
 READERS = {
     ".tdms": "tdms",
     ".lvm": "lvm",
@@ -34,7 +36,7 @@ def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
     Parameters
     ----------
     path : path-like
-        The file; its suffix tells the format.
+        The file; its suffix gives the format.
     channel : str, optional
         Read only this channel, named "channel" or "group/channel"; by default all channels that are numbers,
         provided that they share one time base.
@@ -44,7 +46,7 @@ def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
     xarray.Dataset
         Over dimension time [s], from the file's own start offset (0 when it gives none): one variable per
         channel, with attribute units as the file states it ("" when it doesn't). Attributes: format,
-        sampling_rate_hz and, where there is something to tell: start_time (ISO 8601, with Z for UTC where the
+        sampling_rate_hz and, where there is something to say: start_time (ISO 8601, with Z for UTC where the
         file states the zone), reading (what was found out about the file: delimiter, decimal comma, column of
         time), time_base (faults of the time stamps and how they were handled, see `timebase`).
 
@@ -54,17 +56,18 @@ def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
         A missing, truncated, empty or unreadable file; an unknown format; a missing channel; several time
         bases; no sampling rate; time stamps that no even grid fits. Nothing else leaves this function.
     """
-    record: xr.Dataset = _read(path, channel or None)
-    return record
+    path = Path(path)
+    with _opened(path) as contents:
+        return dataset(path, contents, channel or None)
 
 
-def list_channels(path: str | Path) -> "dict[str, Channel]":
+def list_channels(path: str | Path) -> dict[str, Channel]:
     """The channels of a record file, without reading their samples where the format allows it.
 
     Parameters
     ----------
     path : path-like
-        The file; its suffix tells the format.
+        The file; its suffix gives the format.
 
     Returns
     -------
@@ -76,14 +79,14 @@ def list_channels(path: str | Path) -> "dict[str, Channel]":
     FreerockError
         As of `read_record`, as far as the samples need not be read.
     """
-    from freerock.records.channels import NAMES_ONLY
-
-    names: dict[str, Channel] = _read(path, NAMES_ONLY)
-    return names
-
-
-def _read(path: str | Path, channel: object) -> Any:
     path = Path(path)
+    with _opened(path) as contents:
+        return by_name(path, contents.channels)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Contents]:
+    """What the reader of a file's format finds in it, while the file is open."""
     if not path.is_file():
         raise FreerockError(
             path, "no such file", "put it there, or correct the file column of the campaign's CSV"
@@ -91,13 +94,13 @@ def _read(path: str | Path, channel: object) -> Any:
     if path.suffix.lower() not in READERS:
         raise FreerockError(path, f"unknown format {path.suffix!r}", f"use one of {', '.join(READERS)}")
     if path.stat().st_size == 0:
-        raise FreerockError(path, "the file is empty", "copy it again from the acquisition computer")
+        raise FreerockError(path, "the file is empty", COPY_AGAIN)
     reader = import_module(f"freerock.records.{READERS[path.suffix.lower()]}")
     try:
-        with warnings.catch_warnings(action="ignore"):
-            return reader.read(path, channel)
+        with warnings.catch_warnings(action="ignore"), reader.contents(path) as contents:
+            yield contents
     except FreerockError:
         raise
     except Exception as error:  # the libraries raise whatever damaged bytes lead them into
         what = f"not a readable {reader.FORMAT} file ({type(error).__name__}: {str(error)[:200]})"
-        raise FreerockError(path, what, "copy it again from the acquisition computer") from error
+        raise FreerockError(path, what, COPY_AGAIN) from error

@@ -1,4 +1,4 @@
-"""Rows of numbers in a text file, parsed by pandas.
+"""Rows of numbers in a text file, parsed by pandas: what `text` and `lvm` share.
 
 A row with too many cells, or a cell that is no number, is an error; an empty cell is a missing sample.
 """
@@ -10,12 +10,12 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN
+from freerock.records.channels import COPY_AGAIN, Samples
 
 HEAD = 1 << 16  # characters in which encoding and layout are found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
@@ -28,9 +28,20 @@ CLOCK = re.compile(rf"(?:{DATE.pattern}[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?Z?", re.A
 
 @dataclass(frozen=True)
 class Layout:
-    """How a table is written: lines before it are `first`, its own `rows`, None for all to the end.
+    """How a table is written.
 
-    Columns are `numeric`, or `clocks` of times with or without dates; `texts` is the number of other ones.
+    Parameters
+    ----------
+    delimiter, decimal : str
+        Between the columns, and in its numbers.
+    first, rows : int
+        Number of lines before the table, and of its own; None for all to the end.
+    width : int
+        Number of columns.
+    numeric, clocks : tuple of int
+        The columns of numbers, and those of times, with or without dates.
+    texts : int
+        Number of columns of anything else.
     """
 
     delimiter: str
@@ -43,13 +54,13 @@ class Layout:
     texts: int = 0
 
 
-def told(layout: Layout, encoding: str) -> str:
+def described(layout: Layout, encoding: str) -> str:
     """What was found out about a table, in words."""
     delimiter = DELIMITERS.get(layout.delimiter, repr(layout.delimiter))
     return f"columns between {delimiter}, decimal {DECIMALS[layout.decimal]}, {encoding}"
 
 
-def encoding_of(path) -> str:
+def encoding_of(path: Path) -> str:
     """Encoding by the byte order mark, else UTF-8 where the head of the file is, else Windows-1252."""
     with open(path, "rb") as file:
         head = file.read(HEAD)
@@ -76,7 +87,7 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for row in csv.reader([line], delimiter=delimiter) for cell in row]
 
 
-def tables(path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, np.ndarray]]:
+def tables(path: Path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int, Samples]]:
     """Yield the columns of numbers of each table of a file, in one pass.
 
     Raises
@@ -96,14 +107,14 @@ def tables(path, encoding: str, layouts: Iterable[Layout]) -> Iterator[dict[int,
 class _Lines(io.TextIOBase):
     """Lines as the file that pandas wants."""
 
-    def __init__(self, lines):
+    def __init__(self, lines: Iterator[str]) -> None:
         self.lines = lines
 
-    def read(self, size=-1):
+    def read(self, size: int | None = -1) -> str:
         return "".join(islice(self.lines, LINES_AT_ONCE))
 
 
-def _numbers(path, encoding, layout, lines):
+def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[int, Samples]:
     try:
         table = pd.read_csv(
             lines,
@@ -123,15 +134,16 @@ def _numbers(path, encoding, layout, lines):
     return {i: table[i].to_numpy() for i in layout.numeric} | clocks
 
 
-def _seconds(column):
+def _seconds(column: "pd.Series[str]") -> Samples:
     """Seconds since the first of a column of dates and times."""
     text = column.str.strip().str.replace("/", "-").str.replace(",", ".")
     dated = DATE.match(text.iloc[0])
     stamps = pd.to_datetime(text, format="ISO8601") if dated else pd.to_timedelta(text)
-    return ((stamps - stamps.iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
+    seconds: Samples = ((stamps - stamps.iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
+    return seconds
 
 
-def kind_of(cell, decimal):
+def kind_of(cell: str, decimal: str) -> str:
     """n for a number, c for a clock's time, t for other text, nothing for an empty cell or a date alone."""
     if not cell or DATE.fullmatch(cell):
         return ""
@@ -141,7 +153,7 @@ def kind_of(cell, decimal):
     return "n" if right and NUMBER.fullmatch(cell.replace(decimal, ".")) else "t"
 
 
-def _fault(path, encoding, layout):
+def _fault(path: Path, encoding: str, layout: Layout) -> FreerockError | None:
     """The first line that breaks the table, as an error."""
     with open(path, encoding=encoding, errors="replace") as file:
         end = layout.rows and layout.first + layout.rows
@@ -161,7 +173,7 @@ def _fault(path, encoding, layout):
     return None
 
 
-def _ends_a_line(path):
+def _ends_a_line(path: Path) -> bool:
     with open(path, "rb") as file:
         file.seek(-2, 2)
         return b"\n" in (end := file.read()) or end.endswith(b"\r")

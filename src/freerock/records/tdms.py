@@ -1,21 +1,26 @@
 """NI TDMS records, through npTDMS: channels with NI's waveform properties, or beside one of time stamps."""
 
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
 import numpy as np
-from nptdms import TdmsFile
+from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Even, Stamps, check_declared, dataset
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.headings import is_time
 
 FORMAT = "TDMS"
 UNSET = np.datetime64("1905-01-01")  # LabVIEW counts from 1904
 
-log_manager.set_level("ERROR")  # what npTDMS warns of is refused here in a line of our own
+log_manager.set_level("ERROR")  # what npTDMS warns of is refused below, in one line
 
 
-def read(path, channel=None):
-    """Read a TDMS file; arguments, result and errors as of `freerock.records.read.read_record`.
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of a TDMS file.
 
     A file is truncated when its last segment is incomplete, when a channel holds fewer samples than its
     wf_samples, or when channels of one group and one sampling rate differ in length. (wf_samples may be
@@ -24,7 +29,7 @@ def read(path, channel=None):
     with open(path, "rb") as stream, TdmsFile.open(stream) as file:
         if file.file_status.incomplete_final_segment:
             raise FreerockError(path, "the file is truncated: its last segment is incomplete", COPY_AGAIN)
-        groups = {group.name: group.channels() for group in file.groups()}
+        groups: dict[str, list[TdmsChannel]] = {group.name: group.channels() for group in file.groups()}
         found = {(group, c.name): c for group, members in groups.items() for c in members}
         channels = [
             Channel(c.name, _unit(c), (group, c.name), clock, group)
@@ -33,19 +38,17 @@ def read(path, channel=None):
         ]
         rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
 
-        def read_columns(columns):
+        def read(columns: Sequence[tuple[str, str]]) -> dict[tuple[str, str], Samples]:
             return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
 
-        return dataset(
-            path, channels, channel, read_columns, {"format": FORMAT} | _start_time(found.values())
-        )
+        yield Contents(channels, read, {"format": FORMAT} | _start_time(found.values()))
 
 
-def _unit(channel):
+def _unit(channel: TdmsChannel) -> str:
     return str(channel.properties.get("unit_string", ""))
 
 
-def _clocks(members):
+def _clocks(members: Sequence[TdmsChannel]) -> Iterator[tuple[TdmsChannel, Even | Stamps | str]]:
     """Each channel of a group with its clock, or with why it can't be read; time stamps only when alone."""
     stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
     for c in members:
@@ -63,19 +66,19 @@ def _clocks(members):
             yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)))
 
 
-def _is_number(channel):
+def _is_number(channel: TdmsChannel) -> bool:
     return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind in "iuf"
 
 
-def _is_date(channel):
+def _is_date(channel: TdmsChannel) -> bool:
     return len(channel) > 0 and channel.dtype is not None and channel.dtype.kind == "M"
 
 
-def _values(path, channel, step):
+def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
     """All samples as doubles, chunk by chunk; dates as seconds since the first."""
-    told = channel.properties.get("wf_samples", 0)
-    if len(channel) < told:
-        what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {told} samples"
+    stated = channel.properties.get("wf_samples", 0)
+    if len(channel) < stated:
+        what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {stated} samples"
         raise FreerockError(path, what, COPY_AGAIN)
     if not (isinstance(step, int | float) and np.isfinite(step) and step > 0):
         raise FreerockError(
@@ -100,7 +103,7 @@ def _values(path, channel, step):
     return values
 
 
-def _start_time(channels):
+def _start_time(channels: Iterable[TdmsChannel]) -> dict[str, str]:
     starts = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
     known = [start for start in starts if start > UNSET]
     return {"start_time": f"{np.datetime_as_string(known[0], 'ms')}Z"} if known else {}

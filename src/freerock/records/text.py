@@ -1,13 +1,15 @@
 """Tables of numbers in text: CSV, TSV and the like, their delimiter and decimal mark found out."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.records import lvm
-from freerock.records.channels import dataset
+from freerock.records.channels import Contents, Samples
 from freerock.records.headings import columns, headed, rises, states_rate
 from freerock.records.table import (
     DATE,
@@ -16,18 +18,19 @@ from freerock.records.table import (
     HEAD,
     Layout,
     cells_of,
+    described,
     encoding_of,
     kind_of,
     tables,
-    told,
 )
 
 FORMAT = "text"
 ROWS_ALIKE = 3  # rows of numbers in a row that begin the table
 
 
-def read(path, channel=None):
-    """Read a table of numbers in text; arguments, result, errors as of `freerock.records.read.read_record`.
+@contextmanager
+def contents(path: Path) -> Iterator[Contents]:
+    """The channels of a table of numbers in text.
 
     A column of time is recognised by its heading, by its clock times (09:30:00.125, after a date or not), or
     because it is the first one and rises steadily; else the lines above the table must state the sampling
@@ -39,7 +42,9 @@ def read(path, channel=None):
         lines = file.read(HEAD).split("\n")
         complete = not file.read(1)
     if lines[0].startswith(lvm.MAGIC):
-        return lvm.read(path, channel)
+        with lvm.contents(path) as of_labview:
+            yield of_labview
+        return
     if not complete and len(lines) > 1:
         lines.pop()
     layout = _layout(path, lines)
@@ -49,16 +54,15 @@ def read(path, channel=None):
     stated = _stated(lines[: layout.first])
     channels, notes = columns(path, headings, layout.numeric, layout.clocks, rises(first), stated)
 
-    def read_columns(wanted):
+    def read(wanted: Sequence[int]) -> dict[int, Samples]:
         (table,) = tables(path, encoding, [layout])
         return {i: table[i] for i in wanted}
 
-    notes.insert(0, told(layout, encoding))
-    attrs = {"format": FORMAT} | _start_time(sample[0], layout)
-    return dataset(path, channels, channel, read_columns, attrs, notes)
+    notes.insert(0, described(layout, encoding))
+    yield Contents(channels, read, {"format": FORMAT} | _start_time(sample[0], layout), notes)
 
 
-def _layout(path, lines):
+def _layout(path: Path, lines: Sequence[str]) -> Layout:
     found = [
         layout
         for delimiter in DELIMITERS
@@ -75,7 +79,7 @@ def _layout(path, lines):
     return layout
 
 
-def _refuse_ambiguous(path, lines, layout):
+def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
     """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
     row = next(line for line in lines[layout.first :] if line.strip())
     whole = all(re.fullmatch(r"[-+]?\d*", cell) for cell in cells_of(row, ","))
@@ -86,7 +90,7 @@ def _refuse_ambiguous(path, lines, layout):
         raise FreerockError(path, what, "export with tabs or semicolons between the columns")
 
 
-def _table(lines, delimiter, decimal):
+def _table(lines: Sequence[str], delimiter: str, decimal: str) -> Layout | None:
     """Layout of the first rows of numbers alike, if there are any."""
     rows = [(n, cells_of(line, delimiter)) for n, line in enumerate(lines) if line.strip()]
     kinds = [[kind_of(cell, decimal) for cell in cells] for _, cells in rows]
@@ -104,7 +108,7 @@ def _table(lines, delimiter, decimal):
     return None
 
 
-def _alike(first, other):
+def _alike(first: Sequence[str], other: Sequence[str]) -> bool:
     """Whether two rows can be of one table of numbers: texts only beyond the first column."""
     return (
         first[0] != "t"
@@ -114,21 +118,21 @@ def _alike(first, other):
     )
 
 
-def _start_time(row, layout):
+def _start_time(row: Sequence[str], layout: Layout) -> dict[str, str]:
     stamps = [row[i] for i in layout.clocks if DATE.match(row[i])]
     return (
         {"start_time": re.sub("[ T]", "T", stamps[0]).replace("/", "-").replace(",", ".")} if stamps else {}
     )
 
 
-def _number(cell, decimal):
+def _number(cell: str, decimal: str) -> float:
     return float(cell.replace(decimal, ".")) if kind_of(cell, decimal) == "n" else np.nan
 
 
-def _headings(lines, layout):
+def _headings(lines: Sequence[str], layout: Layout) -> list[tuple[str, str]]:
     """Names and units of the columns."""
     first = layout.first
-    rows = []
+    rows: list[list[str]] = []
     while first and lines[first - 1].strip() and (layout.width > 1 or not rows):
         line = lines[first - 1].lstrip("#%/ ")
         cells = cells_of(line, layout.delimiter)

@@ -1,12 +1,13 @@
 """Time stamps of a record: a uniform grid for them, or why there is none.
 
-A grid is right when the samples were taken evenly and only their stamps are coarse, jittery or missing.
+A grid is right where the samples were taken evenly and only their stamps are coarse, jittery or missing.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
 
@@ -14,9 +15,11 @@ MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp fro
 GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
 ROUNDED_SHARE = 0.01  # rarer than that, an odd interval is a fault and not rounding
 ROUNDED_STAMPS = 10  # different stamps that show rounding at least
-NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth telling
+NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth a note
 
 SPLIT = "split it into one file per recording"
+
+Samples = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -38,16 +41,16 @@ class Grid:
     start_s: float
     step_s: float
     size: int
-    place: np.ndarray | None = None
+    place: NDArray[np.int64] | None = None
     faults: tuple[str, ...] = ()
 
 
-def regular_grid(where, time_s) -> Grid:
+def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     """Uniform grid of the time stamps of a record.
 
-    Stamps rounded to few digits, or within MILD_JITTER of a sampling interval of the grid, are taken for
-    evenly taken samples. Missing stamps leave instants empty. A stretch after a gap is moved by less than
-    half a sampling interval, on to the grid.
+    Samples count as evenly taken where their stamps are rounded to few digits, or leave the grid by
+    MILD_JITTER of a sampling interval at most. Missing stamps leave instants empty. A stretch after a gap is
+    moved on to the grid, by less than half a sampling interval.
 
     Parameters
     ----------
@@ -80,7 +83,7 @@ def regular_grid(where, time_s) -> Grid:
     return _rounded(time, steps) or _pieces(where, time, steps)
 
 
-def on_grid(where, grid: Grid, values) -> np.ndarray:
+def on_grid(where: object, grid: Grid, values: ArrayLike) -> Samples:
     """Samples at the instants of the grid, NaN where none was taken.
 
     Raises
@@ -88,27 +91,26 @@ def on_grid(where, grid: Grid, values) -> np.ndarray:
     FreerockError
         Two samples with one stamp that differ.
     """
-    values = np.asarray(values, float)
+    samples: Samples = np.asarray(values, float)
     if grid.place is None:
-        return values
+        return samples
     repeated = np.flatnonzero(np.diff(grid.place) == 0)
-    same = (values[repeated] == values[repeated + 1]) | np.isnan(values[repeated + 1])
+    same = (samples[repeated] == samples[repeated + 1]) | np.isnan(samples[repeated + 1])
     if not same.all():
         n = repeated[~same][0]
-        what = (
-            f"samples {n} and {n + 1} have one time stamp and differ ({values[n]:.6g}, {values[n + 1]:.6g})"
-        )
+        two = f"{samples[n]:.6g}, {samples[n + 1]:.6g}"
+        what = f"samples {n} and {n + 1} have one time stamp and differ ({two})"
         raise FreerockError(where, what, "export the time column with more digits")
     placed = np.full(grid.size, np.nan)
-    placed[grid.place[::-1]] = values[::-1]  # the first of two stays
+    placed[grid.place[::-1]] = samples[::-1]  # the first of two stays
     return placed
 
 
-def _times(n):
+def _times(n: int) -> str:
     return "once" if n == 1 else f"{n} times"
 
 
-def _rounded(time, steps):
+def _rounded(time: Samples, steps: Samples) -> Grid | None:
     """Grid of stamps that were rounded to few decimal digits, else None."""
     digit = steps[steps > 0].min()
     if abs(math.log10(digit) - round(math.log10(digit))) > 1e-3:
@@ -126,11 +128,11 @@ def _rounded(time, steps):
     step, start = np.polyfit(number, time, 1)
     if np.abs(time - start - step * number).max() > digit:
         return None
-    told = f"time stamps rounded to {digit:.3g} s; evenly spaced by {step:.6g} s on average"
-    return Grid(float(start), float(step), time.size, faults=(told,))
+    fault = f"time stamps rounded to {digit:.3g} s; evenly spaced by {step:.6g} s on average"
+    return Grid(float(start), float(step), time.size, faults=(fault,))
 
 
-def _pieces(where, time, steps):
+def _pieces(where: object, time: Samples, steps: Samples) -> Grid:
     """Grid of stamps in stretches between gaps, with one sampling interval for all."""
     typical = np.median(steps[steps > 0])
     piece = np.concatenate([[0], np.cumsum(steps > GAP * typical)])
@@ -171,5 +173,5 @@ def _pieces(where, time, steps):
     return Grid(float(first), float(step), size, None if whole else place, tuple(faults))
 
 
-def _gaps(n):
+def _gaps(n: int) -> str:
     return "1 gap" if n == 1 else f"{n} gaps"

@@ -1,0 +1,128 @@
+"""Channels of a record file as one dataset over even time."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.records.channels import (
+    COPY_AGAIN,
+    Channel,
+    Contents,
+    Even,
+    Samples,
+    Stamps,
+    by_name,
+    chosen,
+    listed,
+    seconds_in,
+)
+from freerock.records.timebase import Grid, on_grid, regular_grid
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset":
+    """Read the channel asked for, or all, into one dataset over time.
+
+    Parameters
+    ----------
+    path : Path
+        The file, for errors.
+    contents : Contents
+        What its reader found.
+    channel : str or None
+        The one to read.
+
+    Raises
+    ------
+    FreerockError
+        A missing or empty channel, channels of several time bases, time stamps that no even grid fits.
+    """
+    wanted = chosen(path, by_name(path, contents.channels), channel)
+    clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
+    stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
+    columns = contents.read(
+        list(dict.fromkeys([*(c.column for c in wanted.values()), *(s.column for s in stamps)]))
+    )
+    length = _one_length(path, wanted, clocks, columns)
+    notes = list(contents.notes)
+    if stamps:
+        grid, length = _stamped(path, stamps[0], columns[stamps[0].column], length)
+        notes += [] if stamps[0].unit else ["time has no unit and is taken for seconds"]
+    else:
+        (even,) = (clock for clock in clocks if isinstance(clock, Even))
+        grid = Grid(even.start_s, even.step_s, length)
+    import xarray as xr  # half a second, which listing the channels does without
+
+    found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
+    return xr.Dataset(
+        {
+            name: ("time", _placed(path, grid, columns[c.column], length), {"units": c.units})
+            for name, c in wanted.items()
+        },
+        coords={"time": ("time", _instants(grid), {"units": "s"})},
+        attrs=contents.attrs
+        | {"sampling_rate_hz": 1 / grid.step_s}
+        | {key: text for key, text in found.items() if text},
+    )
+
+
+def _one_length(
+    path: Path,
+    wanted: Mapping[str, Channel],
+    clocks: Sequence[Even | Stamps],
+    columns: Mapping[Any, Samples],
+) -> int:
+    """Number of samples of channels that share a clock and a length."""
+    lengths = {name: len(columns[c.column]) for name, c in wanted.items()}
+    for name, length in lengths.items():
+        if not length:
+            raise FreerockError(path, f"channel {name!r} is empty", COPY_AGAIN)
+    if not _one_clock(clocks, columns):
+        several = f"channels of several time bases: {listed(lengths)}"
+        raise FreerockError(path, several, "name the channel")
+    if len(set(lengths.values())) > 1:
+        unequal = listed(f"{name} {n}" for name, n in lengths.items())
+        raise FreerockError(path, f"channels of unequal length: {unequal}", "name the channel")
+    return next(iter(lengths.values()))
+
+
+def _one_clock(clocks: Sequence[Even | Stamps], columns: Mapping[Any, Samples]) -> bool:
+    """Whether clocks are one: equal, or columns of equal stamps."""
+    if len(clocks) == 1:
+        return True
+    stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
+    if len(stamps) < len(clocks):
+        return False
+    first = columns[stamps[0].column]
+    return len({clock.unit for clock in stamps}) == 1 and all(
+        np.array_equal(columns[clock.column], first, equal_nan=True) for clock in stamps[1:]
+    )
+
+
+def _stamped(path: Path, clock: Stamps, stamps: Samples, length: int) -> tuple[Grid, int]:
+    """Grid of a channel's stamps, and how many of its samples have one; empty rows at the end don't count."""
+    if len(stamps) != length:
+        what = f"{length} samples but {len(stamps)} time stamps in {clock.name!r}"
+        raise FreerockError(path, what, COPY_AGAIN)
+    known = np.flatnonzero(~np.isnan(stamps))
+    length = int(known[-1]) + 1 if known.size else 0
+    return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * seconds_in(path, clock.unit)), length
+
+
+def _placed(path: Path, grid: Grid, values: Samples, length: int) -> Samples:
+    if np.isfinite(values[length:]).any():
+        what = f"{np.isfinite(values[length:]).sum()} samples at the end have no time stamp"
+        raise FreerockError(path, what, "export the time column again")
+    return on_grid(path, grid, values[:length])
+
+
+def _instants(grid: Grid) -> Samples:
+    instants = np.arange(grid.size, dtype=float)
+    instants *= grid.step_s
+    instants += grid.start_s
+    return instants
