@@ -1,4 +1,4 @@
-"""Checksums of the raw record files: manifest.csv with the columns file, sha256, bytes.
+"""Files: written in one step, known by their checksums; manifest.csv lists those of the raw record files.
 
 `python -m freerock.files raw/NAME` lists the files that are there now, after a change that is meant, but
 for hidden ones.
@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from freerock.errors import FreerockError
 
@@ -43,14 +44,14 @@ def atomic(path: str | Path) -> Iterator[Path]:
             partial.unlink()
 
 
-def write_json(path: str | Path, data: Mapping) -> None:
+def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
     """Write sorted, indented JSON."""
     with atomic(path) as partial:
         text = json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False)
         partial.write_text(text + "\n", encoding="utf-8")
 
 
-def write_text(path, text):
+def write_text(path: str | Path, text: str) -> None:
     """Write a text, replacing the file in one step."""
     with atomic(path) as part:
         part.write_text(text, encoding="utf-8")

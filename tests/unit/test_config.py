@@ -21,7 +21,7 @@ from freerock.config.scene import Scene
 from freerock.errors import FreerockError
 from freerock.models.laws import MODELS
 from freerock.rotation.sensor import Laser
-from freerock.units import UNITS
+from freerock.units import CHANNEL_UNITS
 
 ROOT = Path(__file__).parents[2]
 
@@ -670,7 +670,7 @@ def test_freed_nuisances_are_named_for_every_model():
     assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
     assert get_args(config.HousnerNuisance) == nuisances
     assert get_args(config.Model) == tuple(MODELS)
-    assert get_args(config.Unit) == ("", *UNITS)
+    assert get_args(config.Unit) == ("", *CHANNEL_UNITS)
 
 
 def test_readme_and_schemas_agree_with_the_models():

@@ -25,9 +25,9 @@ from freerock.identification.plan import (
 )
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.beam import displacement_from_rotation
+from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.units import Calibration
 from freerock.virtual_lab.record import CONFIGURATIONS
 
 PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"

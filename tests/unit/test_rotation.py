@@ -9,11 +9,11 @@ import pytest
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
+from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation
 from freerock.rotation.sensor import Laser, distance_from_output
 from freerock.runs.segment import find_runs
-from freerock.units import Calibration
 
 BLOCK = Block(0.28, 0.07, 5.84)
 HIGH, LOW = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.08, 0.1)

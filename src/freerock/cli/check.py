@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from freerock.config.campaign import LaserSection, Record, Source, campaign_paths, read_campaign
 from freerock.errors import FreerockError
 from freerock.files import check_manifest, listed_checksums
-from freerock.units import Calibration, in_base_units, read_calibration
+from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 
 if TYPE_CHECKING:
     from freerock.records.channels import Channel
+    from freerock.rotation.calibration import Calibration
 
     Contents = dict[str, Channel] | FreerockError
 
@@ -66,6 +67,8 @@ def check_files(source: Source) -> Iterator[FreerockError]:
     tables: dict[str, Calibration] = {}
     for name, laser in source.lasers.items():
         if laser.calibration:
+            from freerock.rotation.calibration import read_calibration
+
             try:
                 tables[name] = read_calibration(Path(source.raw, laser.calibration))
             except FreerockError as error:
@@ -113,7 +116,7 @@ def _record(
     contents: "Contents",
     record: Record,
     lasers: dict[str, LaserSection],
-    tables: dict[str, Calibration],
+    tables: "dict[str, Calibration]",
 ) -> Iterator[FreerockError]:
     from freerock.records.channels import chosen, listed
 
@@ -134,7 +137,9 @@ def _record(
             yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
 
 
-def _unit(where: str, stated: str, laser: LaserSection, table: Calibration | None) -> Iterator[FreerockError]:
+def _unit(
+    where: str, stated: str, laser: LaserSection, table: "Calibration | None"
+) -> Iterator[FreerockError]:
     try:
         _, quantity = in_base_units([], laser.units, stated)
     except FreerockError as error:

@@ -20,7 +20,7 @@ from freerock.config.campaign import FILL_IN, NAME, RESERVED, Record
 from freerock.errors import FreerockError
 from freerock.files import sha256, write_manifest
 from freerock.records.read import READERS
-from freerock.units import UNITS, understood
+from freerock.units import CHANNEL_UNITS, understood
 
 MANIFEST = "manifest.csv"
 MOST_PANELS = 24
@@ -156,7 +156,7 @@ def _write(path: Path, text: str) -> None:
 
 def _quantity(channel: ChannelLook) -> str:
     unit = understood(channel.units)
-    return UNITS[unit][0] if unit else ""
+    return CHANNEL_UNITS[unit][0] if unit else ""
 
 
 def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:

@@ -32,7 +32,7 @@ from pydantic_core import ErrorDetails
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
-from freerock.units import UNITS
+from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
@@ -211,7 +211,7 @@ class LaserSection(Section):
     @classmethod
     def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
         units = info.data.get("units", "")
-        is_rotation = bool(units) and UNITS[units][0] == "rotation"
+        is_rotation = bool(units) and CHANNEL_UNITS[units][0] == "rotation"
         if is_rotation and value is not None:
             raise Fault(f"a channel in {units} is the rotation itself", "remove it, or correct units")
         if value is None and not is_rotation:

@@ -14,13 +14,13 @@ from freerock.models.block import Block
 from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
 from freerock.records.read import read_record
+from freerock.rotation.calibration import read_calibration
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import doubt_about, find_impacts
 from freerock.runs.segment import find_runs
 from freerock.runs.verdict import Reason
-from freerock.units import read_calibration
 
 log = logging.getLogger("freerock")
 

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
+from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits
-from freerock.units import UNITS, Calibration
+from freerock.units import CHANNEL_UNITS
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Laser:
         "positive" (clockwise) or "negative": side of the first lobe after every rest; used only where the
         reading has no sign, for a vertical beam between the corners.
     units : str
-        Unit of the channel, one of `quantity.UNITS`; "" as the file states it.
+        Unit of the channel, one of `units.CHANNEL_UNITS`; "" as the file states it.
     sensitivity_per_mm : float
         Output per millimetre [V/mm or mA/mm], in place of `range_m`; the output at the start of the range is
         its offset.
@@ -109,7 +110,7 @@ class Laser:
     @property
     def is_rotation(self) -> bool:
         """Whether the channel is declared to hold the rotation itself."""
-        return self.units in UNITS and UNITS[self.units][0] == "rotation"
+        return self.units in CHANNEL_UNITS and CHANNEL_UNITS[self.units][0] == "rotation"
 
     def limits(self, quantity: str) -> Limits | None:
         """Valid output and error level of a quantity; None where it has none."""
@@ -144,7 +145,7 @@ _CHOICES = {
     "face": ("left", "right"),
     "sign": (1, -1),
     "release_side": ("positive", "negative"),
-    "units": ("", *UNITS),
+    "units": ("", *CHANNEL_UNITS),
 }
 
 
