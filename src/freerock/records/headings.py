@@ -9,40 +9,11 @@ from numpy.typing import ArrayLike
 from freerock.errors import FreerockError
 from freerock.records.channels import SECONDS, Channel, Even, Stamps
 
-KNOWN_UNITS = {unit for unit in SECONDS if unit} | set(
-    [
-        "v",
-        "mv",
-        "volt",
-        "volts",
-        "a",
-        "ma",
-        "amp",
-        "amps",
-        "m",
-        "mm",
-        "cm",
-        "um",
-        "µm",
-        "rad",
-        "mrad",
-        "deg",
-        "°",
-        "degrees",
-        "radians",
-        "hz",
-        "khz",
-        "n",
-        "kn",
-        "g",
-        "m/s",
-        "m/s2",
-        "m/s^2",
-        "m/s²",
-        "rad/s",
-        "-",
-        "1",
-    ]
+KNOWN_UNITS = (
+    {unit for unit in SECONDS if unit}
+    | {"v", "mv", "volt", "volts", "a", "ma", "amp", "amps"}
+    | {"m", "mm", "cm", "um", "µm", "rad", "mrad", "deg", "°", "degrees", "radians"}
+    | {"hz", "khz", "n", "kn", "g", "m/s", "m/s2", "m/s^2", "m/s²", "rad/s", "-", "1"}
 )
 HERTZ = {  # units of a sampling rate
     prefix + unit: factor
