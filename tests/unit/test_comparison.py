@@ -8,7 +8,8 @@ from fabricated import campaign
 from freerock import cli
 from freerock.cli.compare import compare_results, comparison_text
 from freerock.errors import FreerockError
-from freerock.tables.tidy import tidy_tables, write_csv
+from freerock.tables.csvfile import write_csv
+from freerock.tables.tidy import tidy_tables
 
 RECORDS = [{"test": test, "file": f"{test}.tdms"} for test in ("b1_marble", "b1_mat", "b2_marble", "b2_mat")]
 

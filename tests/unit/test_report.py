@@ -12,17 +12,13 @@ from matplotlib.image import imsave
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
 from freerock.report.charts import BINS, MISSING, packed, run_curves
-from freerock.report.page import charted, restitution_comparison, write_report
-from freerock.tables.tidy import (
-    PUBLISHED_NOTE,
-    parameters_table,
-    printed_tables,
-    read_csv,
-    restitution_table,
-    runs_table,
-    tidy_tables,
-    write_csv,
-)
+from freerock.report.page import write_report
+from freerock.report.records import charted
+from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.paper import PUBLISHED_NOTE
+from freerock.tables.restitution import restitution_comparison
+from freerock.tables.summary import table1, table2, table3
+from freerock.tables.tidy import parameters_table, restitution_table, runs_table, tidy_tables
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 VOID = {"img", "meta", "br", "hr", "link", "input"}
@@ -84,7 +80,11 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
     tidy = tidy_tables(records, fitted)
-    frames = tidy | {k: v["frame"] for k, v in printed_tables(tidy, records, shapes).items()}
+    frames = {name: tidy[name] for name in ("runs", "choice")}
+    known = (tidy[name] for name in ("runs", "parameters", "restitution"))
+    frames["restitution_comparison"] = restitution_comparison(*known, shapes)
+    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["parameters"])}
+    frames["table3"] = table3(tidy["epsilon"])
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")
     write_report(

@@ -1,3 +1,4 @@
+import json
 import math
 import re
 import shutil
@@ -12,28 +13,13 @@ from hypothesis import strategies as st
 
 from freerock.models.block import Block
 from freerock.products.groups import usable_runs
-from freerock.tables.tidy import (
-    epsilon_table,
-    latex,
-    markdown,
-    numbers_tex,
-    parameters_table,
-    quantity,
-    read_csv,
-    recovered_table,
-    recovered_text,
-    restitution_table,
-    runs_table,
-    table1,
-    table1_text,
-    table2,
-    table2_text,
-    table3,
-    table3_text,
-    tidy_tables,
-    write_csv,
-    write_table,
-)
+from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.markdown import markdown
+from freerock.tables.paper import recovered_text, table1_text, table2_text, table3_text
+from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.text import quantity
+from freerock.tables.tidy import epsilon_table, parameters_table, restitution_table, runs_table, tidy_tables
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 
@@ -45,7 +31,7 @@ def datasets():
 
 def test_runs_have_the_columns_of_the_contract(datasets):
     assert ",".join(runs_table(datasets[0])) == (
-        "campaign,test,run,block,foundation,origin,theta0_deg,start_s,duration_s,n_impacts,sigma_theta_deg,"
+        "campaign,test,run,block,foundation,origin,theta0_deg,release_s,duration_s,n_impacts,sigma_theta_deg,"
         "verdict,reasons,excluded"
     )
 
@@ -54,17 +40,17 @@ def test_runs_in_degrees_and_seconds(datasets):
     row = runs_table(datasets[0]).iloc[1]
     assert (row["test"], row["run"], row["origin"], row["n_impacts"]) == ("b1_marble", 2, "simulated", 4)
     assert row["theta0_deg"] == pytest.approx(10.2)
-    assert (row["start_s"], row["duration_s"]) == pytest.approx((8.0, 4.0))
+    assert (row["release_s"], row["duration_s"]) == pytest.approx((8.0, 4.0))
     assert row["sigma_theta_deg"] == pytest.approx(0.01)
 
 
 def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
     records = [record(), record("b2_marble")]
     one, other = map(fits, records)
-    one.attrs["not_fitted"] = (
-        "run 1: winkler not fitted: too short, hold longer; all runs: winkler not fitted: so"
-    )
-    other.attrs |= {"verdict": "fail", "not_fitted": "unforeseen: ZeroDivisionError"}
+    missed = [[1, "winkler not fitted: too short; hold longer"], ["pooled", "winkler not fitted: so"]]
+    one.attrs["not_fitted"] = json.dumps(missed)
+    unforeseen = json.dumps([[None, "unforeseen: ZeroDivisionError"]])
+    other.attrs |= {"verdict": "fail", "not_fitted": unforeseen}
     for number in (1, 2):
         del other[f"run_{number}"]
     runs = runs_table(records, [one, other])
@@ -156,10 +142,10 @@ def test_table1_averages_the_usable_runs(datasets):
     blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98), "b3": Block(1.0, 0.5, 9.0)}
     table = table1(datasets[0], blocks, {"b1": 10.0}).set_index("block")
     assert table.loc["b1", "slenderness"] == pytest.approx(4)
-    assert table.loc["b1", "alpha_deg"] == pytest.approx(10.15)
+    assert table.loc["b1", "release_angle_deg"] == pytest.approx(10.15)
     assert table.loc["b1", "n_runs"] == 4
-    assert table.loc["b2", "alpha_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
-    assert math.isnan(table.loc["b3", "alpha_deg"])
+    assert table.loc["b2", "release_angle_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
+    assert math.isnan(table.loc["b3", "release_angle_deg"])
     text = table1_text(table.reset_index(), {"b1": "Configuration #2"})
     assert text["Configuration #2"].tolist() == ["0.28", "0.07", "4", "5.84", "10", "10.150 ± 0.058"]
     assert text["b3"].tolist()[-2:] == ["–", "–"]
@@ -342,14 +328,14 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
     first, second = table1(records, blocks), table2(parameters, PUBLISHED)
     third = table3(epsilon_table(fitted), PUBLISHED)
     labels = {"b1": "Configuration #2", "mat": "Mat 100 % & more"}
-    for name, frame, text in (
-        ("table1", first, table1_text(first, labels)),
-        ("table2", second, table2_text(second, labels)),
-        ("table3", third, table3_text(third, labels)),
-        ("recovered", recovered, recovered_text(recovered)),
-        ("empty", second[:0], table2_text(second[:0])),
+    for name, text in (
+        ("table1", table1_text(first, labels)),
+        ("table2", table2_text(second, labels)),
+        ("table3", table3_text(third, labels)),
+        ("recovered", recovered_text(recovered)),
+        ("empty", table2_text(second[:0])),
     ):
-        write_table(tmp_path / name, frame, text, caption="Of θ₀ ± 5 %", notes=["A note."])
+        (tmp_path / f"{name}.tex").write_text(latex(text, "Of θ₀ ± 5 %", ["A note."]), encoding="utf-8")
     names = ("numbers", "table1", "table2", "table3", "recovered", "empty")
     (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
     inputs = "\n".join(rf"\input{{{name}}}" for name in names) + r"\frBOneMarbleRunTwoHuntCrossleyK"

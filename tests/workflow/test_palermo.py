@@ -9,7 +9,7 @@ from freerock.models.block import Block
 from freerock.models.simulate import simulate
 
 CONTRACT = {
-    "runs": "campaign test run block foundation origin theta0_deg start_s duration_s n_impacts "
+    "runs": "campaign test run block foundation origin theta0_deg release_s duration_s n_impacts "
     "sigma_theta_deg verdict reasons excluded",
     "parameters": "campaign test run block foundation model parameter value stderr ci95_low ci95_high unit "
     "success",

@@ -1,6 +1,7 @@
-TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "predictions", "foundations"]
+TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
+TIDY += ["predictions", "foundations"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
-REPORTED = ["runs", "parameters", "choice", "restitution", *PRINTED]
+REPORTED = ["runs", "choice", "restitution_comparison", *PRINTED]
 
 
 rule tables:
@@ -14,16 +15,14 @@ rule tables:
         ),
         printed=[
             report(
-                f"results/{{campaign}}/tables/{table}{suffix}",
+                f"results/{{campaign}}/tables/{table}.csv",
                 caption="../report/tables.rst",
                 category="{campaign}",
                 subcategory="Tables",
-                labels={"table": title, "format": suffix[1:]},
+                labels={"table": title, "format": "csv"},
             )
             for table, title in PRINTED.items()
-            for suffix in (".csv", ".md", ".tex")
         ],
-        numbers="results/{campaign}/tables/numbers.tex",
     log:
         "results/{campaign}/logs/tables.log",
     benchmark:
@@ -36,13 +35,45 @@ rule tables:
         code=code("tables"),
         blocks=of_campaign(settings.geometries),
         release_angles_deg=of_campaign(settings.release_angles),
-        published=lambda w: campaign(w).published and settings.plain(campaign(w).published),
-        labels=of_campaign(settings.labels),
+        published=lambda w: campaign(w).published and settings.plain(campaign(w).published)["values"],
         debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: tables"
     script:
         "../scripts/tables.py"
+
+
+rule printed_tables:
+    input:
+        csv_tables("runs", "parameters", "epsilon", *PRINTED),
+    output:
+        printed=[
+            report(
+                f"results/{{campaign}}/tables/{table}.{suffix}",
+                caption="../report/tables.rst",
+                category="{campaign}",
+                subcategory="Tables",
+                labels={"table": title, "format": suffix},
+            )
+            for table, title in PRINTED.items()
+            for suffix in ("md", "tex")
+        ],
+        numbers="results/{campaign}/tables/numbers.tex",
+    log:
+        "results/{campaign}/logs/printed_tables.log",
+    benchmark:
+        "results/{campaign}/benchmarks/printed_tables.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        code=code("printed_tables"),
+        origin=lambda w: campaign(w).origin,
+        doi=lambda w: campaign(w).published.doi if campaign(w).published else "",
+        labels=of_campaign(settings.labels),
+    message:
+        "{wildcards.campaign}: tables as Markdown and LaTeX"
+    script:
+        "../scripts/printed_tables.py"
 
 
 rule figure_foundation_effect:
@@ -227,12 +258,10 @@ rule report:
     input:
         records=products("records"),
         fits=products("fits"),
-        tables=lambda w: expand("results/{campaign}/tables/{table}.csv", campaign=w.campaign, table=REPORTED),
-        foundation_effect=rules.figure_foundation_effect.output.png,
-        models=lambda w: expand(rules.figure_models.output.png, campaign=w.campaign, block=blocks(w)),
-        restitution=rules.figure_restitution.output.png,
-        misfit_map=rules.figure_misfit_map.output.png,
-        predictions=rules.figure_predictions.output.png,
+        tables=csv_tables(*REPORTED),
+        figures=lambda w: expand(
+            "results/{campaign}/figures/{figure}.png", campaign=w.campaign, figure=figures_of(w)
+        ),
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),
@@ -268,6 +297,7 @@ rule complete:
         report=rules.report.output.html,
         targets=for_targets,
         runs="results/{campaign}/tables/runs.csv",
+        printed=rules.printed_tables.output,
         recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],
     output:
         complete="results/{campaign}/complete.txt",

@@ -96,12 +96,21 @@ def scenes(wildcards):
     return [f"{each.block} on {each.foundation}" for each in records if block in (None, each.block)]
 
 
+def figures_of(wildcards):
+    """The figures of a campaign, in the order of its report."""
+    models = [f"models_{block}" for block in blocks(wildcards)]
+    return ["foundation_effect", *models, "restitution", "misfit_map", "predictions"]
+
+
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
-    names = ["foundation_effect", "restitution", "misfit_map", "predictions"]
-    names += [f"models_{block}" for block in blocks(wildcards)]
-    folder = f"results/{wildcards.campaign}/figures"
+    names, folder = figures_of(wildcards), f"results/{wildcards.campaign}/figures"
     return expand(f"{folder}/{{target}}/{{name}}.pdf", target=campaign(wildcards).figures_for, name=names)
+
+
+def csv_tables(*names):
+    """Tables of a rule's campaign, as CSV."""
+    return [f"results/{{campaign}}/tables/{name}.csv" for name in names]
 
 
 def products(kind):

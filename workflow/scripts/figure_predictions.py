@@ -3,7 +3,7 @@
 from freerock.figures.predictions import draw
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
-from freerock.tables.tidy import read_csv
+from freerock.tables.csvfile import read_csv
 
 log_to(snakemake.log[0])
 target, params = snakemake.wildcards.get("target", "double_column"), snakemake.params

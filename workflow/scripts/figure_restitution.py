@@ -4,7 +4,7 @@ from freerock.figures.restitution import draw
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
 from freerock.models.block import Block
-from freerock.tables.tidy import read_csv
+from freerock.tables.csvfile import read_csv
 
 log_to(snakemake.log[0])
 target = snakemake.wildcards.get("target", "double_column")

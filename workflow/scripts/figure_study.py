@@ -13,7 +13,7 @@ from freerock.figures.studies import (
 )
 from freerock.figures.style import save
 from freerock.jobs.log import log_to
-from freerock.tables.tidy import read_csv
+from freerock.tables.csvfile import read_csv
 
 log_to(snakemake.log[0])
 modules = choice, coverage, faults, model_choice, model_error, paper, speed_accuracy, stability, success

@@ -4,6 +4,7 @@ from freerock.jobs.describe import described
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import make_fits
 from freerock.jobs.log import log_to
+from freerock.products.groups import NotFitted
 from freerock.products.netcdf import write_fits
 from freerock.runs.verdict import Reason
 
@@ -19,8 +20,9 @@ def make(test):
 
 
 def give_up(test, reason):
-    told = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)], "not_fitted": reason}
-    write_fits(outputs[test], {}, {}, records[test]["attributes"] | told)
+    outcome = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)]}
+    outcome["not_fitted"] = [NotFitted(None, reason)]
+    write_fits(outputs[test], {}, {}, records[test]["attributes"] | outcome)
 
 
 make_each(list(records), make, give_up)

@@ -2,7 +2,7 @@
 
 from freerock.jobs.log import log_to
 from freerock.studies.identification import model_error
-from freerock.tables.tidy import write_csv
+from freerock.tables.csvfile import write_csv
 
 log_to(snakemake.log[0])
 write_csv(model_error(snakemake.params.size), snakemake.output.csv)

@@ -2,7 +2,7 @@
 
 from freerock.jobs.log import log_to
 from freerock.studies.stability import stability
-from freerock.tables.tidy import write_csv
+from freerock.tables.csvfile import write_csv
 
 log_to(snakemake.log[0])
 write_csv(stability(snakemake.params.size), snakemake.output.csv)

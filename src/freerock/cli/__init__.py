@@ -254,7 +254,7 @@ def _compare_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _compare(chosen: argparse.Namespace) -> None:
     from freerock.cli.compare import compare_results, comparison_text
-    from freerock.tables.tidy import write_csv
+    from freerock.tables.csvfile import write_csv
 
     found = compare_results(chosen.a, chosen.b)
     print(comparison_text(found, chosen.a, chosen.b))

@@ -11,7 +11,8 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
-from freerock.tables.tidy import quantity, read_csv, with_unit
+from freerock.tables.csvfile import read_csv
+from freerock.tables.text import quantity, with_unit
 
 KEY = ["test", "run", "model", "parameter"]
 COLUMNS = [*KEY, "unit", "value_a", "stderr_a", "value_b", "stderr_b", "difference", "difference_percent"]

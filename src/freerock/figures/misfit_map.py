@@ -24,7 +24,7 @@ from freerock.figures.style import (
 from freerock.identification.misfit import SPAN, misfit_map
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.products.estimates import estimates_in
-from freerock.tables.tidy import quantity
+from freerock.tables.text import quantity
 
 MODEL = "hunt_crossley"
 NARROWEST_IN = 2.5  # of a panel

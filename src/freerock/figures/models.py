@@ -21,7 +21,7 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import MODELS
 from freerock.products.groups import runs_of
-from freerock.tables.tidy import quantity
+from freerock.tables.text import quantity
 
 
 @printed

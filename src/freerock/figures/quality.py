@@ -11,7 +11,7 @@ from freerock.models.laws import MODELS
 from freerock.products.groups import reasons_in, runs_of
 from freerock.rotation.flags import listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.tidy import quantity
+from freerock.tables.text import quantity
 from freerock.units import BASE
 
 PAGE_DPI = 110

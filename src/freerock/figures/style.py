@@ -16,7 +16,7 @@ from matplotlib.textpath import TextPath
 
 from freerock.files import atomic
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.tidy import write_csv
+from freerock.tables.csvfile import write_csv
 
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")

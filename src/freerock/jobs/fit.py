@@ -10,6 +10,7 @@ from freerock.identification.choice import wants_general
 from freerock.identification.fit import evidence, fit_record
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
+from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import motions_in, runs_in
@@ -35,26 +36,25 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
     block, record = Block(**settings["block"]), open_record(record_file)
     models, impacts = settings["models"], settings["impacts"]
 
-    not_fitted = []
+    not_fitted: list[NotFitted] = []
 
-    def fit(model, where, motions, start=None):
+    def fit(model, run, motions, start=None):
         """The fit, or None where the data allow none; the log and the product say why."""
         try:
             free = settings["free"][model]
             found = fit_record(model, block, motions, start=start, free=free, **settings["options"])
         except FreerockError as error:
             log.error("%s: %s: %s", settings["attributes"]["test"], model, error)
-            not_fitted.append(f"{where}: {model} not fitted: {error}".replace("; ", ", "))
+            not_fitted.append(NotFitted(run, f"{model} not fitted: {error}"))
             return None
         log.info("%s: ε_θ = %.4g, %s", model, found.epsilon_theta, found.message)
         return found
 
     def fit_all(number, motion):
         """The models of one run; the general law only where the others ask for it."""
-        run = f"run {number}"
-        found = {m: fit(m, run, [motion]) for m in models if m != "general"}
+        found = {m: fit(m, number, [motion]) for m in models if m != "general"}
         if "general" in models and wants_general({m: evidence(f) for m, f in found.items() if f}):
-            found["general"] = fit("general", run, [motion])
+            found["general"] = fit("general", number, [motion])
         return {model: _with_impacts(each, block, impacts) for model, each in found.items() if each}
 
     usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
@@ -66,14 +66,14 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
             return replace(next(iter(fits.values()))[model], impacts=None)
         own = [each[model].value for each in fits.values() if model in each and each[model].success]
         start = sum(value[: len(MODELS[model])] for value in own) / len(own) if own else None
-        return fit(model, "all runs", list(motions.values()), start)
+        return fit(model, "pooled", list(motions.values()), start)
 
     fitted = {model for each in fits.values() for model in each}
     pooled = {model: joint(model) for model in models if settings["pooled"] and model in fitted}
     pooled = {model: found for model, found in pooled.items() if found}
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
     if not_fitted:
-        attributes["not_fitted"] = "; ".join(not_fitted)
+        attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
     write_fits(output, fits, pooled, attributes)
 

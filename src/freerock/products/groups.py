@@ -1,8 +1,9 @@
 """The groups of a dataset: its runs, the fits in it, and which of them may be used."""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -10,12 +11,24 @@ from freerock.models.laws import MODELS
 from freerock.runs.verdict import Reason
 
 
-def reasons_in(attrs: Mapping) -> tuple[Reason, ...]:
+class NotFitted(NamedTuple):
+    """A model that could not be fitted: to a run, to all jointly ("pooled"), or the whole record (None)."""
+
+    run: int | str | None
+    text: str
+
+
+def reasons_in(attrs: Mapping[str, Any]) -> tuple[Reason, ...]:
     """The reasons of a verdict among the attributes of a record, of its fits or of a run."""
     return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))
 
 
-def runs_of(tree):
+def not_fitted_in(attrs: Mapping[str, Any]) -> tuple[NotFitted, ...]:
+    """What could not be fitted, among the attributes of a record's fits."""
+    return tuple(NotFitted(*each) for each in json.loads(attrs.get("not_fitted", "[]")))
+
+
+def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:
     """Runs of a record or fit dataset, in order.
 
     Parameters
@@ -32,7 +45,7 @@ def runs_of(tree):
     return dict(sorted((int(number), node) for number, node in numbered if number.isdigit()))
 
 
-def fits_of(tree):
+def fits_of(tree: xr.DataTree) -> Iterator[tuple[int | str, str, xr.Dataset]]:
     """Fits of a dataset: those of each run in order, then the joint fit of all runs ("pooled").
 
     Parameters
@@ -47,7 +60,7 @@ def fits_of(tree):
     fit : xarray.Dataset
         View of the group.
     """
-    groups = dict(runs_of(tree))
+    groups: dict[int | str, xr.DataTree] = dict(runs_of(tree))
     if "pooled" in tree.children:
         groups["pooled"] = tree["pooled"]
     for run, group in groups.items():
@@ -56,7 +69,7 @@ def fits_of(tree):
                 yield run, model, group.children[model].dataset
 
 
-def usable_runs(tree):
+def usable_runs(tree: xr.DataTree) -> dict[int, xr.DataTree]:
     """Runs of a record that are neither failed nor excluded, by number.
 
     Parameters
@@ -76,7 +89,10 @@ def usable_runs(tree):
 
 
 def one_of_each(
-    paths: Iterable[str | Path], scenes: Iterable, opened: Callable, usable: Callable
+    paths: Iterable[str | Path],
+    scenes: Iterable[Hashable],
+    opened: Callable[[str | Path], xr.DataTree],
+    usable: Callable[[xr.DataTree], object],
 ) -> list[xr.DataTree]:
     """One product of each scene: its first that is usable, or its first where none is.
 
@@ -91,7 +107,8 @@ def one_of_each(
     usable : callable
         Tells of a product whether it has something to show.
     """
-    found, good = {}, set()
+    found: dict[Hashable, xr.DataTree] = {}
+    good = set()
     for path, scene in zip(paths, scenes, strict=True):
         if scene in good:
             continue

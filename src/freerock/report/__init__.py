@@ -1,1 +1,3 @@
 """The report of a campaign: one HTML file that opens without internet."""
+
+__all__ = ["page"]

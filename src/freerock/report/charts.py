@@ -1,19 +1,25 @@
-"""The curves of a run as the report draws them: thinned, in degrees, packed into text."""
+"""The curves of a run as the report draws them: thinned, in degrees, packed into text; and their looks."""
 
 import base64
+from typing import Any
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from freerock.figures.style import extremes
+from freerock.figures.style import MEASURED, MODEL_STYLES, extremes
 from freerock.models.laws import MODELS
 
 BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
 RATE_WINDOW_S = 0.02  # over which angular rates are taken: short beside a swing, long beside a sample
 MISSING = -32768
+DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # as figures.style, for the screen
+MARKERS = {"measured": "circle", "housner": "diamond", "winkler": "square", "hunt_crossley": "triangle"}
+MARKERS |= {"general": "inverted_triangle"}
 
 
-def run_curves(record, number, fitted=None) -> dict:
+def run_curves(record: xr.DataTree, number: int, fitted: xr.DataTree | None = None) -> dict[str, Any]:
     """Measured and modelled motion of a run.
 
     Parameters
@@ -51,7 +57,24 @@ def run_curves(record, number, fitted=None) -> dict:
     }
 
 
-def packed(values) -> dict:
+def looks() -> dict[str, dict[str, Any]]:
+    """Look of each curve on the screen, by source, as `freerock.figures.style` has it on paper."""
+    styles = {"measured": MEASURED | {"color": "#999999"}} | {model: MODEL_STYLES[model] for model in MODELS}
+    return {
+        name: {
+            "color": style["color"],
+            "dash": DASHES.get(style["linestyle"])
+            if isinstance(style["linestyle"], str)
+            else style["linestyle"][1],
+            "width": 3 if name == "measured" else 1.5,
+            "marker": MARKERS[name],
+            "label": style["label"],
+        }
+        for name, style in styles.items()
+    }
+
+
+def packed(values: NDArray[np.float64]) -> dict[str, Any]:
     """Numbers as 16-bit integers of a scale, base64: five digits of the largest, in a third of the room.
 
     Parameters
@@ -71,7 +94,7 @@ def packed(values) -> dict:
     return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode()}
 
 
-def _rate(time, theta):
+def _rate(time: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angular rate from a parabola over `RATE_WINDOW_S` around each sample; NaN beside a missing one."""
     step = np.median(np.diff(time)) if len(time) > 1 else np.inf
     window = max(5, 2 * round(RATE_WINDOW_S / step / 2) + 1)
@@ -80,7 +103,7 @@ def _rate(time, theta):
     return savgol_filter(theta, window, 2, deriv=1, delta=step, mode="nearest")
 
 
-def _impacts(group, release) -> list:
+def _impacts(group: xr.DataTree, release: float) -> list[list[float]]:
     if not group.sizes.get("impact", 0):
         return []
     time, r, stderr = (group[name].values for name in ("impact_time", "restitution", "restitution_stderr"))

@@ -1,1 +1,3 @@
-"""Tables: tidy frames, the paper's tables, numbers as text, LaTeX."""
+"""Tables of a campaign: tidy CSV, the numbers of the paper's tables, and these as printed text and LaTeX."""
+
+__all__ = ["csvfile", "latex", "markdown", "paper", "restitution", "summary", "text", "tidy"]

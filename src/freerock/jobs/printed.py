@@ -1,0 +1,53 @@
+"""Tables as they are printed: Markdown, LaTeX, and the numbers of a text as LaTeX macros."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from freerock.files import write_text
+from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.markdown import markdown
+from freerock.tables.paper import Printed, printed_recovered, printed_tables
+from freerock.tables.summary import recovered_table
+from freerock.virtual_lab.truth import read_truth
+
+
+def print_tables(
+    files: Mapping[str, str | Path],
+    folder: str | Path,
+    *,
+    origin: str,
+    doi: str = "",
+    labels: Mapping[str, str] | None = None,
+) -> None:
+    """Write tables 1 to 3 as Markdown and LaTeX, and numbers.tex.
+
+    Parameters
+    ----------
+    files : mapping of str to path
+        CSV files of the tables runs, parameters, epsilon and table1 to table3.
+    folder : path
+        Where they are written.
+    origin : str
+        Of the records, "measured" or "simulated".
+    doi : str, optional
+        Of the publication whose values stand beside; empty without one.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    """
+    tables = {name: read_csv(path) for name, path in files.items()}
+    for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
+        _write(Path(folder, name), table)
+    write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
+
+
+def print_recovered(parameters: str | Path, truth: str | Path, stem: str | Path) -> None:
+    """Write the identified values of a simulated campaign beside the true ones: `stem`.csv, .md and .tex."""
+    frame = recovered_table(read_csv(parameters), read_truth(truth)).assign(origin="simulated")
+    write_csv(frame, f"{stem}.csv")
+    _write(Path(stem), printed_recovered(frame))
+
+
+def _write(stem: Path, table: Printed) -> None:
+    for suffix, render in ((".md", markdown), (".tex", latex)):
+        write_text(stem.with_name(f"{stem.name}{suffix}"), render(table.text, table.caption, table.notes))

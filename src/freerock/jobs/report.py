@@ -1,0 +1,74 @@
+"""The report of a campaign, and what made its products."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from freerock.files import write_json
+from freerock.models.block import Block
+from freerock.products.netcdf import open_fits, open_record
+from freerock.products.provenance import inputs_of, provenance
+from freerock.report.page import write_report
+from freerock.tables.csvfile import read_csv
+
+CAPTIONS = {
+    "foundation_effect": "Effect of the foundation on the measured rotation",
+    "models": "Measured rotation of {block} and the models fitted to it",
+    "restitution": "Restitution of each impact",
+    "misfit_map": "Misfit maps around the identified parameters",
+    "predictions": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
+}
+
+
+def make_report(
+    settings: Mapping[str, Any],
+    datasets: Mapping[str, tuple[str | Path, str | Path]],
+    tables: Mapping[str, str | Path],
+    figures: Sequence[str | Path],
+    pages: Mapping[str, str | Path],
+    output: Mapping[str, str | Path],
+) -> None:
+    """Write the report of a campaign and its provenance.
+
+    Parameters
+    ----------
+    settings : mapping
+        campaign, its section of the configuration as plain values, and blocks.
+    datasets : mapping of str to (path, path)
+        Record and fit dataset of each test.
+    tables : mapping of str to path
+        CSV file by name of the table.
+    figures : sequence of path
+        PNG files, in the order of the report.
+    pages : mapping of str to path
+        Quality page of each test.
+    output : mapping of str to path
+        html and provenance, the files to write.
+    """
+
+    def opened(test: str, samples: bool) -> tuple[xr.DataTree, xr.DataTree]:
+        record, fits = datasets[test]
+        return open_record(record), open_fits(fits, samples)
+
+    raw: dict[str, str] = {}
+    for record, _ in datasets.values():
+        raw |= inputs_of(open_record(record, samples=False))
+    made_by = provenance([], settings["campaign"]) | {"inputs": raw}
+    write_json(output["provenance"], made_by)
+    write_report(
+        output["html"],
+        provenance=made_by,
+        tables={name: read_csv(path) for name, path in tables.items()},
+        blocks={name: Block(**block) for name, block in settings["blocks"].items()},
+        opened=opened,
+        figures=[(_caption(Path(file).stem, settings["campaign"]), file) for file in figures],
+        pages=pages,
+    )
+
+
+def _caption(figure: str, campaign: Mapping[str, Any]) -> str:
+    name, _, block = figure.partition("_") if figure.startswith("models_") else (figure, "", "")
+    label = campaign["blocks"][block]["label"] if block else ""
+    return CAPTIONS[name].format(block=label)

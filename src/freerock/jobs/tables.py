@@ -1,0 +1,62 @@
+"""The tables of a campaign as numbers: tidy ones, predictions, and tables 1 to 3."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from freerock.identification.population import shared_foundation
+from freerock.identification.predict import predictions
+from freerock.models.block import Block
+from freerock.products.estimates import estimates_of
+from freerock.products.netcdf import open_fits, open_record
+from freerock.products.runs import motions_in
+from freerock.runs.motion import Motion
+from freerock.tables.csvfile import write_csv
+from freerock.tables.restitution import restitution_comparison
+from freerock.tables.summary import table1, table2, table3
+from freerock.tables.tidy import tidy_tables
+
+
+def make_tables(
+    settings: Mapping[str, Any],
+    record_files: Sequence[str | Path],
+    fit_files: Sequence[str | Path],
+    folder: str | Path,
+) -> None:
+    """Write the tables of a campaign as CSV.
+
+    Parameters
+    ----------
+    settings : mapping
+        blocks, release_angles_deg (by block), published (values by block, foundation, model and quantity, or
+        None), debonding: sections of the configuration as plain values.
+    record_files, fit_files : sequence of path
+        Datasets of all records, and of their fits.
+    folder : path
+        Where the tables are written.
+    """
+    records = [open_record(path, samples=False) for path in record_files]
+    fits = [open_fits(path, samples=False) for path in fit_files]
+    blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
+    files = {Path(path).stem: path for path in record_files}
+
+    def motions(test: str) -> dict[int, Motion]:
+        return motions_in(open_record(files[test]))
+
+    tables = tidy_tables(records, fits)
+    estimates = estimates_of(fits)
+    tables["predictions"] = predictions(estimates, motions, blocks, settings["debonding"])
+    tables["foundations"] = shared_foundation(estimates)
+    tables["restitution_comparison"] = restitution_comparison(
+        tables["runs"], tables["parameters"], tables["restitution"], blocks
+    )
+    origin = ", ".join(tables["runs"]["origin"].unique())
+    published = settings["published"]
+    for name, frame in (
+        ("table1", table1(records, blocks, settings["release_angles_deg"])),
+        ("table2", table2(tables["parameters"], published)),
+        ("table3", table3(tables["epsilon"], published)),
+    ):
+        tables[name] = frame.assign(origin=origin)
+    for name, frame in tables.items():
+        write_csv(frame, Path(folder, f"{name}.csv"))

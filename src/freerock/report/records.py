@@ -1,0 +1,159 @@
+"""What the report says about each record: its file, what was found in it, fits, curves of its runs."""
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.products.groups import fits_of, reasons_in, runs_of
+from freerock.report.charts import run_curves
+from freerock.runs.verdict import VERDICTS, in_one_line
+from freerock.tables.text import fixed, quantity, unit_text
+
+
+def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:
+    """The runs whose charts go into the page: the worst verdicts first, then the first run of each record.
+
+    Parameters
+    ----------
+    runs : pandas.DataFrame
+        Tidy table.
+    most : int
+        How many at most.
+
+    Returns
+    -------
+    set of (str, int)
+        Test and run.
+    """
+    found = runs.dropna(subset=["run"]).astype({"run": int})
+    ranked = found.assign(rank=-found["verdict"].map(VERDICTS.index)).sort_values(
+        ["rank", "run"], kind="stable"
+    )
+    return {(row.test, row.run) for row in ranked.head(most).itertuples()}
+
+
+def sections_of(
+    provenance: Mapping[str, Any],
+    runs: pd.DataFrame,
+    opened: Callable[[str, bool], tuple[xr.DataTree, xr.DataTree]],
+    wanted: Collection[tuple[str, int]],
+    pages: Mapping[str, str],
+) -> list[dict[str, Any]]:
+    """The sections of all records, in the order of the campaign's CSV.
+
+    Parameters
+    ----------
+    provenance : mapping
+        inputs, and config, the campaign's section.
+    runs : pandas.DataFrame
+        Tidy table.
+    opened : callable
+        As for `freerock.report.page.write_report`.
+    wanted : collection of (str, int)
+        Test and run of the curves to be drawn.
+    pages : mapping of str to str
+        Links to quality pages by test.
+    """
+    verdicts = {(row.test, str(row.run)): (row.verdict, row.reasons) for row in runs.itertuples()}
+    drawn = {test for test, _ in wanted}
+    sections = []
+    for line in provenance["config"]["records"]:
+        test = line["test"]
+        record, fits = opened(test, test in drawn)
+        time = record["time"].values if "time" in record else np.empty(0)
+        fitted, groups = runs_of(fits), _fits(fits)
+        found = [
+            _run(number, run, verdicts[test, str(number)], time)
+            | {
+                "fits": groups.get(number, []),
+                "curves": run_curves(record, number, fitted.get(number))
+                if (test, number) in wanted
+                else None,
+            }
+            for number, run in runs_of(record).items()
+        ]
+        worst = max((verdicts[key][0] for key in verdicts if key[0] == test), key=VERDICTS.index)
+        sections.append(
+            _section(record, line, provenance)
+            | {"verdict": worst, "samples": len(time), "page": pages.get(test, "")}
+            | {"pooled": groups.get("pooled", []), "runs": found}
+        )
+    return sections
+
+
+def _section(record: xr.DataTree, line: Mapping[str, Any], provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """File, block, foundation and settings of a record."""
+    attrs, config = record.attrs, provenance["config"]
+    file = f"{config['raw']}/{line['file']}"
+    names = (config[f"{kind}s"].get(attrs[kind], {}).get("label", attrs[kind]) for kind in SCENE)
+    return {
+        "test": line["test"],
+        **{kind: attrs[kind] for kind in SCENE},
+        "names": ", ".join(names),
+        "reasons": in_one_line(reasons_in(attrs)),
+        "file": file,
+        "sha256": provenance["inputs"].get(file, ""),
+        "lasers": [name.strip() for name in line["laser"].split(";")],
+        "by_hand": {key: line[key] for key in ("exclude", "override", "reason", "note") if line.get(key)},
+        "rate_hz": float(attrs.get("sampling_rate_hz", math.nan)),
+    }
+
+
+SCENE = ("block", "foundation")
+
+
+def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: NDArray[np.float64]) -> dict[str, Any]:
+    verdict, reasons = found
+    instants = [run[name].item() for name in ("release", "fit_start", "end")]
+    return {
+        "number": number,
+        "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
+        "kind": verdict,
+        "reasons": reasons,
+        "theta0": quantity(*(math.degrees(run[name].item()) for name in ("theta0", "theta0_stderr"))),
+        "sigma": quantity(math.degrees(run["sigma_theta"].item()), digits=2),
+        "impacts": run.sizes.get("impact", 0),
+        "instants": [fixed(instant, 3) for instant in instants],
+        "samples": [int(time.searchsorted(instant)) for instant in instants],
+    }
+
+
+def _fits(fits: xr.DataTree) -> dict[int | str, list[dict[str, Any]]]:
+    """The fits of each run, and of all runs jointly ("pooled")."""
+    groups: dict[int | str, list[dict[str, Any]]] = {}
+    for run, model, fit in fits_of(fits):
+        groups.setdefault(run, []).append(_fit(model, fit))
+    return groups
+
+
+def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
+    names, units = fit["parameter"].values.astype(str), fit["unit"].values.astype(str)
+    found = zip(names, fit["value"].values, fit["stderr"].values, units, strict=True)
+    known = fit.attrs
+    return {
+        "model": MODEL_LABELS[model],
+        "parameters": [
+            f"{_symbol(name)} = {quantity(value, stderr)}" + f" {unit_text(unit)}".rstrip()
+            for name, value, stderr, unit in found
+        ],
+        "epsilon": quantity(100 * fit["epsilon_theta"].item()),
+        "success": bool(fit["success"].item()),
+        "rtol": math.nan if model == "housner" else float(known["rtol"]),
+        "integrator_error": float(known["integrator_error"]),
+        "averaged": f"{known['averaged']:.0f}",
+        "residual": quantity(known["residual_over_sigma"]),
+        "colour": "coloured" if known["coloured"] else "white" if known["white"] else "not quite white",
+        "message": known["message"],
+    }
+
+
+def _symbol(name: str) -> str:
+    """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
+    kind, _, number = name.partition("_")
+    return SYMBOLS[kind] + (f" of {'impact' if kind == 'r' else 'run'} {number}" if number else "")

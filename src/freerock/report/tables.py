@@ -1,0 +1,134 @@
+"""The tables of the report: heads and cells; each row leads to its run or record."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from freerock.models.laws import MODEL_LABELS
+from freerock.runs.verdict import VERDICTS
+from freerock.tables.paper import Cell, Labels, Printed, number
+from freerock.tables.text import fixed, quantity
+
+
+class Sortable(NamedTuple):
+    """A table of the report: heads, and the cells of each row."""
+
+    heads: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    caption: str
+    notes: Sequence[str] = ()
+
+
+def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels) -> Sortable:
+    """A printed table with a row per block, which leads to its settings and to its records.
+
+    Parameters
+    ----------
+    table : Printed
+        Table 1.
+    runs : pandas.DataFrame
+        Tidy table.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+
+    def records(block: str) -> Cell:
+        tests = list(dict.fromkeys(runs[runs["block"] == block]["test"]))
+        if not tests:
+            return Cell("0")
+        return Cell(f"{len(tests)}, from {tests[0]}", len(tests), f"record-{tests[0]}")
+
+    rows = [
+        [
+            Cell(labels.get(row.block, row.block), anchor=f"config-blocks-{row.block}"),
+            *(column.cell(row) for column in table.columns),
+            records(row.block),
+        ]
+        for row in table.frame.itertuples()
+    ]
+    heads = ["Block", *(column.head for column in table.columns), "Records"]
+    return Sortable(heads, rows, table.caption, table.notes)
+
+
+def of_records(table: Printed, labels: Labels) -> Sortable:
+    """A printed table with several rows per record: tables 2 and 3."""
+    rows = [
+        [*_scene(row, labels), *(column.cell(row) for column in table.columns)]
+        for row in table.frame.itertuples()
+    ]
+    heads = ["Record", "Block", "Foundation", *(column.head for column in table.columns)]
+    return Sortable(heads, rows, table.caption, table.notes)
+
+
+def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
+    """Every run with its verdict and the model it needs, from the tidy tables."""
+    needed = {(row.test, str(row.run)): row.model for row in choice.itertuples()}
+    rows = []
+    for row in runs.itertuples():
+        run = "–" if pd.isna(row.run) else str(row.run)
+        rows.append(
+            [
+                Cell(row.test, anchor=_anchor(row.test, run)),
+                Cell(run),
+                Cell(labels.get(row.block, row.block)),
+                Cell(labels.get(row.foundation, row.foundation)),
+                Cell(row.verdict, -VERDICTS.index(row.verdict), kind=row.verdict),
+                number(fixed(row.theta0_deg, 3), row.theta0_deg),
+                number(fixed(row.release_s, 3), row.release_s),
+                number(fixed(row.duration_s, 2), row.duration_s),
+                number(str(row.n_impacts), row.n_impacts),
+                number(quantity(row.sigma_theta_deg, digits=2), row.sigma_theta_deg),
+                Cell(MODEL_LABELS.get(needed.get((row.test, run), ""), "–")),
+            ]
+        )
+    heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
+    note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
+    note += "Model: the one the run needs, see Model choice."
+    return Sortable([*heads, "Impacts", "σ / °", "Model"], rows, "Runs and verdicts", [note])
+
+
+def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
+    """The model that each run needs, and why, from the tidy table."""
+    rows = [
+        [
+            Cell(row.test, anchor=_anchor(row.test, row.run)),
+            Cell("all" if row.run == "pooled" else str(row.run)),
+            *_scene(row, labels)[1:],
+            Cell(MODEL_LABELS.get(row.model, "–")),
+            Cell(row.reason),
+        ]
+        for row in choice.itertuples()
+    ]
+    heads = ["Record", "Run", "Block", "Foundation", "Model", "Reason"]
+    return Sortable(heads, rows, "Chosen model and why")
+
+
+def compared_restitution(compared: pd.DataFrame) -> Sortable:
+    """Fitted and per-impact restitution of each record, from the table restitution_comparison."""
+    rows = [
+        [
+            Cell(row.test, anchor=f"record-{row.test}"),
+            number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted),
+            number(fixed(row.r_first, 3), row.r_first),
+            number(fixed(row.r_median, 3), row.r_median),
+            Cell(f"{row.r_low:.3f} to {row.r_high:.3f}"),
+            number(fixed(row.first_impact_s, 4), row.first_impact_s),
+            number(fixed(row.rigid_s, 4), row.rigid_s),
+        ]
+        for row in compared.itertuples()
+    ]
+    heads = ["Record", "Housner r, fitted", "r, first impact", "r per impact, median", "Range"]
+    heads += ["First impact / s", "First impact, rigid / s"]
+    caption = "Fitted and per-impact restitution, and the mean time from release to the first impact"
+    return Sortable(heads, rows, caption)
+
+
+def _anchor(test: str, run: str) -> str:
+    return f"record-{test}" if run in ("–", "pooled") else f"run-{test}-{run}"
+
+
+def _scene(row: Any, labels: Labels) -> list[Cell]:
+    """Record, block and foundation of a row."""
+    names = (labels.get(row.block, row.block), labels.get(row.foundation, row.foundation))
+    return [Cell(row.test, anchor=f"record-{row.test}"), *map(Cell, names)]

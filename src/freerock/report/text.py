@@ -1,0 +1,121 @@
+"""Sentences of the report and its settings, as texts."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from freerock.models.block import Block
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.tables.summary import largest_shift_m
+from freerock.tables.text import fixed, quantity
+
+Pairs = list[tuple[str, str]]
+
+
+def counts(runs: pd.DataFrame) -> str:
+    """How many records and runs there are, with what verdicts, from the tidy table."""
+
+    def number(n: int, noun: str) -> str:
+        return f"{n} {noun}{'' if n == 1 else 's'}"
+
+    found = runs["run"].notna()
+    verdicts = ", ".join(f"{n} {verdict}" for verdict, n in runs["verdict"].value_counts(sort=False).items())
+    n_lost = (~found & (runs["verdict"] == "fail")).sum()
+    lost = f" {number(n_lost, 'record')} could not be processed." if n_lost else ""
+    records = number(runs["test"].nunique(), "record")
+    return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
+
+
+def facts(
+    runs: pd.DataFrame,
+    sections: Sequence[Mapping[str, Any]],
+    compared: pd.DataFrame,
+    blocks: Mapping[str, Block],
+) -> dict[str, Any]:
+    """Numbers of the report's sentences, as text.
+
+    Parameters
+    ----------
+    runs : pandas.DataFrame
+        Tidy table.
+    sections : sequence of mapping
+        Of the records, as `freerock.report.records.sections_of` gives them.
+    compared : pandas.DataFrame
+        The table restitution_comparison.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    """
+    known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
+    later = 100 * (known["first_impact_s"] / known["rigid_s"] - 1)
+    fits = [
+        fit
+        for section in sections
+        for each in (section["runs"], [{"fits": section["pooled"]}])
+        for run in each
+        for fit in run["fits"]
+    ]
+    integrated = pd.DataFrame(
+        [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
+    )
+    rates = sorted({section["rate_hz"] for section in sections if math.isfinite(section["rate_hz"])})
+    return {
+        "rates_hz": " to ".join(dict.fromkeys(f"{rate:.6g}" for rate in (*rates[:1], *rates[-1:]))),
+        "shift_mm": quantity(1000 * largest_shift_m(runs, blocks), digits=2),
+        "latest": _later(later.max()),
+        "earliest": _later(later.min()),
+        "some_earlier": bool((later < 0).any()),
+        "n_above": int((known["r_fitted"] > known["r_first"]).sum()),
+        "n_known": len(known),
+        "n_integrated": len(integrated),
+        "rtol_low": f"{integrated['rtol'].min():g}",
+        "rtol_high": f"{integrated['rtol'].max():g}",
+        "error_percent": quantity(100 * integrated["integrator_error"].max(), digits=2),
+    }
+
+
+def free_besides(fits: Mapping[str, Any]) -> Pairs:
+    """What each model was free in besides its parameters, models alike taken together."""
+    alike: dict[str, list[str]] = {}
+    for model in fits["models"]:
+        free = " and ".join(SYMBOLS.get(name, name.replace("_", " ")) for name in fits["free"].get(model, ()))
+        alike.setdefault(free or "nothing", []).append(MODEL_LABELS[model])
+    return [(", ".join(models), free) for free, models in alike.items()]
+
+
+def settings(config: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str, Pairs]]]]:
+    """Each section of the configuration with (anchor, name, pairs of key and text) of the things in it."""
+    sections = {key: value for key, value in config.items() if isinstance(value, Mapping)}
+    plain = {
+        key: value for key, value in config.items() if key not in (*sections, "records", "title", "summary")
+    }
+    return [("campaign", [("", "", list(_flat(plain)))])] + [
+        (key, list(_parts(value, f"config-{key}"))) for key, value in sections.items()
+    ]
+
+
+def _parts(section: Mapping[str, Any], anchor: str) -> Iterator[tuple[str, str, Pairs]]:
+    if section and all(isinstance(each, Mapping) for each in section.values()):
+        for name, each in section.items():
+            yield f"{anchor}-{name}", name, list(_flat(each))
+    else:
+        yield "", "", list(_flat(section))
+
+
+def _flat(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
+    """Nested mappings and lists as pairs of dotted key and text; what is empty is left out."""
+    if isinstance(value, Mapping):
+        for name, inner in value.items():
+            yield from _flat(inner, f"{key}.{name}" if key else name)
+    elif isinstance(value, list | tuple) and any(isinstance(inner, Mapping) for inner in value):
+        for i, inner in enumerate(value, 1):
+            yield from _flat(inner, f"{key}.{i}")
+    elif isinstance(value, list | tuple):
+        yield from _flat(", ".join(map(str, value)), key)
+    elif value not in (None, ""):
+        yield key, str(value)
+
+
+def _later(percent: float) -> str:
+    return f"{fixed(abs(percent), 1)} % {'later' if percent > 0 else 'earlier'}"

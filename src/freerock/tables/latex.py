@@ -1,0 +1,112 @@
+"""Printed tables in LaTeX, and the numbers of a campaign as LaTeX macros."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from freerock.tables.paper import SIMULATED_NOTE
+from freerock.tables.text import fixed, quantity, unit_text
+
+DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+TEX = {
+    **{char: rf"\{char}" for char in "&%$#_{}"},
+    **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
+    **{"±": r"$\pm$", "·": r"$\cdot$", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
+    **{"α": r"$\alpha$", "λ": r"$\lambda$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
+    **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
+}
+_TEX_TOKEN = re.compile(
+    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|\bt_f\b|"
+    + "|".join(re.escape(key) for key in sorted({*TEX} - {"t_f"}, key=len, reverse=True))
+)
+_NORMAL_DIGITS = {ord(high): low for high, low in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
+
+
+def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
+    """A printed table as LaTeX; the document needs no package but booktabs.
+
+    Parameters
+    ----------
+    text : pandas.DataFrame
+        Printed cells.
+    caption : str
+        Caption.
+    notes : sequence of str
+        Footnotes.
+    """
+    font = "small" if len(text.columns) <= 6 else "scriptsize"
+    rows = [" & ".join(map(_tex, row)) + r" \\" for row in [list(text.columns), *text.values.tolist()]]
+    return "\n".join(
+        [
+            r"\begin{table}",
+            rf"\centering\{font}\setlength{{\tabcolsep}}{{2.5pt}}",
+            rf"\caption{{{_tex(caption)}}}",
+            rf"\begin{{tabular}}{{{'l' * len(text.columns)}}}",
+            r"\toprule",
+            rows[0],
+            r"\midrule",
+            *rows[1:],
+            r"\bottomrule",
+            r"\end{tabular}",
+            *(rf"\par\footnotesize {_tex(note)}" for note in notes),
+            r"\end{table}",
+            "",
+        ]
+    )
+
+
+def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
+    r"""Every fitted number as a LaTeX macro, for the text of a paper.
+
+    Parameters
+    ----------
+    tidy : mapping of str to pandas.DataFrame
+        The tidy tables runs, parameters and epsilon.
+
+    Returns
+    -------
+    str
+        A file to `\input`: `\frRecords`, `\frRuns`, and of each fit its parameters with standard error and
+        unit, discrepancy and t_f, as `\frConfigTwoMarbleHuntCrossleyK`; of a single run with `RunOne` before
+        the model. The numbers of a fit that may not be used are the words "failed fit".
+    """
+    runs, named = tidy["runs"], dict[str, str]()
+
+    def macro(parts: Iterable[str], text: object) -> None:
+        name = "fr" + "".join(map(_letters, parts))
+        while name in named:  # names that differ by signs alone
+            name += "X"
+        named[name] = _tex(text)
+
+    macro(["Records"], runs["test"].nunique())
+    macro(["Runs"], runs["run"].notna().sum())
+    for row in tidy["parameters"].itertuples():
+        value = f"{quantity(row.value, row.stderr)} {unit_text(row.unit)}".rstrip()
+        macro([*_fit_name(row), row.parameter], value if row.success else "failed fit")
+    for row in tidy["epsilon"].itertuples():
+        epsilon = f"{quantity(100 * row.epsilon_theta)} %"
+        macro([*_fit_name(row), "epsilon"], epsilon if row.success else "failed fit")
+        macro([*_fit_name(row), "final_time"], f"{fixed(row.final_time_s, 2)} s")
+    notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
+    lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
+    return "\n".join([*notes, *lines, ""])
+
+
+def _fit_name(row: Any) -> list[str]:
+    return [row.test, *(["run", str(row.run)] if row.run != "pooled" else []), row.model]
+
+
+def _letters(name: str) -> str:
+    """A name in letters alone, as LaTeX's macros want it: "config2_marble" is ConfigTwoMarble."""
+    spelled = re.sub(r"\d", lambda digit: f"_{DIGITS[int(digit[0])]}_", name)
+    words = re.findall("[a-zA-Z]+", spelled)
+    return "".join(word[0].upper() + word[1:] for word in words)
+
+
+def _tex(text: object) -> str:
+    def command(match: re.Match[str]) -> str:
+        return TEX.get(match[0]) or f"$^{{{match[0].translate(_NORMAL_DIGITS)}}}$"
+
+    return _TEX_TOKEN.sub(command, str(text))

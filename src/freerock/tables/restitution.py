@@ -1,0 +1,69 @@
+"""Restitution of the fitted Housner model beside that of the impacts."""
+
+import math
+from collections.abc import Mapping
+
+import pandas as pd
+
+from freerock.models.block import Block
+from freerock.models.housner import housner_swings
+from freerock.tables.tidy import usable_rows
+
+COMPARISON = ["campaign", "test", "block", "foundation", "r_fitted", "r_fitted_stderr"]
+COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s"]
+
+
+def restitution_comparison(
+    runs: pd.DataFrame, parameters: pd.DataFrame, restitution: pd.DataFrame, blocks: Mapping[str, Block]
+) -> pd.DataFrame:
+    """Restitution of the fitted Housner model beside that of the impacts, and the time to the first impact.
+
+    Parameters
+    ----------
+    runs, parameters, restitution : pandas.DataFrame
+        Tidy tables.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (joint
+        fit of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
+        and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
+        mean time of a rigid block from the angles of the same runs [s].
+    """
+    rows = []
+    runs = usable_rows(runs)
+    measured = restitution[restitution["source"] == "experiment"].merge(runs[["test", "run"]])
+    for test, impacts in measured.groupby("test", sort=False):
+        fitted = parameters[
+            (parameters["test"] == test) & (parameters["run"] == "pooled") & (parameters["parameter"] == "r")
+        ]
+        first = impacts[impacts["impact"] == 1]
+        own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
+        scene = own[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()
+        rigid = _rigid_s(blocks[scene["block"]], own["theta0_deg"])
+        rows.append(
+            {
+                **scene,
+                "r_fitted": fitted["value"].mean(),
+                "r_fitted_stderr": fitted["stderr"].mean(),
+                "r_first": first["r"].mean(),
+                "r_median": impacts["r"].median(),
+                "r_low": impacts["r"].min(),
+                "r_high": impacts["r"].max(),
+                "first_impact_s": first["time_s"].mean(),
+                "rigid_s": sum(rigid) / len(rigid) if rigid else math.nan,
+            }
+        )
+    return pd.DataFrame(rows, columns=COMPARISON)
+
+
+def _rigid_s(block: Block, theta0_deg: pd.Series) -> list[float]:
+    """Time from release to the first impact of a rigid block, from each angle that does not overturn it."""
+    return [
+        float(housner_swings(block, 1.0, math.radians(abs(angle)), max_impacts=1).impact_time[0])
+        for angle in theta0_deg
+        if abs(angle) < math.degrees(block.theta_cr)
+    ]

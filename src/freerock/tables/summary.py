@@ -1,0 +1,162 @@
+"""What a campaign found, as numbers: tables 1 to 3, and the recovered values beside the true ones.
+
+The numbering is that of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024).
+"""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from freerock.models.block import Block
+from freerock.models.laws import MODELS
+from freerock.products.groups import usable_runs
+
+Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
+
+
+def table1(
+    records: Iterable[xr.DataTree],
+    blocks: Mapping[str, Block],
+    release_angles_deg: Mapping[str, float] | None = None,
+) -> pd.DataFrame:
+    """Block configurations with the release angle as measured.
+
+    Parameters
+    ----------
+    records : iterable of xarray.DataTree
+        Record datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The campaign's blocks by name.
+    release_angles_deg : mapping of str to float, optional
+        Nominal release angle of each block [degree].
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per block: height 2h and width 2b [m], slenderness h/b, mass [kg], nominal release angle,
+        mean and standard deviation of the release angle |θ₀| over the usable runs [degree], their number.
+    """
+    held: dict[str, list[float]] = {name: [] for name in blocks}
+    for tree in records:
+        held[tree.attrs["block"]] += [
+            abs(math.degrees(run["theta0"].item())) for run in usable_runs(tree).values()
+        ]
+    rows = [
+        {
+            "block": name,
+            "height_m": block.height_m,
+            "width_m": block.width_m,
+            "slenderness": block.height_m / block.width_m,
+            "mass_kg": block.mass_kg,
+            "release_angle_nominal_deg": (release_angles_deg or {}).get(name, math.nan),
+            "release_angle_deg": np.mean(held[name]) if held[name] else math.nan,
+            "release_angle_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
+            "n_runs": len(held[name]),
+        }
+        for name, block in blocks.items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+    """Identified parameters of the pooled fits, beside the published ones.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        Tidy table.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
+        published, success; SI units. run_mean and run_scatter: mean and standard deviation of the fits of
+        single runs.
+    """
+    key = ["test", "model", "parameter"]
+    single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
+    runs = single.groupby(key)["value"].agg(run_mean="mean", run_scatter="std")
+    frame = parameters[parameters["run"] == "pooled"].join(runs, on=key)
+    own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
+    frame = frame[np.array(own, bool)].reset_index(drop=True)
+    frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
+    columns = ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
+    return frame[[*columns, "run_mean", "run_scatter", "published", "success"]]
+
+
+def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+    """Discrepancy ε_θ of the pooled fits, beside the published one.
+
+    Parameters
+    ----------
+    epsilon : pandas.DataFrame
+        Tidy table.
+    published : mapping, optional
+        Published values by block, foundation, model and quantity.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
+    """
+    frame = epsilon[epsilon["run"] == "pooled"].reset_index(drop=True)
+    frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
+    columns = ["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
+    return frame[[*columns, "success"]]
+
+
+def recovered_table(parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str], float]) -> pd.DataFrame:
+    """Values identified in a simulated campaign beside those it was simulated with.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        Tidy table.
+    truth : mapping of (str, int, str) to float
+        True value by test, run and parameter of the Hunt–Crossley model, SI units.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
+        truth lies in the 95 % interval).
+    """
+    known = {(test, str(run), name): value for (test, run, name), value in truth.items()}
+    keys = zip(parameters["test"], parameters["run"].astype(str), parameters["parameter"], strict=True)
+    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
+    chosen = (parameters["model"] == "hunt_crossley") & true.notna()
+    frame = parameters[chosen].assign(
+        truth=true,
+        error_percent=100 * (parameters["value"] / true - 1),
+        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+    )
+    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "error_percent"]
+    return frame[[*columns, "inside"]].reset_index(drop=True)
+
+
+def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
+    """How far the base's centre moves at most when a block turns about a corner: b(1 − cos θ₀) [m].
+
+    Parameters
+    ----------
+    runs : pandas.DataFrame
+        Tidy table.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    """
+    released = runs.dropna(subset=["theta0_deg"]).itertuples()
+    shifts = (blocks[run.block].b * (1 - math.cos(math.radians(run.theta0_deg))) for run in released)
+    return max(shifts, default=math.nan)
+
+
+def _published(published: Published, row: Any, name: str) -> float:
+    found: Any = published
+    for key in (row.block, row.foundation, row.model, name):
+        found = (found or {}).get(key)
+    return math.nan if found is None else float(found)

@@ -1,0 +1,60 @@
+"""Numbers and units as text: rounded by their uncertainty, with powers of ten and true signs."""
+
+import math
+import re
+
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:
+    """A value rounded by its uncertainty, with a power of ten where it is large or small.
+
+    Parameters
+    ----------
+    value : float
+        The value.
+    stderr : float, optional
+        Its standard error, printed with two significant digits; without one the value has `digits` of them.
+    digits : int
+        Significant digits of a value without a standard error.
+
+    Returns
+    -------
+    str
+        For instance "0.9570 ± 0.0012", "(6.880 ± 0.012)·10⁶", "6.88·10⁶"; "–" for NaN.
+    """
+    if not math.isfinite(value):
+        return "–"
+    magnitude = _exponent(value, digits)
+    power = magnitude if not -3 <= magnitude < 4 else 0
+    known = math.isfinite(stderr) and stderr > 0
+    decimals = max(0, 1 - _exponent(stderr, 2) + power if known else digits - 1 - magnitude + power)
+    text = fixed(value / 10.0**power, decimals)
+    if known:
+        text = f"{text} ± {stderr / 10.0**power:.{decimals}f}"
+    if power:
+        text = f"({text})" if known else text
+        text += "·10" + str(power).translate(SUPERSCRIPTS)
+    return text
+
+
+def fixed(value: float, decimals: int) -> str:
+    """A number with so many decimals and a true minus sign; "–" for NaN."""
+    return f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "–"
+
+
+def with_unit(symbol: str, unit: str) -> str:
+    """Symbol and unit, "k / (N m⁻²)" or "t₀ / s"; the symbol alone for a pure number."""
+    text = unit_text(unit)
+    return f"{symbol} / ({text})" if " " in text else f"{symbol} / {text}" if text else symbol
+
+
+def unit_text(unit: str) -> str:
+    """A unit with raised exponents, "N m⁻²"; nothing for a pure number."""
+    if unit == "1":
+        return ""
+    return re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
+
+
+def _exponent(value: float, digits: int) -> int:
+    return int(f"{value:.{digits - 1}e}".split("e")[1]) if value else 0
