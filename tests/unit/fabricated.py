@@ -9,7 +9,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
-from freerock.models.laws import MODELS, PAPER_MODELS, UNITS
+from freerock.models.laws import MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
@@ -131,7 +131,7 @@ def fit(tree, model, runs, failed):
         ci95_low=value - 1.96 * stderr,
         ci95_high=value + 1.96 * stderr,
         covariance=np.diag(stderr**2),
-        units=tuple(UNITS[name.split("_")[0]] for name in names),
+        units=tuple(map(unit_of, names)),
         time=np.concatenate(since),
         theta=theta,
         theta_model=own,

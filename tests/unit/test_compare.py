@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from freerock.identification.choice import choose_model, epsilon_theta, is_white, wants_general
+from freerock.identification.choice import choose_model, epsilon_theta, is_wanted, is_white
 
 
 def test_epsilon_theta_of_a_scaled_motion_is_the_squared_relative_difference():
@@ -109,9 +109,9 @@ def test_the_chosen_model_and_why(evidence, model, reason):
 
 
 def test_the_general_law_is_fitted_where_no_smaller_one_leaves_noise_only():
-    assert not wants_general({"winkler": found(added=9.0), "hunt_crossley": found()})
-    assert wants_general({"winkler": found(added=3.1), "hunt_crossley": found(**LOUD)})
-    assert not wants_general({"housner": found(**LOUD), "winkler": found(added=9.0, success=False)})
+    assert not is_wanted("general", {"winkler": found(added=9.0), "hunt_crossley": found()})
+    assert is_wanted("general", {"winkler": found(added=3.1), "hunt_crossley": found(**LOUD)})
+    assert not is_wanted("general", {"housner": found(**LOUD), "winkler": found(added=9.0, success=False)})
 
 
 def test_white_noise_passes_and_a_trace_of_a_wave_does_not():

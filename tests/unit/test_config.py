@@ -19,7 +19,7 @@ from freerock.config.campaign import ConfigError, load_campaign, load_config, se
 from freerock.config.reference import MARK, files
 from freerock.config.scene import Scene
 from freerock.errors import FreerockError
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
@@ -82,7 +82,7 @@ YAML_MISTAKES = {
     "restitution per impact of a law without": (
         ("title: ", "fits: {free: {winkler: [r_per_impact]}}\ntitle: "),
         "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'theta0' or 't0'; "
-        "give theta0, t0, width or none",
+        "give width, theta0, t0 or none",
     ),
     "freed twice": (
         ("title: ", "fits: {free: {winkler: [t0, theta0, theta0]}}\ntitle: "),
@@ -666,9 +666,10 @@ def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section,
 
 
 def test_freed_nuisances_are_named_for_every_model():
-    nuisances = importlib.import_module("freerock.identification.fit").NUISANCES
-    assert set(config.FreeSection.model_fields) == set(MODELS) == set(config.FitsSection().models)
-    assert get_args(config.HousnerNuisance) == nuisances
+    assert list(config.FreeSection.model_fields) == list(LAWS) == list(config.FitsSection().models)
+    for model, law in LAWS.items():
+        with pytest.raises(ValueError, match=f"or '{law.nuisances[-1]}'"):
+            config.FreeSection.model_validate({model: ["size"]})
     assert get_args(config.Model) == tuple(MODELS)
     assert get_args(config.Unit) == ("", *CHANNEL_UNITS)
 

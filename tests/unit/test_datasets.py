@@ -18,7 +18,7 @@ import xarray as xr
 from freerock.errors import FreerockError
 from freerock.files import atomic, sha256, write_json
 from freerock.identification import population, predict
-from freerock.models.laws import MODELS, UNITS
+from freerock.models.laws import MODELS, unit_of
 from freerock.products import names
 from freerock.products import provenance as made
 from freerock.products.groups import one_of_each, reasons_in
@@ -101,7 +101,7 @@ def made_up_fit(model, runs=1, **changes):
         "ci95_low": np.arange(n) + 0.8,
         "ci95_high": np.arange(n) + 1.2,
         "covariance": 0.01 * np.eye(n),
-        "units": tuple(UNITS[name.split("_")[0]] for name in names),
+        "units": tuple(map(unit_of, names)),
         "time": time,
         "theta": theta,
         "theta_model": 0.9 * theta,

@@ -13,7 +13,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Literal, Self, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias, get_args, get_origin
 
 import yaml
 from pydantic import (
@@ -24,6 +24,7 @@ from pydantic import (
     StringConstraints,
     ValidationError,
     ValidationInfo,
+    create_model,
     field_validator,
     model_validator,
 )
@@ -31,7 +32,7 @@ from pydantic_core import ErrorDetails
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import MODELS
+from freerock.models.laws import DEBONDING, LAWS, MODELS, Law
 from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
@@ -89,9 +90,12 @@ Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
 Unit = Literal["", "V", "mV", "kV", "mA", "A", "m", "cm", "mm", "um", "rad", "mrad", "deg"]
 Name = Annotated[str, StringConstraints(pattern=NAME)]
-Model = Literal["housner", "winkler", "hunt_crossley", "general"]
-Nuisance = Literal["width", "theta0", "t0"]
-HousnerNuisance = Literal[Nuisance, "r_per_impact"]
+if TYPE_CHECKING:  # words known only at run time
+    Model: TypeAlias = str
+    Debonding: TypeAlias = str
+else:
+    Model = Literal[tuple(LAWS)]
+    Debonding = Literal[DEBONDING]
 
 
 class Section(BaseModel):
@@ -316,15 +320,8 @@ class ProcessingSection(Section):
     impacts: ImpactsSection = Field(ImpactsSection(), description="runs to impacts and restitution")
 
 
-class FreeSection(Section):
+class _EachOnce(Section):
     """What is fitted besides the parameters of each model, within what was measured of it."""
-
-    housner: tuple[HousnerNuisance, ...] = Field(
-        (), description="theta0, t0, width, r_per_impact (of single runs: needs pooled: false) or none"
-    )
-    winkler: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
-    hunt_crossley: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
-    general: tuple[Nuisance, ...] = Field(("theta0", "t0"), description="theta0, t0, width or none")
 
     @field_validator("*")
     @classmethod
@@ -335,20 +332,31 @@ class FreeSection(Section):
         return names
 
 
+def _free_field(law: Law) -> tuple[Any, Any]:
+    """Type and default of the key that says what is freed of one law."""
+    text = ", ".join(law.nuisances).replace("impact", "impact (of single runs: needs pooled: false)")
+    names: Any = Literal.__getitem__(law.nuisances)  # type checkers want words written out
+    return tuple[names, ...], Field(law.free, description=f"{text} or none")
+
+
+_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items()}
+FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.__doc__, **_FREE_FIELDS)
+
+
 class FitsSection(Section):
     """Identification of the models."""
 
     models: tuple[Model, ...] = Field(
-        ("housner", "winkler", "hunt_crossley", "general"),
+        tuple(model for model, law in LAWS.items() if law.by_default),
         min_length=1,
-        description="the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only "
-        "where the others leave more than noise)",
+        description="the models to fit: "
+        + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items()),
     )
     free: FreeSection = Field(FreeSection(), description="what else is freed, model by model")
     paper_mode: bool = Field(
         False, description="true to free the parameters of the models only, as Spanos et al. 2017 did"
     )
-    debonding: Literal["geometric", "tensionless"] = Field(
+    debonding: Debonding = Field(
         "geometric",
         description="geometric (contact wherever the base is below the ground) "
         "or tensionless (and the foundation pushes)",
@@ -373,7 +381,7 @@ class FitsSection(Section):
     @classmethod
     def _each_impact_is_of_one_run(cls, pooled: Any, info: ValidationInfo) -> Any:
         free = info.data.get("free")
-        if pooled and free and "r_per_impact" in free.housner:
+        if pooled and free and any("r_per_impact" in names for _, names in free):
             raise Fault("a joint fit has no restitution per impact", "set it false, or free no r_per_impact")
         return pooled
 

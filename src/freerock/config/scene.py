@@ -12,6 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from freerock.config.campaign import (
     BlockSection,
+    Debonding,
     Fault,
     LaserSection,
     Model,
@@ -88,7 +89,7 @@ class Scene(Section):
     release_angle_deg: Number = Field(0.0, description="the angle it is released at in degrees, or 0")
     duration_s: Positive = Field(10.0, description="how long it is followed in seconds")
     sampling_rate_hz: Positive = Field(1000.0, description="samples per second")
-    debonding: Literal["geometric", "tensionless"] = Field("geometric", description="as in a campaign's fits")
+    debonding: Debonding = Field("geometric", description="as in a campaign's fits")
     ground: GroundSection | None = Field(None, description="the motion of the ground; left out, it rests")
     laser: VirtualLaser | None = Field(
         None, validate_default=False, description="the laser of a record; left out, θ(t) itself is written"

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from freerock.figures.style import (
+    MODEL_MARKERS,
     MODEL_STYLES,
     columns,
     footer,
@@ -17,7 +18,6 @@ from freerock.figures.style import (
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.tables.tidy import usable_rows
 
-MARKERS = {"housner": "", "winkler": "s", "hunt_crossley": "^", "general": "v"}
 NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
 
 
@@ -79,7 +79,7 @@ def _panel(ax, scene, r_housner):
     ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block, theory")
     for model in MODELS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
-        own = {"marker": MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
+        own = {"marker": MODEL_MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
         style = MODEL_STYLES[model] | thin | own
         for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
             ax.plot(run["peak_before_deg"], run["r"], **style | ({"label": "_"} if k else {}))

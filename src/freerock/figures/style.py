@@ -2,6 +2,7 @@
 
 import functools
 import textwrap
+from itertools import cycle
 from pathlib import Path
 
 import matplotlib
@@ -87,11 +88,21 @@ FOUNDATION_STYLES = (
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 MEASURED = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
+# Models in the order of `models.laws`; a further one takes the next look.
+_MODEL_LOOKS = (
+    ("#d55e00", "-.", ""),
+    ("#0072b2", "--", "s"),
+    ("black", "-", "^"),
+    ("#cc79a7", (0, (5, 1, 1, 1)), "v"),
+    ("#009e73", ":", "D"),
+    ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
+)
 MODEL_STYLES = {
-    "housner": {"color": "#d55e00", "linestyle": "-.", "label": MODEL_LABELS["housner"]},
-    "winkler": {"color": "#0072b2", "linestyle": "--", "label": MODEL_LABELS["winkler"]},
-    "hunt_crossley": {"color": "black", "linestyle": "-", "label": MODEL_LABELS["hunt_crossley"]},
-    "general": {"color": "#cc79a7", "linestyle": (0, (5, 1, 1, 1)), "label": MODEL_LABELS["general"]},
+    model: {"color": color, "linestyle": line, "label": label}
+    for (model, label), (color, line, _) in zip(MODEL_LABELS.items(), cycle(_MODEL_LOOKS), strict=False)
+}
+MODEL_MARKERS = {
+    model: marker for model, (_, _, marker) in zip(MODEL_LABELS, cycle(_MODEL_LOOKS), strict=False)
 }
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 
 TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
 LOUDER = 1.1  # times the noise before the release, above which a residual is more than noise
@@ -98,13 +98,15 @@ def is_noise(found: Mapping[str, Any]) -> bool:
     )
 
 
-def wants_general(evidence: Mapping[str, Mapping[str, Any]]) -> bool:
-    """Whether the general law is worth a fit: a foundation was identified, and more than noise is left.
+def is_wanted(model: str, evidence: Mapping[str, Mapping[str, Any]]) -> bool:
+    """Whether a law is worth a fit: always, unless it has cases. Then one of these was identified, and more
+    than noise is left.
 
     `evidence` is that of `choose_model`.
     """
     usable = {model: found for model, found in evidence.items() if found["success"]}
-    return bool(usable.keys() & {"winkler", "hunt_crossley"}) and not any(map(is_noise, usable.values()))
+    cases = LAWS[model].cases
+    return not cases or (not usable.keys().isdisjoint(cases) and not any(map(is_noise, usable.values())))
 
 
 def is_white(residual: NDArray[np.float64], level: float = 1.63) -> bool:

@@ -7,6 +7,7 @@ The objective is the paper's: the mean square error between measured and modelle
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 
 import lmfit
 import numpy as np
@@ -18,24 +19,17 @@ from freerock.identification.choice import epsilon_theta, is_white
 from freerock.identification.intervals import NORMAL_95, covariance
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.models.laws import K_RANGE, MODELS, RATIO_RANGE, UNITS, WIDTH_RANGE
+from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, extended_by, parameter_of, unit_of
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
-PER_RUN = ("theta0", "t0")
-NUISANCES = ("width", *PER_RUN, "r_per_impact")
+NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
 
-# Positive parameters are fitted as logarithms, damping as its ratio to k, the width as its ratio to the
-# nominal one, within `models.laws`. Starting grid: k [N/m²] by damping ratio c/k [s] or λ/k [s/m].
-K_GRID = np.geomspace(3e5, 1e9, 16)
-RATIO_GRID = {"c": np.geomspace(5e-4, 0.08, 8), "lambda": np.geomspace(2, 200, 8)}
-A_DASH = {"c": 1e-4, "lambda": 1.0}  # of the other damping, to start the general law with
 R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
 R_CELL = 0.06  # spacing of the grid relative to 1 - r
 SCAN_SAMPLES, GROWTH_SAMPLES = 250, 1000  # per run, before the last fit to all of them
 SCAN, COARSE, FINE, FINEST = 1e-4, 1e-6, 1e-8, 1e-12  # rtol: of scan, residual, derivatives; least of all
-STEPS = {"r": -1e-5, "k": 1e-5, "c": 1e-5, "lambda": 1e-5, "width": 1e-6, "theta0": 1e-6}
 CANDIDATES = 3
 PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
 WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
@@ -187,9 +181,10 @@ def fit_record(
             f"unknown nuisance {min(unknown)!r}",
             f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}",
         )
-    if model == "general" and debonding == "tensionless":
+    law = LAWS[model]
+    if not law.allows(debonding, len(law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
-        raise FreerockError("fits.debonding", what, "use geometric or remove general from fits.models")
+        raise FreerockError("fits.debonding", what, f"use geometric or remove {model} from fits.models")
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     if "width" in free and len(set(blocks)) > 1:
         raise FreerockError(f"fits.free.{model}", "one width for several blocks", "remove width")
@@ -199,14 +194,14 @@ def fit_record(
         tuple(motions),
         tuple(n for n in NUISANCES if n in free),
         debonding,
-        r_low=_rocking_for(blocks[0], motions[0], _moving_s(motions[0]) / 2) if model == "housner" else 0.0,
+        r_low=0.0 if law.is_foundation else _rocking_for(blocks[0], motions[0], _moving_s(motions[0]) / 2),
     )
     if min(problem.samples().lengths, default=0) <= len(problem.names):
         raise FreerockError(
             "fit", "fewer valid samples than parameters", "exclude the run or widen it by an override"
         )
     if "r_per_impact" in free:
-        if model != "housner" or len(motions) > 1:
+        if "r_per_impact" not in law.nuisances or len(motions) > 1:
             what = "a restitution per impact belongs to one run of the Housner model"
             raise FreerockError(f"fits.free.{model}", what, "remove r_per_impact or set fits.pooled: false")
         problem = replace(problem, n_impacts=_impacts(motions[0]))
@@ -278,14 +273,18 @@ class _Problem:
     @cached_property
     def is_logarithm(self) -> np.ndarray:
         """Which of the fitted parameters are logarithms."""
-        return np.array([name in ("k", "c", "lambda") for name in self.names])
+        return np.array([parameter_of(name).is_logarithm for name in self.names])
+
+    @cached_property
+    def is_ratio(self) -> np.ndarray:
+        """Which of them are ratios to the stiffness, the first parameter."""
+        return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
 
     def physical(self, x) -> np.ndarray:
         """Parameters in SI units from the fitted ones (ln k, ln(damping/k), width over the nominal one)."""
         value = np.array(x, dtype=float)
-        if self.model != "housner":
-            value[1 : len(MODELS[self.model])] += value[0]
-            value[self.is_logarithm] = np.exp(value[self.is_logarithm])
+        value[self.is_ratio] += value[0]
+        value[self.is_logarithm] = np.exp(value[self.is_logarithm])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
         return value
@@ -293,8 +292,7 @@ class _Problem:
     def gradient(self, x) -> np.ndarray:
         """Derivatives of the parameters in SI units by the fitted ones."""
         gradient = np.eye(len(x))
-        if self.model != "housner":
-            gradient[1 : len(MODELS[self.model]), 0] = 1.0
+        gradient[self.is_ratio, 0] = 1.0
         scale = np.where(self.is_logarithm, self.physical(x), 1.0)
         if "width" in self.common:
             scale[self.common.index("width")] = self.blocks[0].width_m
@@ -302,9 +300,11 @@ class _Problem:
 
     def fitted(self, values) -> list:
         """The model's fitted parameters from those in SI units, the inverse of `physical`."""
-        if self.model == "housner":
-            return list(values)
-        return [np.log(values[0]), *(np.log(damping / values[0]) for damping in values[1:])]
+        names = MODELS[self.model]
+        return [
+            _fitted(name, value / values[0] if PARAMETERS[name].fitted_as == "ratio" else value)
+            for name, value in zip(names, values, strict=True)
+        ]
 
     def alone(self) -> "_Problem":
         """The same problem on the first run only."""
@@ -321,7 +321,7 @@ class _Problem:
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
         return simulate_fitted(
-            "general" if added else self.model,
+            wider[0] if added and (wider := extended_by(self.model)) else self.model,
             self.blocks[i],
             values | (added or {}),
             time_s,
@@ -366,7 +366,7 @@ class _Problem:
                 if name == "t0":
                     jacobian[run, column] = -rate
                     continue
-                up, step = np.array(x, dtype=float), STEPS["r" if name.startswith("r_") else name]
+                up, step = np.array(x, dtype=float), parameter_of(name).step
                 up[column] += step
                 quotient = self.motion(up, i, samples.time_s[run], rtol)
                 if central:
@@ -378,14 +378,13 @@ class _Problem:
         return jacobian
 
     def bounds(self) -> list:
-        least = 1e-4 if self.model == "general" else 1.0  # one of its dampings may be a trace
-        limits = {
-            "r": (self.r_low, R_GRID[0]),
-            "k": tuple(np.log(K_RANGE)),
-            "width": WIDTH_RANGE,
-            **{name: tuple(np.log([low * least, high])) for name, (low, high) in RATIO_RANGE.items()},
-        }
-        bounds = [limits[name] for name in self.common]
+        least = 1e-4 if LAWS[self.model].cases else 1.0  # one of its dampings may be a trace
+        bounds = []
+        for name in self.common:
+            low, high = PARAMETERS[name].bounds or (self.r_low, R_GRID[0])
+            if PARAMETERS[name].fitted_as == "ratio":
+                low *= least
+            bounds.append((_fitted(name, low), _fitted(name, high)))
         for motion in self.motions:
             half = {
                 "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
@@ -405,6 +404,11 @@ class _Problem:
         shared = [1.0] * (len(self.common) - len(MODELS[self.model]))
         own = [begin.get(n, lambda _: model_values[0])(m) for m in self.motions for n in self.own]
         return np.array([*model_values, *shared, *own])
+
+
+def _fitted(name: str, value: float) -> float:
+    """The number that the optimiser moves, of a value or of a ratio to k."""
+    return np.log(value) if PARAMETERS[name].is_logarithm else value
 
 
 def _rocking_for(block: Block, motion: Motion, time_s: float) -> float:
@@ -442,7 +446,7 @@ def _minimise(problem: _Problem, start, integrator_error: float):
         starts = _scan(problem.alone(), horizons[0])
     else:
         starts, horizons = [problem.fitted(start)], horizons[-2:]
-    if problem.model == "housner":
+    if not LAWS[problem.model].is_foundation:
         horizons = horizons[-1:]  # already scanned on the whole run
     tracks = [_grow(problem, problem.start(values), horizons[:1]) for values in starts]
     promising = PROMISING * min(error for error, _ in tracks)
@@ -479,38 +483,39 @@ def _scan(problem: _Problem, horizon_s: float) -> list:
     """Starting values of the model's parameters: lowest local minima of the error over the model's grid.
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
-    block that stops early is out of step for less time. The general law starts from the minima of its
-    two cases, with a dash of the other damping.
+    block that stops early is out of step for less time. A law with cases starts from the minima of these,
+    with a trace of the damping that each lacks.
     """
-    if problem.model == "housner":
+    law = LAWS[problem.model]
+    if not law.is_foundation:
         return [[_scan_r(problem)]]
-    if problem.model == "general":
-        winkler, hunt_crossley = (
-            _scan(replace(problem, model=case), horizon_s)[:2] for case in ("winkler", "hunt_crossley")
-        )
-        return [[k, c, np.log(A_DASH["lambda"])] for k, c in winkler] + [
-            [k, np.log(A_DASH["c"]), ratio] for k, ratio in hunt_crossley
+    if law.cases:
+        traces = {name: np.log(PARAMETERS[name].trace) for name in law.dampings}
+        return [
+            [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
+            for case in law.cases
+            for found in _scan(replace(problem, model=case), horizon_s)[:2]
         ]
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=SCAN)
-    ratios = RATIO_GRID[MODELS[problem.model][1]]
-    stiffnesses = np.sort(np.append(K_GRID, _first_swing_k(coarse, horizon_s, ratios[len(ratios) // 2])))
-    errors = np.array(
-        [
-            [
-                np.mean(coarse.residual(problem.start([np.log(k), np.log(ratio)]), samples) ** 2)
-                for ratio in ratios
-            ]
-            for k in stiffnesses
-        ]
-    )
-    minima = np.argwhere(errors == minimum_filter(errors, size=3, mode="nearest"))
-    minima = sorted(minima.tolist(), key=lambda ij: errors[tuple(ij)])[:CANDIDATES]
-    return [[np.log(stiffnesses[i]), np.log(ratios[j])] for i, j in minima]
+    grids = [np.geomspace(*PARAMETERS[name].grid) for name in law.parameters]
+    middle = [_fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
+    grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
+    points = [
+        [_fitted(name, value) for name, value in zip(law.parameters, point, strict=True)]
+        for point in product(*grids)
+    ]
+    errors = np.array([np.mean(coarse.residual(problem.start(point), samples) ** 2) for point in points])
+    cells = errors.reshape([len(grid) for grid in grids])
+    minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
+    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:CANDIDATES]]
 
 
-def _first_swing_k(problem: _Problem, horizon_s: float, ratio: float) -> float:
-    """Stiffness with which the first impact comes when it came: near overturning the grid is too coarse."""
+def _first_swing_k(problem: _Problem, horizon_s: float, others: list) -> float:
+    """Stiffness that puts the first impact where it was measured; near overturning the grid is too coarse.
+
+    `others` are the fitted numbers of the law's further parameters.
+    """
     motion = problem.motions[0]
     time_s = np.linspace(0.0, horizon_s, GROWTH_SAMPLES)
 
@@ -519,10 +524,10 @@ def _first_swing_k(problem: _Problem, horizon_s: float, ratio: float) -> float:
         return crossed[0] if len(crossed) else len(theta)
 
     measured = first_impact(np.interp(time_s, motion.time_s, np.nan_to_num(motion.theta, nan=motion.theta0)))
-    low, high = K_GRID[0], K_GRID[-1]
+    low, high, _ = PARAMETERS["k"].grid
     while high > 1.001 * low:
         k = np.sqrt(low * high)
-        theta = problem.motion(problem.start([np.log(k), np.log(ratio)]), 0, time_s)
+        theta = problem.motion(problem.start([np.log(k), *others]), 0, time_s)
         if first_impact(theta) > measured:
             low = k
         else:
@@ -563,7 +568,7 @@ def _resolution(problem: _Problem, x, integrator_error: float) -> tuple:
         if np.any(wider > (1 + WORTH) * spread):
             break
         m *= 2
-    if problem.model == "housner":
+    if not LAWS[problem.model].is_foundation:
         return problem.rtol, m, 0.0
     rtol = problem.rtol
     while True:
@@ -661,9 +666,10 @@ def _added_damping(problem: _Problem, x, samples, residual, jacobian) -> float:
     The standard errors are those of `freerock.identification.intervals.covariance`; a negative number is a
     damping that would have to drive the block.
     """
-    other = {"winkler": "lambda", "hunt_crossley": "c"}[problem.model]
-    dash = 1e-3 * A_DASH[other] * problem.physical(x)[0]  # the trough bends: a larger one is no derivative
-    column = problem.curve(x, samples, FINE, {other: dash}) - problem.curve(x, samples, FINE)
+    _, other = extended_by(problem.model)
+    # the trough of the misfit is bent: a larger trace gives no derivative
+    trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
+    column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)
     jacobian = np.column_stack([jacobian, column])
     step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
     spread, _ = covariance(residual, jacobian, samples.lengths)
@@ -683,7 +689,7 @@ def _profile(problem: _Problem, x, samples: _Samples, stderr) -> dict:
     # profiled in ln k and ln λ, fitted in ln k and ln λ/k; in standard errors, the best at 10, as lmfit walks
     # and finds the ends of an interval in shares of the value
     to_fitted = np.eye(len(x))
-    to_fitted[1 : len(names), 0] = -1.0
+    to_fitted[problem.is_ratio, 0] = -1.0
     unit = np.where(np.isfinite(stderr), stderr, 1.0)
     unit[: len(names)] = spread
     to_fitted *= unit
@@ -719,7 +725,7 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
     x = result.x
     samples = problem.samples()
     residual = problem.residual(x, samples)
-    jacobian = problem.jacobian(x, samples, central=problem.model != "housner")
+    jacobian = problem.jacobian(x, samples, central=LAWS[problem.model].is_foundation)
     free = ~_at_bound(problem, x)
     covariance_x = np.full((len(x), len(x)), np.nan)
     covariance_x[np.ix_(free, free)], coloured = covariance(residual, jacobian[:, free], samples.lengths)
@@ -762,7 +768,7 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
         "white": float(white),
         "widened": widened,
     }
-    if not failure and problem.model in ("winkler", "hunt_crossley") and problem.debonding == "geometric":
+    if not failure and extended_by(problem.model) and problem.debonding == "geometric":
         diagnostics["added_damping"] = _added_damping(problem, x, samples, residual, jacobian[:, free])
     if profile and not failure:
         for name, bounds in _profile(
@@ -781,7 +787,7 @@ def _fit(problem: _Problem, result, profile: bool) -> Fit:
         ci95_low=low,
         ci95_high=high,
         covariance=covariance_si,
-        units=tuple(UNITS[name.split("_")[0]] for name in problem.names),
+        units=tuple(map(unit_of, problem.names)),
         time=times,
         theta=theta,
         theta_model=theta_model,

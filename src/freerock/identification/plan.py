@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS, UNITS
+from freerock.models.laws import MODEL_LABELS, MODELS, PARAMETERS, SYMBOLS, unit_of
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.sensor import Laser
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from freerock.config.campaign import Campaign
 
 RTOL = 1e-10
-STEPS = {"r": 1e-5, "theta0": 1e-6, "t0": 1e-5}  # of the difference quotients [1, rad, s]
-RELATIVE_STEP = {"k": 1e-5, "c": 1e-5, "lambda": 1e-5, "width": 1e-6}
 UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information
 CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
 CASE += ["model"]
@@ -98,7 +96,7 @@ def standard_errors(
     Parameters
     ----------
     model : str
-        A key of `freerock.models.MODELS`.
+        A key of `freerock.models.laws.LAWS`.
     block : Block
     parameters : mapping
         The true parameters [SI].
@@ -129,7 +127,10 @@ def standard_errors(
         return dict.fromkeys(names, np.inf)
     width = block.contact_width_m or block.width_m
     values = {**parameters, "width": width, "theta0": theta0, "t0": 0.0}
-    steps = STEPS | {name: step * values[name] for name, step in RELATIVE_STEP.items() if name in names}
+    steps = {name: abs(PARAMETERS[name].step) for name in names}
+    for name in names:
+        if PARAMETERS[name].fitted_as != "value":
+            steps[name] *= values[name]
 
     def theta(values: Mapping[str, float]) -> NDArray[np.float64]:
         own = replace(block, contact_width_m=values["width"]) if "width" in free else block
@@ -231,7 +232,7 @@ def plan(
                             name,
                             parameters[name],
                             stderr,
-                            UNITS[name],
+                            unit_of(name),
                             fault or off,
                         )
                     )

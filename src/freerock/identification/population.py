@@ -11,7 +11,7 @@ from scipy import stats
 
 from freerock.identification.estimate import Estimate
 from freerock.identification.predict import of_single_runs
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent"]
@@ -43,7 +43,7 @@ def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
     """
     scenes: dict[tuple[str, str, str], list[Estimate]] = {}
     for each in of_single_runs(estimates):
-        if each.model != "housner":
+        if LAWS[each.model].is_foundation:
             scenes.setdefault((each.campaign, each.foundation, each.model), []).append(each)
     rows = [
         dict(zip(("campaign", "foundation", "model"), scene, strict=True)) | answer

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from freerock.errors import FreerockError
-from freerock.identification.choice import wants_general
+from freerock.identification.choice import is_wanted
 from freerock.identification.fit import evidence, fit_record
 from freerock.models.block import Block
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
@@ -51,10 +51,11 @@ def make_fits(settings: Mapping, record_file: str | Path, output: str | Path) ->
         return found
 
     def fit_all(number, motion):
-        """The models of one run; the general law only where the others ask for it."""
-        found = {m: fit(m, number, [motion]) for m in models if m != "general"}
-        if "general" in models and wants_general({m: evidence(f) for m, f in found.items() if f}):
-            found["general"] = fit("general", number, [motion])
+        """The models of one run; a law with cases only where the others ask for it."""
+        found = {}
+        for model in sorted(models, key=lambda model: len(LAWS[model].cases)):
+            if is_wanted(model, {m: evidence(f) for m, f in found.items() if f}):
+                found[model] = fit(model, number, [motion])
         return {model: _with_impacts(each, block, impacts) for model, each in found.items() if each}
 
     usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}

@@ -1,34 +1,160 @@
-"""Rocking models: their parameters, units and bounds."""
+"""The rocking models: a parameter is one row, a law is one row.
 
-# "general" is the law f = k z + c ż + λ z ż; Winkler's is its case λ = 0, Hunt and Crossley's its case c = 0.
-MODELS = {
-    "housner": ("r",),
-    "winkler": ("k", "c"),
-    "hunt_crossley": ("k", "lambda"),
-    "general": ("k", "c", "lambda"),
+Whatever lists models or parameters (configuration, fits, tables, figures, report) reads these rows. What a
+law of the foundation does is written in `contact` and, compiled, in `kernel`. The configuration reads the
+rows too, so nothing is imported here that is slow to load.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+DEBONDING = ("geometric", "tensionless")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a fit can find.
+
+    Parameters
+    ----------
+    unit : str
+        Its unit, as in netCDF and tables; "1" for a pure number.
+    symbol : str
+        As printed.
+    fitted_as : str
+        The number that the optimiser moves: "value", "logarithm", "ratio" (the logarithm of the ratio to the
+        stiffness k) or "share" (of the nominal value).
+    step : float
+        Step of the difference quotients, in that number.
+    bounds : (float, float), optional
+        Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
+        (docs/studies.md) in which every simulation ends. None where the run sets them.
+    grid : (float, float, int), optional
+        Lowest and highest value (or ratio to k) of the starting grid, and how many in geometric order.
+    trace : float
+        A small ratio to k, from which a law that holds two dampings starts with one of them.
+    ratio_unit : str
+        Unit of the ratio to k.
+    """
+
+    unit: str
+    symbol: str
+    fitted_as: Literal["value", "logarithm", "ratio", "share"]
+    step: float
+    bounds: tuple[float, float] | None = None
+    grid: tuple[float, float, int] | None = None
+    trace: float = 0.0
+    ratio_unit: str = ""
+
+    @property
+    def is_logarithm(self) -> bool:
+        """Whether the optimiser moves a logarithm, so that the value is positive."""
+        return self.fitted_as in ("logarithm", "ratio")
+
+
+PARAMETERS = {
+    "r": Parameter("1", "r", "value", -1e-5),
+    "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
+    "c": Parameter(
+        "N s m-2", "c", "ratio", 1e-5, bounds=(1e-5, 1.0), grid=(5e-4, 0.08, 8), trace=1e-4, ratio_unit="s"
+    ),
+    "lambda": Parameter(
+        "N s m-3", "λ", "ratio", 1e-5, bounds=(1e-2, 1e4), grid=(2, 200, 8), trace=1.0, ratio_unit="s/m"
+    ),
+    "width": Parameter("m", "2b", "share", 1e-6, bounds=(0.5, 1.05)),  # of the corners a block rocks about
+    "theta0": Parameter("rad", "θ₀", "value", 1e-6),
+    "t0": Parameter("s", "t₀", "value", 1e-5),
 }
 
-PAPER_MODELS = ("housner", "winkler", "hunt_crossley")  # doi:10.1016/j.proeng.2017.09.024
+PER_RUN = ("theta0", "t0")
+NUISANCES = ("width", *PER_RUN)
 
-UNITS = {
-    "r": "1",
-    "k": "N m-2",
-    "c": "N s m-2",
-    "lambda": "N s m-3",
-    "width": "m",
-    "theta0": "rad",
-    "t0": "s",
+
+@dataclass(frozen=True)
+class Law:
+    """A rocking model.
+
+    Parameters
+    ----------
+    label : str
+        Its name in tables and figures.
+    parameters : tuple of str
+        Keys of `PARAMETERS`; of a law of the foundation the stiffness k comes first.
+    nuisances : tuple of str
+        What a fit may free besides.
+    free : tuple of str
+        What a fit frees of these by default.
+    published : bool
+        Whether Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) identified it.
+    by_default : bool
+        Whether it is fitted where a campaign does not say which models to fit.
+    cases : tuple of str
+        Laws that it becomes when one of its dampings is zero. It is fitted only where they leave more than
+        noise, and starts from where their scans end.
+    tensionless : bool
+        Whether the tensionless rule of debonding is worked out for all its dampings together.
+    note : str
+        What the reference of the configuration says of it.
+    """
+
+    label: str
+    parameters: tuple[str, ...]
+    nuisances: tuple[str, ...] = NUISANCES
+    free: tuple[str, ...] = PER_RUN
+    published: bool = False
+    by_default: bool = True
+    cases: tuple[str, ...] = ()
+    tensionless: bool = True
+    note: str = ""
+
+    @property
+    def is_foundation(self) -> bool:
+        """Whether the block stands on a compliant foundation; else both are rigid."""
+        return "k" in self.parameters
+
+    @property
+    def dampings(self) -> tuple[str, ...]:
+        """The parameters that damp."""
+        return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")
+
+    def allows(self, debonding: str, dampings: int) -> bool:
+        """Whether a rule of debonding is worked out for as many dampings that are not zero."""
+        return self.tensionless or debonding != "tensionless" or dampings < len(self.dampings)
+
+
+LAWS = {
+    "housner": Law("Housner", ("r",), (*NUISANCES, "r_per_impact"), free=(), published=True),
+    "winkler": Law("Winkler", ("k", "c"), published=True),
+    "hunt_crossley": Law("Hunt–Crossley", ("k", "lambda"), published=True),
+    # f = k z + c ż + λ z ż
+    "general": Law(
+        "General",
+        ("k", "c", "lambda"),
+        cases=("winkler", "hunt_crossley"),
+        tensionless=False,
+        note="both dampings; fitted only where the others leave more than noise",
+    ),
 }
 
-# Bounds of a fit: the frame inside the stability atlas (docs/studies.md) in which every simulation ends.
-K_RANGE = (1e4, 1e11)  # stiffness k [N/m²]
-RATIO_RANGE = {"c": (1e-5, 1.0), "lambda": (1e-2, 1e4)}  # damping over stiffness: c/k [s], λ/k [s/m]
-WIDTH_RANGE = (0.5, 1.05)  # distance of the corners a block rocks about over its width
+MODELS = {model: law.parameters for model, law in LAWS.items()}
+MODEL_LABELS = {model: law.label for model, law in LAWS.items()}
+PAPER_MODELS = tuple(model for model, law in LAWS.items() if law.published)
+SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
 
-MODEL_LABELS = {
-    "housner": "Housner",
-    "winkler": "Winkler",
-    "hunt_crossley": "Hunt–Crossley",
-    "general": "General",
-}
-SYMBOLS = {"r": "r", "k": "k", "c": "c", "lambda": "λ", "theta0": "θ₀", "t0": "t₀", "width": "2b"}
+
+def parameter_of(name: str) -> Parameter:
+    """The row of a freed parameter, also of a numbered one: theta0_2 of the second run, r_3 of an impact."""
+    return PARAMETERS[name if name in PARAMETERS else name.rpartition("_")[0]]
+
+
+def unit_of(name: str) -> str:
+    """Unit of a freed parameter, also of a numbered one."""
+    return parameter_of(name).unit
+
+
+def extended_by(model: str) -> tuple[str, str] | None:
+    """The law that holds a law as a case, and the damping that it adds; None where there is none."""
+    for wider, law in LAWS.items():
+        if model in law.cases:
+            return wider, next(name for name in law.dampings if name not in MODELS[model])
+    return None

@@ -15,12 +15,11 @@ from freerock.models.contact import static_depth
 from freerock.models.ground import GroundMotion
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.kernel import integrate
-from freerock.models.laws import MODELS, UNITS
+from freerock.models.laws import DEBONDING, LAWS, MODELS, unit_of
 
 Floats = NDArray[np.float64]
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
-DEBONDING = ("geometric", "tensionless")
 MAX_STEPS = 1_000_000
 NO_RATES = np.empty((0, 3))
 STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
@@ -397,13 +396,13 @@ def _check(
     for name in MODELS[model]:
         where = f"parameters.{name}"
         if name not in parameters:
-            raise FreerockError(where, "missing", f"give {name} [{UNITS[name]}] for the {model} model")
+            raise FreerockError(where, "missing", f"give {name} [{unit_of(name)}] for the {model} model")
         value = parameters[name]
         if not math.isfinite(value) or value < 0 or (name == "k" and value == 0):
             raise FreerockError(
                 where,
                 f"{value} is not a {'positive' if name == 'k' else 'non-negative'} number",
-                f"give {name} in {UNITS[name]}",
+                f"give {name} in {unit_of(name)}",
             )
         if name == "r" and value > 1:
             raise FreerockError(
@@ -411,7 +410,8 @@ def _check(
             )
     if debonding not in DEBONDING:
         raise FreerockError("debonding", f"unknown rule {debonding!r}", f"use {' or '.join(DEBONDING)}")
-    if debonding == "tensionless" and model == "general" and parameters["c"] > 0 and parameters["lambda"] > 0:
+    law = LAWS[model]
+    if not law.allows(debonding, sum(parameters[name] > 0 for name in law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("debonding", what, "use geometric")
     if not rtol > 0:

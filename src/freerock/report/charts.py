@@ -8,15 +8,14 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
 
-from freerock.figures.style import MEASURED, MODEL_STYLES, extremes
+from freerock.figures.style import MEASURED, MODEL_MARKERS, MODEL_STYLES, extremes
 from freerock.models.laws import MODELS
 
 BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
 RATE_WINDOW_S = 0.02  # over which angular rates are taken: short beside a swing, long beside a sample
 MISSING = -32768
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # as figures.style, for the screen
-MARKERS = {"measured": "circle", "housner": "diamond", "winkler": "square", "hunt_crossley": "triangle"}
-MARKERS |= {"general": "inverted_triangle"}
+MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
 
 
 def run_curves(record: xr.DataTree, number: int, fitted: xr.DataTree | None = None) -> dict[str, Any]:
@@ -67,7 +66,7 @@ def looks() -> dict[str, dict[str, Any]]:
             if isinstance(style["linestyle"], str)
             else style["linestyle"][1],
             "width": 3 if name == "measured" else 1.5,
-            "marker": MARKERS[name],
+            "marker": MARKERS[MODEL_MARKERS[name]] if name in MODEL_MARKERS else "circle",
             "label": style["label"],
         }
         for name, style in styles.items()

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
-from freerock.identification.choice import LOUDER, choose_model, wants_general
+from freerock.identification.choice import LOUDER, choose_model, is_wanted
 from freerock.identification.fit import evidence, fit_record, fit_run
 from freerock.identification.plan import standard_errors
 from freerock.models.block import GRAVITY, Block
@@ -403,7 +403,7 @@ def _choice(case) -> list:
     truth, motion, _ = _drawn(model, ("white",), (4, list(MODELS).index(model), i), _draw_any)
     fits = {law: fit_run(law, truth.block, motion) for law in PAPER_MODELS}
     found = {law: evidence(fit) for law, fit in fits.items()}
-    if wants_general(found):
+    if is_wanted("general", found):
         found["general"] = evidence(fit_run("general", truth.block, motion))
     chosen, reason = choose_model(found)
 

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares, minimize_scalar
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.models.block import Block
-from freerock.models.laws import K_RANGE, RATIO_RANGE
+from freerock.models.laws import LAWS, PARAMETERS
 from freerock.models.simulate import DEBONDING, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.studies.methods import HOUSNER_METHODS, METHODS, Scene, Solution, freerock
@@ -43,7 +43,7 @@ RATIO = {
     "winkler": WINKLER["marble"]["c"] / WINKLER["marble"]["k"],
     "hunt_crossley": MARBLE["lambda"] / MARBLE["k"],
 }
-DAMPING = {"winkler": "c", "hunt_crossley": "lambda"}
+DAMPING = {model: LAWS[model].dampings[0] for model in RATIO}
 COLUMNS = ["map", "method", "model", "debonding", "x", "x_value", "y", "y_value"]
 COLUMNS += ["state", "cause", "measure", "value", "evaluations", "pipeline"]
 
@@ -182,8 +182,8 @@ def _rows(name, methods, scene, time, x, y, pipeline, true):
 def pipeline_of(scene: Scene, time) -> str:
     """What a fit does with the parameters of a scene."""
     k, damping = scene.parameters["k"], scene.parameters[DAMPING[scene.model]]
-    low, high = RATIO_RANGE[DAMPING[scene.model]]
-    if not (K_RANGE[0] <= k <= K_RANGE[1] and low <= damping / k <= high):
+    (softest, stiffest), (low, high) = PARAMETERS["k"].bounds, PARAMETERS[DAMPING[scene.model]].bounds
+    if not (softest <= k <= stiffest and low <= damping / k <= high):
         return "outside the bounds of the fit: never reached"
     _, outcome = simulate_theta(
         scene.model, scene.block, scene.parameters, time, theta0=scene.theta0, debonding=scene.debonding
@@ -240,7 +240,7 @@ def stiffness_map(size: str) -> list:
                         scene,
                         time,
                         ("k [N/m²]", k),
-                        (f"{DAMPING[model]}/k [{'s' if model == 'winkler' else 's/m'}]", ratio),
+                        (f"{DAMPING[model]}/k [{PARAMETERS[DAMPING[model]].ratio_unit}]", ratio),
                         pipeline_of(scene, time),
                         reference(scene, time, size),
                     )

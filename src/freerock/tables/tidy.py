@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.identification.choice import choose_model
-from freerock.models.laws import MODELS, UNITS
+from freerock.models.laws import MODELS, unit_of
 from freerock.products.groups import fits_of, not_fitted_in, reasons_in, runs_of
 from freerock.runs.verdict import Level, Reason, Verdict, in_one_line
 
@@ -97,7 +97,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                         "model": model,
                         "parameter": parameter,
                         **{key: column[i] for key, column in numbers.items()},
-                        "unit": UNITS[parameter.split("_")[0]],
+                        "unit": unit_of(parameter),
                         "success": bool(fit["success"].item()),
                     }
                 )

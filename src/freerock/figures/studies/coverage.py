@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import MODEL_STYLES, headed, label, styled
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS
 
 NOISE_MARKERS = {"white": "o", "hum and drift": "^"}
 
@@ -81,7 +81,7 @@ def draw(frame, labels=None):
                 "marker": marker,
                 "linestyle": "",
                 "markersize": 4,
-                "markerfacecolor": "white" if parameter in ("c", "lambda") else None,
+                "markerfacecolor": "white" if PARAMETERS[parameter].ratio_unit else None,
             }
             if noise == "white":
                 error = rows["efficiency"] / np.sqrt(2 * rows["n"])
@@ -104,7 +104,7 @@ def draw(frame, labels=None):
             color=MODEL_STYLES[model]["color"],
             marker="o",
             linestyle="",
-            markerfacecolor="white" if parameter in ("c", "lambda") else None,
+            markerfacecolor="white" if PARAMETERS[parameter].ratio_unit else None,
             label=f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}",
         )
         for model, parameter in quantities

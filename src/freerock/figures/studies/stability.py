@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from freerock.figures.style import styled
-from freerock.models.laws import K_RANGE, MODEL_LABELS, RATIO_RANGE
+from freerock.models.laws import MODEL_LABELS, PARAMETERS
 
 STATE_COLOURS = {
     "converged": "#7fbf8f",
@@ -28,7 +28,11 @@ QUANTITIES |= {
     "record [s]": "record / s",
     "start off by a factor of": "start off by a factor of",
 }
-BOUNDS = {"k [N/m²]": K_RANGE, "c/k [s]": RATIO_RANGE["c"], "lambda/k [s/m]": RATIO_RANGE["lambda"]}
+BOUNDS = {"k [N/m²]": PARAMETERS["k"].bounds} | {
+    f"{name}/k [{parameter.ratio_unit}]": parameter.bounds
+    for name, parameter in PARAMETERS.items()
+    if parameter.ratio_unit
+}
 TICKS = 5  # of an axis at most
 
 

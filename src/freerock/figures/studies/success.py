@@ -6,7 +6,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from freerock.figures.style import headed, styled
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS
 
 OUTCOMES = {  # of a fit: how it is drawn
     "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},
@@ -39,13 +39,14 @@ def draw(frame, labels=None):
         outcome = np.select(
             [rows["reported"], ~rows["reached"]], ["reported as failed", "missed"], "global minimum"
         )
-        if model == "housner":
+        if not LAWS[model].is_foundation:
             x, y = 1 - rows["r"], rows["sigma_deg"]
             ax.set(xlabel="1 − r", ylabel="noise $σ_θ$ / °")
         else:
-            damping = "c" if model == "winkler" else "lambda"
+            damping = LAWS[model].dampings[0]
             x, y = rows["k"], rows[damping] / rows["k"]
-            unit = {"c": "s", "lambda": "(s/m)"}[damping]
+            unit = PARAMETERS[damping].ratio_unit
+            unit = f"({unit})" if "/" in unit else unit
             ax.set(xlabel="k / (N/m²)", ylabel=f"{SYMBOLS[damping]}/k / {unit}")
         for name, style in OUTCOMES.items():
             ax.plot(x[outcome == name], y[outcome == name], linestyle="", **style)
