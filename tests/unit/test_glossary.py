@@ -1,0 +1,61 @@
+"""The names in docs/glossary.md are those of the code, and all of them."""
+
+import re
+from pathlib import Path
+
+import pandas as pd
+
+from freerock.config.campaign import CampaignFile, ConfigFile, Record, section_in
+from freerock.config.scene import Scene
+from freerock.identification import plan, population, predict
+from freerock.models.block import Block
+from freerock.products.names import VARIABLES
+from freerock.tables import restitution, summary, tidy
+
+GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
+HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
+
+
+def names(column):
+    """Names between backticks in a column of the glossary's tables."""
+    found = set()
+    for line in GLOSSARY.read_text(encoding="utf-8").splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line.startswith("|") and len(cells) == len(HEAD):
+            found |= set(re.findall(r"`(\w+)`", cells[HEAD.index(column)]))
+    return found
+
+
+def keys(model):
+    """Keys of a section of the configuration and of the sections in it."""
+    found = set(model.model_fields)
+    for field in model.model_fields.values():
+        child = section_in(field.annotation)
+        found |= keys(child) if child else set()
+    return found
+
+
+def columns():
+    """Columns of all tables."""
+    parameters, epsilon = (pd.DataFrame(columns=names) for names in (tidy.PARAMETERS, tidy.EPSILON))
+    frames = [
+        summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
+        summary.table2(parameters.astype({"success": bool})),
+        summary.table3(epsilon),
+        summary.recovered_table(parameters, {}),
+    ]
+    lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
+    lists += [population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS]
+    return {column for listed in [*lists, *frames] for column in listed}
+
+
+def test_every_configuration_key_is_in_the_glossary_and_no_other():
+    assert names("config") == set().union(*map(keys, (ConfigFile, CampaignFile, Record, Scene)))
+
+
+def test_every_variable_is_in_the_glossary_and_no_other():
+    assert names("netCDF") == set(VARIABLES)
+
+
+def test_every_column_is_in_the_glossary_and_no_other():
+    assert names("CSV") == columns()
