@@ -1,6 +1,6 @@
 """Free-rocking tests: from laser records to θ(t), runs, restitution, identified models and a report.
 
-record file → record → fit → qc, tables, figures → report → complete
+record file → record → fit → quality, tables, figures → report → complete
 """
 
 import atexit
@@ -33,8 +33,10 @@ rule all:
 
 
 onstart:
-    # Without its limit of jobs per second, which none here reaches: each job that ends would leave a timer that
-    # looks at all open jobs once a second, a fifth of the processor time of 600 records.
+    # No limit of jobs per second, which none here reaches. With one, each job that ends leaves a timer that looks
+    # at all open jobs once per time span, for ever: a fifth of the processor time of 600 records. No setting
+    # serves: --max-jobs-per-timespan can't be switched off, a short span wakes more often, and the timers of a
+    # long one must run out before Snakemake ends.
     workflow.scheduler.job_rate_limiter = None
 
 

@@ -69,7 +69,7 @@ def test_a_node_that_dies_midway_changes_no_byte(local, remote, cluster):
     """Slurm starts its job again, on whichever node is there; the run goes on without help."""
     fits = [path for path in local.products() if "/fits/" in path]
     run = started(remote, cluster, *fits)
-    begun = remote / "results/palermo_virtual/logs/fit_1.log"
+    begun = remote / "results/palermo_virtual/logs/fit_config1_marble.log"
     cluster.wait_for(lambda: begun.exists() and "n2" in cluster.jobs("RUNNING"), 120)
     cluster.kill("n2")
     cluster.start_node("n2")

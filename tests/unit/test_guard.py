@@ -9,7 +9,7 @@ from threading import Thread
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs.guard import JOBS, RUNS, check_clock, check_room, job_runs, run_starts
+from freerock.jobs.guard import JOBS, RUNS, check_clock, check_folder, check_room, job_runs, run_starts
 
 
 @pytest.fixture
@@ -106,12 +106,19 @@ def test_a_folder_that_can_be_written_is_left_as_it_was(tmp_path):
 
 def test_a_file_in_the_place_of_the_results_is_refused(tmp_path):
     (tmp_path / "results").touch()
-    with pytest.raises(FreerockError) as told:
-        check_room(tmp_path / "results/lab")
-    assert str(told.value) == (
-        f"{tmp_path}/results: can't be written (Not a directory); "
-        "give yourself the right to write there, or use --directory"
-    )
+    for check, folder in ((check_folder, "results"), (check_room, "results/lab")):
+        with pytest.raises(FreerockError) as told:
+            check(tmp_path / folder)
+        assert str(told.value) == (
+            f"{tmp_path}/results: can't be written (Not a directory); "
+            "give yourself the right to write there, or use --directory"
+        )
+
+
+def test_looking_at_a_folder_writes_nothing(tmp_path):
+    check_folder(tmp_path)
+    check_folder(tmp_path / "missing")
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_folder_without_rights_is_named(tmp_path, monkeypatch):

@@ -73,7 +73,7 @@ class Checkout:
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
 
     def planned(self) -> dict:
-        """Number of jobs a run would have, by rule; those of record, fit and qc under these names."""
+        """Number of jobs a run would have, by rule; those of record, fit and quality under these names."""
         done = self.snakemake("--dry-run")
         assert done.returncode == 0, done.stdout + done.stderr
         if "Nothing to be done" in done.stdout + done.stderr:
@@ -81,7 +81,7 @@ class Checkout:
         stats = (done.stdout + done.stderr).split("Job stats:")[1].split("total")[0]
         jobs = Counter()
         for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M):
-            jobs[re.sub(r"^(record|fit|qc)_.*", r"\1", rule)] += int(number)
+            jobs[re.sub(r"^(record|fit|quality)_.*", r"\1", rule)] += int(number)
         del jobs["all"]
         return dict(jobs)
 

@@ -24,7 +24,7 @@ from freerock.virtual_lab import record as twin
 STAGES = {
     "record": "records/squat_mat.nc",
     "fit": "fits/squat_mat.nc",
-    "qc": "figures/qc_squat_mat.csv",
+    "quality": "figures/qc_squat_mat.csv",
     "tables": "tables/runs.csv",
     "figure": "figures/restitution.csv",
     "report": "report.html",

@@ -7,7 +7,7 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 from freerock.products.netcdf import open_record
 from freerock.virtual_lab import record as twin
 
-STEPS = {"record": "make_record", "fit": "make_fits", "qc": "make_pages"}
+STEPS = {"record": "make_record", "fit": "make_fits", "quality": "make_pages"}
 INJECTED = """
 
 _{function} = {function}
@@ -24,7 +24,7 @@ FAILED = {"bad_record": TOLD, "bad_fit": f"not fitted: {TOLD}"}
 
 def test_the_unforeseen_in_each_step(tmp_path):
     checkout = check_out(tmp_path / "checkout")
-    tests = ["good", "bad_record", "bad_fit", "bad_qc"]
+    tests = ["good", "bad_record", "bad_fit", "bad_quality"]
     yaml = CAMPAIGN.replace("truth: truth.json\n", "").replace("records_per_job: 1", "records_per_job: 4")
     add_campaign(checkout, "lab", yaml, [(test, "", "squat") for test in tests])
     (checkout / "raw/lab").mkdir(parents=True)
@@ -45,22 +45,22 @@ def test_the_unforeseen_in_each_step(tmp_path):
     assert "record good failed" not in done.stderr
     last = "".join(f"\nlab: record {test} failed: {why}" for test, why in FAILED.items())
     assert done.stderr.endswith(f"{last}\n")
-    assert "record bad_qc failed" not in done.stderr
+    assert "record bad_quality failed" not in done.stderr
     with open(checkout / "results/lab/tables/runs.csv", newline="", encoding="utf-8") as table:
         rows = {row["test"]: (row["run"], row["verdict"], row["reasons"]) for row in csv.DictReader(table)}
     assert rows == {
         "good": ("1", "ok", ""),
         "bad_record": ("", "fail", TOLD),
         "bad_fit": ("1", "fail", f"not fitted: {TOLD}"),
-        "bad_qc": ("1", "ok", ""),
+        "bad_quality": ("1", "ok", ""),
     }
     with open(checkout / "results/lab/tables/parameters.csv", newline="", encoding="utf-8") as table:
-        assert {row["test"] for row in csv.DictReader(table)} == {"good", "bad_qc"}
+        assert {row["test"] for row in csv.DictReader(table)} == {"good", "bad_quality"}
     assert not open_record(checkout / "results/lab/records/bad_record.nc").children
     page = (checkout / "results/lab/report.html").read_text(encoding="utf-8")
     assert page.count("ZeroDivisionError: injected") >= 2
     for step in STEPS:
-        log = (checkout / f"results/lab/logs/{step}_1.log").read_text()
+        log = (checkout / f"results/lab/logs/{step}_good.log").read_text()
         assert f"bad_{step}" in log and "Traceback" in log
-    assert (checkout / "results/lab/figures/qc_bad_qc.pdf").stat().st_size > 0
+    assert (checkout / "results/lab/figures/qc_bad_quality.pdf").stat().st_size > 0
     assert checkout.planned() == {"complete": 1}

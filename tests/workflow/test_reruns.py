@@ -10,13 +10,13 @@ from freerock.virtual_lab import record as twin
 
 FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
 REPORT = {"report": 1, "complete": 1}
-PAGES = REPORT | {"qc": 2}
+PAGES = REPORT | {"quality": 2}
 AFTER_TABLES = {"printed_tables": 1, "recovered": 1, "figure_restitution": 1, "figure_predictions": 1}
 AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure_models": 2, "figure_misfit_map": 1}
 EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
 AFTER_STYLE = PAGES | FIGURES | {"figure_misfit_map": 1, "figure_predictions": 1}
 AFTER_LABELS = AFTER_STYLE | {"printed_tables": 1}
-OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "qc": 1, "figure_models": 1}
+OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1, "figure_models": 1}
 
 YAML = "config/campaigns/small.yaml"
 CSV = "config/campaigns/small.csv"

@@ -3,42 +3,22 @@ import sys
 from pathlib import Path
 
 from freerock.config import steps as settings
-from freerock.cli.check import check_files
-from freerock.config.campaign import check_options, load_config, read_campaign
+from freerock.config.campaign import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
-from freerock.virtual_lab.truth import read_truth
 from freerock.jobs.code import PACKAGE, code_checksum
+from freerock.jobs.guard import check_folder
 from freerock.jobs.log import why_failed
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 
 
-def asked_for():
-    """The campaigns this run may make products of; targets are told by the command line alone at this moment."""
-    if not workflow.is_main_process or "--lint" in sys.argv:
-        return {}
-    named = [Path(word).parts for word in sys.argv[1:] if word == "studies" or word.startswith("results/")]
-    if not named or "all" in sys.argv:
-        return CAMPAIGNS
-    return {
-        name: section
-        for name, section in CAMPAIGNS.items()
-        if ("results", name) in [each[:2] for each in named]
-    }
-
-
 try:
     check_options(config)
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
-    for name, section in asked_for().items():
-        if not os.path.isdir(section.raw):  # not one file: a share that is not there, a renamed folder
-            raise next(check_files(read_campaign(f"config/campaigns/{name}.yaml")))
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
-    for section in CAMPAIGNS.values():
-        if section.truth:
-            read_truth(f"{section.raw}/{section.truth}")
+    check_folder(Path("results"))
 except FreerockError as error:
     sys.exit(str(error))
 
@@ -70,7 +50,7 @@ def raw_files(section, records):
     names = {name: None for record in records for name in record.lasers}
     tables = filter(None, (section.lasers[name].calibration for name in names))
     files = [f"{section.raw}/{file}" for file in [*(record.file for record in records), *tables]]
-    return [file for file in files if os.path.exists(file)]  # missing: told by the script
+    return [file for file in files if os.path.exists(file)]  # missing: the script says so
 
 
 def of_campaign(settings):
@@ -113,6 +93,15 @@ def csv_tables(*names):
     return [f"results/{{campaign}}/tables/{name}.csv" for name in names]
 
 
+def of_all(product):
+    """Input function: a product of each record of all campaigns."""
+    return lambda w: [
+        f"results/{name}/{product.format(test=each.test)}"
+        for name, section in CAMPAIGNS.items()
+        for each in section.records
+    ]
+
+
 def products(kind):
     """Input function: the records or fits of the tests."""
     return lambda w: expand(f"results/{w.campaign}/{kind}/{{test}}.nc", test=tests_of(w))
@@ -126,3 +115,8 @@ def memory(mb):
 def minutes(first):
     """Minutes of a job on a cluster; more at the next attempt."""
     return lambda wildcards, attempt: first * attempt
+
+
+def resources_of(step, **usual):
+    """Resources of a job of records: what --set-resources says of its step instead of the usual ones."""
+    return usual | dict(workflow.resource_settings.overwrite_resources.get(step, {}))

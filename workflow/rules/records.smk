@@ -1,70 +1,73 @@
-# Per record; a job takes on as many as the campaign's records_per_job says, in the order of its CSV file.
+# Per record; a job takes on several, as freerock.jobs.batches divides them. Their files can't be outputs of one
+# rule, whose lists of outputs are all equally long, so each job has a rule of its own. The rules record, fit and
+# quality stand for all of a step: as targets, and as names for --set-resources.
 
+from freerock.jobs.batches import batches
 
 for name, section in CAMPAIGNS.items():
-    for number, records in enumerate(section.batches, 1):
-        tests = [each.test for each in records]
+    of_test = {each.test: each for each in section.records}
+    for tests in batches(list(of_test), section.records_per_job):
+        records = [of_test[test] for test in tests]
         own, shared = settings.record_settings(section, records, CHECKSUMS[name])
         own_fit, shared_fit = settings.fit_settings(section, records)
-        told = f"{name}: {tests[0]}" + (f" to {tests[-1]}" if tests[1:] else "")
+        job = f"{name}_{tests[0]}"
+        who = f"{name}: {tests[0]}" + (f" and {len(tests) - 1} more" if tests[1:] else "")
 
         rule:
             name:
-                f"record_{name}_{number}"
+                f"record_{job}"
             input:
-                raw=raw_files(section, records),
+                raw=raw_files_of(name, records),
             output:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             log:
-                f"results/{name}/logs/record_{number}.log",
+                f"results/{name}/logs/record_{tests[0]}.log",
             benchmark:
-                f"results/{name}/benchmarks/record_{number}.tsv"
+                f"results/{name}/benchmarks/record_{tests[0]}.tsv"
             group:
                 "batch"
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(400),
-                runtime=minutes(5 + len(tests)),
+                **resources_of("record", mem_mb=memory(400), runtime=minutes(5 + len(tests))),
             params:
                 code=code("record"),
                 records=own,
                 shared=shared,
             message:
-                f"{told}: volts to θ(t), runs and impacts"
+                f"{who}: volts to θ(t), runs and impacts"
             script:
                 "../scripts/record.py"
 
         rule:
             name:
-                f"fit_{name}_{number}"
+                f"fit_{job}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             output:
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
             log:
-                f"results/{name}/logs/fit_{number}.log",
+                f"results/{name}/logs/fit_{tests[0]}.log",
             benchmark:
-                f"results/{name}/benchmarks/fit_{number}.tsv"
+                f"results/{name}/benchmarks/fit_{tests[0]}.tsv"
             group:
                 "batch"
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(700),
-                runtime=minutes(5 + len(tests)),
+                **resources_of("fit", mem_mb=memory(700), runtime=minutes(5 + len(tests))),
             params:
                 code=code("fit"),
                 records=own_fit,
                 shared=shared_fit,
             message:
-                f"{told}: identifying the models"
+                f"{who}: identifying the models"
             script:
                 "../scripts/fit.py"
 
         rule:
             name:
-                f"qc_{name}_{number}"
+                f"quality_{job}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
@@ -72,7 +75,7 @@ for name, section in CAMPAIGNS.items():
                 png=[
                     report(
                         f"results/{name}/figures/qc_{test}.png",
-                        caption="../report/qc.rst",
+                        caption="../report/quality.rst",
                         category=name,
                         subcategory="Quality control",
                         labels={"figure": f"Runs of {test}"},
@@ -82,21 +85,35 @@ for name, section in CAMPAIGNS.items():
                 pdf=[f"results/{name}/figures/qc_{test}.pdf" for test in tests],
                 data=[f"results/{name}/figures/qc_{test}.csv" for test in tests],
             log:
-                f"results/{name}/logs/qc_{number}.log",
+                f"results/{name}/logs/quality_{tests[0]}.log",
             benchmark:
-                f"results/{name}/benchmarks/qc_{number}.tsv"
+                f"results/{name}/benchmarks/quality_{tests[0]}.tsv"
             group:
                 "batch"
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(500),
-                runtime=minutes(5 + len(tests)),
+                **resources_of("quality", mem_mb=memory(500), runtime=minutes(5 + len(tests))),
             params:
-                code=code("qc"),
+                code=code("quality"),
                 tests=tests,
                 labels=settings.labels(section),
             message:
-                f"{told}: a page per run"
+                f"{who}: a page per run"
             script:
-                "../scripts/qc.py"
+                "../scripts/quality.py"
+
+
+rule record:
+    input:
+        of_all("records/{test}.nc"),
+
+
+rule fit:
+    input:
+        of_all("fits/{test}.nc"),
+
+
+rule quality:
+    input:
+        of_all("figures/qc_{test}.png"),

@@ -20,6 +20,8 @@ rule studies:
 
 
 rule study:
+    input:
+        study_starts,
     output:
         csv="results/studies/{study}.csv",
     log:

@@ -1,5 +1,6 @@
 """What a run may find: locks of a killed run, its jobs at work, no room to write, times of a wrong clock."""
 
+import errno
 import os
 import sys
 import tempfile
@@ -10,6 +11,7 @@ from pathlib import Path
 
 from freerock.errors import FreerockError
 
+ROOM = "give yourself the right to write there, or use --directory"
 RUNS, JOBS = Path(".snakemake/freerock.runs"), Path(".snakemake/freerock.jobs")
 
 
@@ -47,6 +49,18 @@ def job_runs() -> None:
         fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_SH)
 
 
+def check_folder(folder: Path) -> None:
+    """Refuse a file in the place of the folder of products; only looks.
+
+    Raises
+    ------
+    FreerockError
+        It is there and no folder.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise FreerockError(folder, f"can't be written ({os.strerror(errno.ENOTDIR)})", ROOM)
+
+
 def check_room(folder: Path) -> None:
     """Refuse a folder of products that can't be written, or the nearest above it that exists.
 
@@ -63,8 +77,7 @@ def check_room(folder: Path) -> None:
             with tempfile.TemporaryFile(dir=where):
                 pass
         except OSError as error:
-            remedy = "give yourself the right to write there, or use --directory"
-            raise FreerockError(where, f"can't be written ({error.strerror})", remedy) from None
+            raise FreerockError(where, f"can't be written ({error.strerror})", ROOM) from None
 
 
 def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:
