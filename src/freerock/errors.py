@@ -2,7 +2,7 @@
 
 
 class FreerockError(Exception):
-    """Bad input, told in one line: where it is, what is wrong, what to do.
+    """Bad input in one line: where it is, what is wrong, what to do.
 
     Parameters
     ----------

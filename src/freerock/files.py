@@ -1,7 +1,7 @@
 """Files: written in one step, known by their checksums; manifest.csv lists those of the raw record files.
 
-`python -m freerock.files raw/NAME` lists the files that are there now, after a change that is meant, but
-for hidden ones.
+`python -m freerock.files raw/NAME` writes the manifest of a folder anew, after a change that is meant; hidden
+files are left out.
 """
 
 import csv

@@ -66,9 +66,9 @@ def understood(unit: str) -> str | None:
     ('V', 'um', None)
     """
     unit = unit.strip()
-    return (
-        unit if unit in CHANNEL_UNITS else SPELLINGS.get(unit.lower()) if unit not in ("MV", "MA") else None
-    )
+    if unit in CHANNEL_UNITS:
+        return unit
+    return None if unit in ("MV", "MA") else SPELLINGS.get(unit.lower())
 
 
 def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDArray[np.float64], str]":
@@ -103,8 +103,8 @@ def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDA
         what = f"{declared!r} is declared and the file states {stated!r}"
         raise FreerockError(where, what, "correct the one that is wrong, or name the channel that is meant")
     if not (declared or read):
-        told = f"the channel's unit {stated!r} is not known" if stated else "the channel states no unit"
-        raise FreerockError(where, told, f"declare it as units of the laser: {', '.join(CHANNEL_UNITS)}")
+        what = f"the channel's unit {stated!r} is not known" if stated else "the channel states no unit"
+        raise FreerockError(where, what, f"declare it as units of the laser: {', '.join(CHANNEL_UNITS)}")
     quantity, factor = CHANNEL_UNITS[declared or str(read)]
     values = np.asarray(values, float)
     return (values if factor == 1 else values * factor), quantity

@@ -16,7 +16,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from freerock.config.campaign import Record, load_campaign
+from freerock.config.campaign import load_campaign
+from freerock.config.record import Record
 from freerock.virtual_lab.truth import read_truth
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,8 @@ from openpyxl import Workbook
 
 from freerock import cli
 from freerock.cli.inspect import look_into, look_text
-from freerock.config.campaign import FILL_IN, ConfigError, load_campaign
+from freerock.config.campaign import load_campaign
+from freerock.config.mistakes import FILL_IN, ConfigError
 from freerock.files import listed_checksums, sha256
 
 FOLDER = Path("stick/day 1")

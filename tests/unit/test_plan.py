@@ -9,7 +9,8 @@ import pytest
 import yaml
 from scipy.stats import chi2
 
-from freerock.config.campaign import ConfigError, load_campaign
+from freerock.config.campaign import load_campaign
+from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan import draw
 from freerock.figures.style import save

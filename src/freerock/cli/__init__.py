@@ -125,7 +125,7 @@ def _new_campaign_arguments(parser: argparse.ArgumentParser) -> None:
 def _new_campaign(chosen: argparse.Namespace) -> None:
     from freerock.cli.inspect import look_text
     from freerock.cli.new_campaign import new_campaign
-    from freerock.config.campaign import FILL_IN
+    from freerock.config.mistakes import FILL_IN
 
     made = new_campaign(chosen.name, chosen.folder)
     print("\n\n".join(map(look_text, made.looks)))
@@ -157,7 +157,7 @@ def _check_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _check(chosen: argparse.Namespace) -> None:
     from freerock.cli.check import check_config
-    from freerock.config.campaign import ConfigError
+    from freerock.config.mistakes import ConfigError
 
     sound, problems = check_config(campaign=chosen.campaign)
     for line in sound:

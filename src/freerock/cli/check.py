@@ -7,7 +7,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from freerock.config.campaign import LaserSection, Record, Source, campaign_paths, read_campaign
+from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.record import Record
+from freerock.config.sensor import LaserSection
 from freerock.errors import FreerockError
 from freerock.files import check_manifest, listed_checksums
 from freerock.units import in_base_units

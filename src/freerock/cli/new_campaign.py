@@ -16,7 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from freerock.cli.inspect import ChannelLook, RecordLook, look_into, quick_look, save_picture
-from freerock.config.campaign import FILL_IN, NAME, RESERVED, Record
+from freerock.config.campaign import RESERVED
+from freerock.config.keys import NAME
+from freerock.config.mistakes import FILL_IN
+from freerock.config.record import Record
 from freerock.errors import FreerockError
 from freerock.files import sha256, write_manifest
 from freerock.records.read import READERS

@@ -10,19 +10,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from freerock.config.campaign import (
-    BlockSection,
-    Debonding,
-    Fault,
-    LaserSection,
-    Model,
-    Number,
-    Positive,
-    Section,
-    Whole,
-    check_parameters,
-    load_section,
-)
+from freerock.config.campaign import load_section
+from freerock.config.keys import Debonding, Invalid, Model, Number, Positive, Section, Whole
+from freerock.config.sections import BlockSection, check_parameters
+from freerock.config.sensor import LaserSection
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,9 +50,9 @@ class GroundSection(Section):
     @classmethod
     def _one_of_the_two(cls, file: str, info: ValidationInfo) -> str:
         if file and info.data.get("pulse"):
-            raise Fault("has both a pulse and a file", "keep one of the two")
+            raise Invalid("has both a pulse and a file", "keep one of the two")
         if not file and info.data.get("pulse", ...) is None:
-            raise Fault("has neither a pulse nor a file", "give one of the two")
+            raise Invalid("has neither a pulse nor a file", "give one of the two")
         return file
 
 
@@ -75,7 +66,7 @@ class VirtualLaser(LaserSection):
     @model_validator(mode="after")
     def _volts_and_a_range(self) -> Self:
         if self.units not in ("", "V") or not (self.range_m or self.sensitivity_per_mm):
-            raise Fault("the virtual laser has volts and a range", "give range_m, leave units out")
+            raise Invalid("the virtual laser has volts and a range", "give range_m, leave units out")
         return self
 
 
@@ -110,11 +101,11 @@ class Scene(Section):
         if laser is None:
             return laser
         if len(info.data.get("models", ())) > 1:
-            raise Fault("a record is of one model", "keep one of the models")
+            raise Invalid("a record is of one model", "keep one of the models")
         if info.data.get("ground"):
-            raise Fault("the ground of a record rests", "remove ground, or laser")
+            raise Invalid("the ground of a record rests", "remove ground, or laser")
         if not info.data.get("release_angle_deg"):
-            raise Fault("nothing is released", "give release_angle_deg")
+            raise Invalid("nothing is released", "give release_angle_deg")
         return laser
 
 
@@ -123,7 +114,7 @@ def load_scene(path: str | Path) -> Scene:
 
     Raises
     ------
-    freerock.config.campaign.ConfigError
+    freerock.config.mistakes.ConfigError
         All problems of the file.
     """
     scene: Scene = load_section(Scene, path)

@@ -6,7 +6,9 @@ Texts that only describe (title, summary, notes) are no settings of a step that 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from freerock.config.campaign import Campaign, Record, Section
+from freerock.config.campaign import Campaign
+from freerock.config.keys import Section
+from freerock.config.record import Record
 
 Settings = dict[str, Any]
 

@@ -40,8 +40,8 @@ def read_calibration(path: str | Path) -> Calibration:
     try:
         text = Path(path).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        told = getattr(error, "strerror", None) or "is not UTF-8 text"
-        raise FreerockError(path, f"cannot be read ({told})", "put the calibration table there") from None
+        why = getattr(error, "strerror", None) or "is not UTF-8 text"
+        raise FreerockError(path, f"cannot be read ({why})", "put the calibration table there") from None
     lines = csv.reader(text.splitlines())
     rows = [(lines.line_num, row) for row in lines if any(cell.strip() for cell in row)]
     head = rows.pop(0)[1] if rows else []

@@ -1,64 +1,14 @@
-"""Configuration: what is accepted, and the line told for each mistake."""
+"""The line for each mistake of a configuration."""
 
-import importlib
-import inspect
-import json
 import pickle
-import re
-import subprocess
-import sys
 from pathlib import Path
-from typing import get_args
 
 import pytest
-import yaml
-from jsonschema import Draft202012Validator
+from laboratory import CSV, HEADER, YAML
 
-from freerock.config import campaign as config
-from freerock.config.campaign import ConfigError, load_campaign, load_config, section_in
-from freerock.config.reference import MARK, files
-from freerock.config.scene import Scene
+from freerock.config.campaign import check_options, load_campaign, load_config
+from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
-from freerock.models.laws import LAWS, MODELS
-from freerock.rotation.sensor import Laser
-from freerock.units import CHANNEL_UNITS
-
-ROOT = Path(__file__).parents[2]
-
-YAML = """\
-title: Blocks
-origin: measured
-blocks:
-  tall:
-    height_m: 0.28
-    width_m: 0.07
-    mass_kg: 5.84
-foundations:
-  marble: {}
-lasers:
-  near: {beam: horizontal, position_m: 0.1, range_m: 0.05}
-"""
-HEADER = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
-CSV = HEADER + "a,a.tdms,,tall,marble,near,,,,\n"
-
-
-@pytest.fixture
-def campaign(tmp_path, monkeypatch):
-    """Write a campaign in an empty folder, with parts of its files replaced; give the problems."""
-    monkeypatch.chdir(tmp_path)
-    Path("config/campaigns").mkdir(parents=True)
-
-    def problems(yaml_change=("", ""), csv_change=("", "")):
-        yaml_text, csv_text = YAML.replace(*yaml_change), CSV.replace(*csv_change)
-        assert (yaml_text, csv_text) != (YAML, CSV)
-        Path("config/campaigns/lab.yaml").write_text(yaml_text, encoding="utf-8")
-        Path("config/campaigns/lab.csv").write_text(csv_text, encoding="utf-8")
-        with pytest.raises(ConfigError) as caught:
-            load_campaign("config/campaigns/lab.yaml")
-        return str(caught.value).replace("config/campaigns/", "").splitlines()
-
-    return problems
-
 
 YAML_MISTAKES = {
     "negative mass": (
@@ -317,12 +267,6 @@ YAML_MISTAKES = {
 }
 
 
-def test_there_are_mistakes_of_many_kinds():
-    assert (
-        len({line.split(": ", 1)[1] for _, line in (*YAML_MISTAKES.values(), *CSV_MISTAKES.values())}) >= 40
-    )
-
-
 @pytest.mark.parametrize("mistake", YAML_MISTAKES)
 def test_mistake_in_yaml_is_told_in_one_line(campaign, mistake):
     change, line = YAML_MISTAKES[mistake]
@@ -459,6 +403,12 @@ def test_mistake_in_csv_is_told_in_one_line(campaign, mistake):
     assert campaign(csv_change=change) == [line]
 
 
+def test_there_are_mistakes_of_many_kinds():
+    assert (
+        len({line.split(": ", 1)[1] for _, line in (*YAML_MISTAKES.values(), *CSV_MISTAKES.values())}) >= 40
+    )
+
+
 def test_all_mistakes_of_all_files_are_told_at_once(campaign):
     lines = campaign(yaml_change=("_m: 0.", "_m: -0."), csv_change=("a,a.tdms,,tall", "a b,,,tal"))
     assert [line.split(": ")[:2] for line in lines] == [
@@ -484,13 +434,6 @@ def test_two_lasers_whose_beams_differ_are_refused(campaign, other):
     assert lines == [
         "lab.csv:2: laser: the two beams differ in kind or in face; use two of one kind, on one face"
     ]
-
-
-def test_only_the_ends_of_lines_end_a_record(campaign):
-    campaign(csv_change=("near", "far"))
-    note = "wet\u2028then\x85cold"
-    Path("config/campaigns/lab.csv").write_text(CSV.replace(",\n", f",{note}\n"), encoding="utf-8")
-    assert load_campaign("config/campaigns/lab.yaml").record("a").note == note
 
 
 def test_a_file_that_is_not_utf8_is_told_with_its_line(campaign):
@@ -527,13 +470,6 @@ def test_a_campaign_named_as_the_studies_is_refused(tmp_path, monkeypatch):
     )
 
 
-def test_paper_mode_frees_the_parameters_of_the_models_only():
-    free = {"housner": ["theta0"]}
-    assert config.FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(MODELS, ())
-    freed = config.FitsSection(free=free).freed
-    assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
-
-
 def test_missing_files_are_told(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/campaigns/lab.csv").unlink()
@@ -558,204 +494,8 @@ def test_the_errors_of_several_campaigns_are_told_together(campaign):
     assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
-def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
-    campaign(csv_change=("near", "far"))
-    Path("config/campaigns/lab.csv").write_text(CSV)
-    Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
-    assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
-    assert list(load_config("config/config.yaml", campaigns="lab").campaigns) == ["lab"]
-
-
-@pytest.mark.parametrize("given", [2017, "2017", ["2017"], [2017]])
-def test_a_number_may_name_a_campaign(tmp_path, given):
-    with pytest.raises(ConfigError, match="there is no campaign '2017'"):
-        load_config(tmp_path / "config.yaml", campaigns=given)
-
-
 def test_misspelt_options_are_refused():
-    config.check_options({"campaigns": ["lab"], "studies": "small", "samples": 1})
+    check_options({"campaigns": ["lab"], "studies": "small", "samples": 1})
     with pytest.raises(FreerockError) as caught:
-        config.check_options({"campaign": "lab"})
+        check_options({"campaign": "lab"})
     assert str(caught.value) == "--config: campaign: unknown key; did you mean 'campaigns'?"
-
-
-def test_accepted_campaign(campaign):
-    campaign(csv_change=("near", "far"))
-    rows = (
-        "\n# a remark\n"
-        'b,day1/b.tdms,Laser,tall,marble,near,2;3,1@12.310:19.8,"slid, wet",\n'
-        "c,c,,tall,marble,near,record,,x,\n"
-    )
-    Path("config/campaigns/lab.csv").write_text(CSV + rows, encoding="utf-8-sig")
-    lab = load_campaign("config/campaigns/lab.yaml")
-    assert (lab.name, lab.raw, lab.file("b")) == ("lab", "raw/lab", "raw/lab/day1/b.tdms")
-    assert [record.test for record in lab.records] == ["a", "b", "c"]
-    assert lab.record("b").exclusions == ((2, "slid, wet"), (3, "slid, wet"))
-    assert lab.record("b").overrides == ((1, 12.31, 19.8, "slid, wet"),)
-    assert [record.excluded for record in lab.records] == [False, False, True]
-    assert lab.blocks["tall"].label == "tall"
-    assert lab.blocks["tall"].block.width_m == 0.07
-    assert json.loads(json.dumps(lab.model_dump())) == lab.model_dump(mode="json")
-
-
-def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
-    campaign(csv_change=("tall,marble", "1,on"))
-    text = YAML.replace("tall:", "1:").replace("marble:", "on:")
-    Path("config/campaigns/lab.yaml").write_text(text)
-    lab = load_campaign("config/campaigns/lab.yaml")
-    assert (list(lab.blocks), list(lab.foundations)) == (["1"], ["on"])
-
-
-def test_palermo_campaign():
-    twin = importlib.import_module("freerock.virtual_lab.record")
-    palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
-    blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
-    assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
-    assert all(record.test == f"{record.block}_{record.foundation}" for record in palermo.records)
-    for record in palermo.records:
-        block, _, laser = twin.CONFIGURATIONS[record.block]
-        assert palermo.blocks[record.block].block == block
-        assert Laser(**palermo.lasers[record.laser].model_dump()) == laser
-    assert palermo.origin == "simulated"
-    assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
-
-
-def keyword_arguments(function, without):
-    parameters = inspect.signature(function).parameters.items()
-    return {name: parameter.default for name, parameter in parameters if name not in without}
-
-
-def defaults(section, without=()):
-    return {
-        name: inspect.Parameter.empty if field.is_required() else field.default
-        for name, field in section.model_fields.items()
-        if name not in without
-    }
-
-
-@pytest.mark.parametrize(
-    ("step", "data", "section", "own"),
-    [
-        ("rotation.sensor.Laser", "", config.LaserSection, ""),
-        ("rotation.rotation.rotation", "time_s signal laser block units", config.RotationSection, ""),
-        (
-            "runs.segment.find_runs",
-            "time_s theta sigma_theta flags block zero_stderr faults overrides exclusions",
-            config.RunsSection,
-            "",
-        ),
-        (
-            "runs.impacts.find_impacts",
-            "time_s theta sigma_theta block theta0 theta0_stderr",
-            config.ImpactsSection,
-            "",
-        ),
-        ("models.block.Block", "", config.BlockSection, "label release_angle_deg"),
-        (
-            "identification.fit.fit_record",
-            "model block motions start free",
-            config.FitsSection,
-            "models free paper_mode pooled",
-        ),
-    ],
-)
-def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
-    module, _, name = step.rpartition(".")
-    function = getattr(importlib.import_module(f"freerock.{module}"), name)
-    assert defaults(section, own.split()) == keyword_arguments(function, data.split())
-
-
-def test_freed_nuisances_are_named_for_every_model():
-    assert list(config.FreeSection.model_fields) == list(LAWS) == list(config.FitsSection().models)
-    for model, law in LAWS.items():
-        with pytest.raises(ValueError, match=f"or '{law.nuisances[-1]}'"):
-            config.FreeSection.model_validate({model: ["size"]})
-    assert get_args(config.Model) == tuple(MODELS)
-    assert get_args(config.Unit) == ("", *CHANNEL_UNITS)
-
-
-def test_readme_and_schemas_agree_with_the_models():
-    readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
-    assert MARK in readme
-    for name, text in files(readme).items():
-        assert (ROOT / "config" / name).read_text(encoding="utf-8") == text, name
-
-
-def test_shipped_files_name_their_schema_and_agree_with_it():
-    shipped = [ROOT / "config/config.yaml"]
-    for path in [*shipped, *(ROOT / "config/campaigns").glob("*.yaml"), *(ROOT / "examples").glob("*.yaml")]:
-        text = path.read_text(encoding="utf-8")
-        named = re.match(r"# yaml-language-server: \$schema=(\S+)\n", text)[1]
-        schema = json.loads((path.parent / named).read_text(encoding="utf-8"))
-        Draft202012Validator.check_schema(schema)
-        data = yaml.safe_load(text)
-        assert list(Draft202012Validator(schema).iter_errors(data)) == []
-        assert list(Draft202012Validator(schema).iter_errors(data | {"titel": 1})) != []
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [("5.84", "-5.84"), ("mass_kg", "mass"), ("0.05}", "0.05, range_m: 0}"), ("0.1,", "FILL_IN,")],
-)
-def test_the_schema_refuses_what_an_editor_should_mark(old, new):
-    schema = Draft202012Validator(config.json_schema(config.CampaignFile))
-    assert list(schema.iter_errors(yaml.safe_load(YAML))) == []
-    assert list(schema.iter_errors(yaml.safe_load(YAML.replace(old, new)))) != []
-
-
-def test_every_key_is_used():
-    """Beyond the model that declares it: as an attribute, as an item, or as an argument of its step."""
-    package = ROOT / "src/freerock"
-    config_modules = [package / f"config/{name}.py" for name in ("campaign", "steps")]
-    declaring = {*package.glob("config/*.py"), package / "cli/new_campaign.py"}
-    others = {*package.rglob("*.py"), *(ROOT / "workflow").rglob("*.smk")} - declaring
-    used = {word for path in config_modules for word in re.findall(r"\.(\w+)", path.read_text("utf-8"))}
-    for path in others:
-        found = re.findall(r"\.(\w+)|[\"'](\w+)[\"']|^ +(\w+): [^=\n]+", path.read_text("utf-8"), re.M)
-        used.update(*found)
-
-    def keys(model):
-        for name, field in model.model_fields.items():
-            yield name
-            child = section_in(field.annotation)
-            yield from keys(child) if child else ()
-
-    declared = {*keys(config.ConfigFile), *keys(config.CampaignFile), *keys(config.Record)}
-    assert declared - used == set()
-
-
-def test_every_key_is_described():
-    def descriptions(schema):
-        for definition in [schema, *schema.get("$defs", {}).values()]:
-            for name, key in definition["properties"].items():
-                yield name, key.get("description")
-
-    models = (config.ConfigFile, config.CampaignFile, Scene)
-    found = [item for model in models for item in descriptions(config.json_schema(model))]
-    assert len(found) > 40
-    assert [name for name, description in found if not description] == []
-
-
-def test_two_lasers_and_their_channels():
-    record = config.Record(
-        test="a", file="a.tdms", channel="top; low", block="b", foundation="f", laser="high;near"
-    )
-    assert (record.lasers, record.channels) == (("high", "near"), ("top", "low"))
-    alone = record.model_copy(update={"channel": "", "laser": "near"})
-    assert (alone.lasers, alone.channels) == (("near",), ("",))
-
-
-def test_a_rotation_needs_no_beam():
-    assert Laser(**config.LaserSection(units="deg").model_dump()) == Laser(units="deg")
-
-
-def test_schema_has_the_keys_of_the_example():
-    keys = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
-    assert set(keys) <= set(config.json_schema(config.CampaignFile)["properties"])
-
-
-def test_configuration_loads_without_the_numerical_libraries():
-    code = "import sys, freerock.config.campaign as _; "
-    code += "print([m for m in ('numpy', 'scipy', 'pandas') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

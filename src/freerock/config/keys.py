@@ -1,0 +1,82 @@
+"""What a key may hold: numbers, names, choices; and `Section`, a group of keys."""
+
+import difflib
+import re
+from collections.abc import Collection, Iterable
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+
+from freerock.models.laws import DEBONDING, LAWS
+from freerock.units import CHANNEL_UNITS
+
+NAME = r"^[A-Za-z0-9_]+$"
+
+
+class Invalid(ValueError):
+    """What a validator found, with its remedy."""
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
+def _not_a_switch(value: Any) -> Any:
+    if isinstance(value, bool):  # pydantic would read true as 1
+        raise Invalid(f"{str(value).lower()} is not a number", "give a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_not_a_switch)]
+Whole = Annotated[int, BeforeValidator(_not_a_switch)]
+Positive = Annotated[Number, Field(gt=0)]
+Name = Annotated[str, StringConstraints(pattern=NAME)]
+if TYPE_CHECKING:  # words known only at run time
+    Unit: TypeAlias = str
+    Model: TypeAlias = str
+    Debonding: TypeAlias = str
+else:
+    Unit = Literal["", *CHANNEL_UNITS]
+    Model = Literal[*LAWS]
+    Debonding = Literal[*DEBONDING]
+
+
+class Section(BaseModel):
+    """A group of keys: unknown keys are refused, nothing changes after loading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, str_strip_whitespace=True)
+
+
+def section_in(annotation: Any) -> type[Section] | None:
+    """The section that an annotation names, itself or within a dict, a tuple or an alternative."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation
+    return next(filter(None, map(section_in, get_args(annotation))), None)
+
+
+def closest(word: object, words: Iterable[object]) -> list[str]:
+    """The one of some words that a misspelt word may mean, or none."""
+    return difflib.get_close_matches(str(word), map(str, words), n=1)
+
+
+def did_you_mean(word: object, words: Iterable[object]) -> str:
+    """The question whether the closest of some words was meant; empty when none is close."""
+    return "".join(f"did you mean {close!r}?" for close in closest(word, words))
+
+
+def check_name(name: str, names: Collection[str], kind: str) -> None:
+    """Refuse a name that is not among those known; `kind` says what it should be."""
+    if name not in names:
+        remedy = did_you_mean(name, names) or f"use one of {', '.join(names)}"
+        raise Invalid(f"{name!r} is not {kind}", remedy)
+
+
+def check_inside(file: str) -> str:
+    """Refuse the path of a file that may lie outside of the raw folder."""
+    if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
+        remedy = "give a path below it, with / between folders"
+        raise Invalid(f"{file!r} is not inside the raw folder", remedy)
+    if re.search("[{}]", file):
+        raise Invalid(f"{file!r} has braces, which Snakemake takes for wildcards", "rename the file")
+    return file

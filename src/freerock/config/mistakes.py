@@ -1,0 +1,128 @@
+"""Checks values against a section; each mistake becomes a line: where, what is wrong, what to do."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, get_origin
+
+from pydantic import ValidationError
+from pydantic_core import ErrorDetails
+
+from freerock.config.keys import NAME, Invalid, Section, closest, did_you_mean, section_in
+from freerock.config.lines import Key
+from freerock.errors import FreerockError
+
+FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
+
+
+class ConfigError(FreerockError):
+    """All problems of the configuration; str() has one line for each.
+
+    Parameters
+    ----------
+    problems : sequence of FreerockError
+        At least one; where, what and remedy are those of the first.
+    """
+
+    def __init__(self, problems: Sequence[FreerockError]) -> None:
+        self.problems = tuple(problems)
+        first = self.problems[0]
+        super().__init__(first.where, first.what, first.remedy)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.problems,)
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, self.problems))
+
+
+def validate(
+    model: type[Section],
+    data: Mapping[str, Any] | None,
+    where: Callable[[Key], str],
+    problems: list[FreerockError],
+) -> Any:
+    """The section, or None and its problems added; `where` words a location."""
+    if data is None:
+        return None
+    blanks = list(_blanks(data))
+    for loc in blanks:
+        field, _ = _walk(model, loc)
+        give = f"give {field.description}" if field else "write the value there"
+        problems.append(FreerockError(where(loc), "is still to be filled in", give))
+    try:
+        section = model.model_validate(data)
+        return None if blanks else section
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+    located = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in found]
+    faults = [(loc, fault) for loc, fault in located if loc not in blanks]
+    meant = {
+        (*loc[:-1], close)
+        for loc, fault in faults
+        if fault["type"] == "extra_forbidden"
+        for close in closest(loc[-1], _keys(model, loc[:-1]))
+    }
+    for loc, fault in faults:
+        if fault["type"] != "missing" or loc not in meant:
+            problems.append(FreerockError(where(loc), *_explain(model, loc, fault)))
+    return None
+
+
+def _blanks(data: Any, loc: Key = ()) -> Iterator[Key]:
+    """Where a value is still the one to be filled in."""
+    if data == FILL_IN:
+        yield loc
+    elif isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from _blanks(value, (*loc, str(key)))
+    elif isinstance(data, list):
+        for i, value in enumerate(data):
+            yield from _blanks(value, (*loc, str(i)))
+
+
+def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, str]:
+    """What is wrong and what to do, for one of pydantic's errors."""
+    kind, value, context = fault["type"], fault["input"], fault.get("ctx", {})
+    if isinstance(context.get("error"), Invalid):
+        return context["error"].what, context["error"].remedy
+    if kind == "extra_forbidden":
+        keys = _keys(model, loc[:-1])
+        return "unknown key", did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
+    if context.get("pattern") == NAME and value:
+        return f"{value!r} is not a name", "use letters, digits and _ only"
+    field, _ = _walk(model, loc)
+    give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
+    if kind == "missing":
+        return "is missing", give
+    if value in (None, "", {}, [], ()):
+        return "is empty", give
+    if isinstance(value, dict | list | tuple):
+        return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
+    if "pattern" in context:
+        return f"{value!r} is not understood", give
+    what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
+    what = re.sub(r"valid dictionary.*", "group of keys", what).partition(", unable")[0]
+    if kind == "literal_error":
+        give = did_you_mean(value, re.findall(r"'(\w+)'", context["expected"])) or give
+    return f"{value!r} {what}", give
+
+
+def _walk(model: type[Section], loc: Key) -> tuple[Any, type[Section] | None]:
+    """The field that holds a location, and the section whose keys stand below it."""
+    field: Any = None
+    section: type[Section] | None = model
+    named = False
+    for part in loc:
+        if named or section is None:
+            named = False
+            continue
+        if part not in section.model_fields:
+            return field, section
+        field = section.model_fields[part]
+        section, named = section_in(field.annotation), get_origin(field.annotation) in (dict, tuple)
+    return field, section
+
+
+def _keys(model: type[Section], loc: Key) -> tuple[str, ...]:
+    section = _walk(model, loc)[1]
+    return tuple(section.model_fields) if section else ()

@@ -1,0 +1,193 @@
+"""A record: one line of a campaign's CSV file, and the reading of that file."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from freerock.config.keys import Invalid, Name, Section, check_inside, closest, did_you_mean
+from freerock.config.lines import Key, read_text
+from freerock.config.mistakes import FILL_IN, validate
+from freerock.errors import FreerockError
+
+OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
+
+
+class Record(Section):
+    """A record: one line of config/campaigns/<name>.csv."""
+
+    test: Name = Field(description="the name of the record: letters, digits and _")
+    file: str = Field(min_length=1, description="the record file, inside the raw folder")
+    channel: str = Field(
+        "", description="the channel of the laser; empty when the file has only one; of two lasers, as a;b"
+    )
+    block: str = Field(description="the name of a block")
+    foundation: str = Field(description="the name of a foundation")
+    laser: str = Field(description="the name of a laser, or of the two on one record, as a;b")
+    exclude: str = Field(
+        "",
+        pattern=r"^(record|\d+(;\d+)*)?$",
+        description="nothing, record, or the numbers of the runs left out, as 2;3",
+    )
+    override: str = Field(
+        "",
+        description="nothing, or hand-set release and end in seconds, as 2@12.310:19.800; more after a ;",
+    )
+    reason: str = Field("", description="why a run is excluded or overridden")
+    note: str = Field("", description="anything worth keeping")
+
+    @field_validator("file")
+    @classmethod
+    def _file_is_inside(cls, file: Any) -> Any:
+        return check_inside(file)
+
+    @field_validator("override")
+    @classmethod
+    def _release_before_end(cls, override: Any) -> Any:
+        runs = []
+        for item in filter(None, override.split(";")):
+            match = OVERRIDE.fullmatch(item.strip())
+            if not match:
+                raise Invalid(f"{item!r} is not run@release:end", "give run and seconds, as 2@12.310:19.800")
+            if float(match[2]) >= float(match[3]):
+                raise Invalid(f"run {match[1]} ends before it is released", "give the release first")
+            runs.append(int(match[1]))
+        if len(set(runs)) < len(runs):
+            raise Invalid("a run is overridden twice", "give each run once")
+        return override
+
+    @field_validator("reason")
+    @classmethod
+    def _reason_given(cls, reason: Any, info: ValidationInfo) -> Any:
+        if not reason and (info.data.get("exclude") or info.data.get("override")):
+            raise Invalid("a run is excluded or overridden without a reason", "say why")
+        return reason
+
+    @field_validator("laser")
+    @classmethod
+    def _a_channel_for_each(cls, laser: Any, info: ValidationInfo) -> Any:
+        lasers = laser.split(";")
+        channels = [name.strip() for name in info.data.get("channel", "").split(";")]
+        remedy = "name a channel for each, as a;b in both columns"
+        if len(lasers) > 2:
+            raise Invalid(f"{laser!r} are more than two lasers", "name one or two")
+        if len(channels) != len(lasers):
+            raise Invalid(f"{len(lasers)} for {len(channels)} channels", remedy)
+        if len(set(channels)) < len(channels):
+            raise Invalid(f"both are given channel {channels[0]!r}", remedy)
+        return laser
+
+    @property
+    def lasers(self) -> tuple[str, ...]:
+        """Name of the laser, or of the two."""
+        return tuple(name.strip() for name in self.laser.split(";"))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channel of each laser, "" for the only one of the file."""
+        return tuple(name.strip() for name in self.channel.split(";"))
+
+    @property
+    def excluded(self) -> bool:
+        """Whether the whole record is left out."""
+        return self.exclude == "record"
+
+    @property
+    def exclusions(self) -> tuple[tuple[int, str], ...]:
+        """(run, reason) of each run left out."""
+        runs = () if self.excluded else filter(None, self.exclude.split(";"))
+        return tuple((int(run), self.reason) for run in runs)
+
+    @property
+    def overrides(self) -> tuple[tuple[int, float, float, str], ...]:
+        """(run, release [s], end [s], reason) of each run set by hand."""
+        return tuple(
+            (int(run), float(release), float(end), self.reason)
+            for run, release, end in OVERRIDE.findall(self.override)
+        )
+
+
+def read_records(
+    path: Path, names: Mapping[str, Any], yaml_path: Path, problems: list[FreerockError]
+) -> list[tuple[int, Record]]:
+    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML."""
+
+    def fault(line: int, column: str, what: str, remedy: str) -> None:
+        problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
+
+    try:
+        (header_line, header), *rows = _read_table(path)
+    except FreerockError as error:
+        problems.append(error)
+        return []
+    faults = list(_header_faults(header))
+    for column, what, remedy in faults:
+        fault(header_line, column, what, remedy)
+    if faults:
+        return []
+
+    records: list[tuple[int, Record]] = []
+    first_lines: dict[str, int] = {}
+    for line, row in rows:
+        if len(row) != len(header):
+            what = f"has {len(row)} cells, the first line has {len(header)}"
+            problems.append(FreerockError(f"{path}:{line}", what, "put texts that hold a comma in quotes"))
+            continue
+        cells = dict(zip(header, row, strict=True))
+        place = partial(_in_line, f"{path}:{line}")
+        record = validate(Record, cells, place, problems)
+        records += [(line, record)] if record else []
+        for column, known in names.items():
+            for cell in cells[column].split(";") if column == "laser" else [cells[column]]:
+                if isinstance(known, dict) and cell.strip() not in (*known, FILL_IN):
+                    remedy = did_you_mean(cell, known) or f"use one of {', '.join(map(str, known))}"
+                    fault(line, column, f"{cell!r} is not a {column} of {yaml_path}", remedy)
+        test = cells["test"]
+        first = first_lines.setdefault(test.casefold(), line)
+        if first != line:
+            fault(line, "test", f"{test!r} is on line {first} already", "give each record its own name")
+    return records
+
+
+def _in_line(line: str, loc: Key) -> str:
+    """file:line: key, of a line of the CSV file."""
+    return f"{line}: {'.'.join(loc)}"
+
+
+def _read_table(path: Path) -> list[tuple[int, list[str]]]:
+    """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
+    rows = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    try:
+        table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
+    except csv.Error as error:
+        raise FreerockError(f"{path}:{rows.line_num}", str(error), "check the quotes") from None
+    table = [(line, row) for line, row in table if any(row) and not row[0].startswith("#")]
+    if len(table) < 2:
+        what, remedy = (
+            "has no record",
+            f"write the line {','.join(Record.model_fields)} and a line per record",
+        )
+        raise FreerockError(path, what, remedy)
+    line, header = table[0]
+    if len(header) == 1 and ";" in header[0]:
+        raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
+    return table
+
+
+def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """Column, what is wrong with it and what to do."""
+    columns, meant = Record.model_fields, []
+    for column in dict.fromkeys(header):
+        if column not in columns:
+            meant += closest(column, columns)
+            yield column, "unknown column", did_you_mean(column, columns) or f"use {', '.join(columns)}"
+        elif header.count(column) > 1:
+            yield column, "column given twice", "keep one"
+    for column, field in columns.items():
+        if field.is_required() and column not in (*header, *meant):
+            yield column, "column is missing", f"add it: {field.description}"

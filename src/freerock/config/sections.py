@@ -1,0 +1,301 @@
+"""The groups of keys of a campaign's YAML file, but for the sensors; `campaign.py` has the file as a whole.
+
+The fields of a section are the settings of the step it configures, with the same names and defaults.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, Literal, Self
+
+from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
+
+from freerock.config.keys import (
+    Debonding,
+    Invalid,
+    Model,
+    Name,
+    Number,
+    Positive,
+    Section,
+    Whole,
+    check_name,
+)
+from freerock.models.block import Block
+from freerock.models.laws import LAWS, MODELS, Law
+
+
+def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") -> None:
+    """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message."""
+    for name in parameters:
+        check_name(name, MODELS[model], f"a parameter of {model}")
+    for name in MODELS[model]:
+        if name not in parameters:
+            raise Invalid(f"{model}{on} has no {name}", f"give {name} or leave {model} out")
+    if parameters.get("r", 0) > 1:
+        raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
+
+
+class BlockSection(Section):
+    """A rigid rectangular block."""
+
+    height_m: Number = Field(gt=0, le=100, description="the full height 2h in metres")
+    width_m: Number = Field(gt=0, le=100, description="the full width 2b in the plane of rocking in metres")
+    mass_kg: Number = Field(gt=0, le=1e6, description="the mass in kilograms")
+    contact_width_m: Number | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="the distance of the corners it rocks about in metres, where they are worn or rounded; "
+        "left out, the full width",
+    )
+    release_angle_deg: Number | None = Field(
+        None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
+    )
+    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+
+    @property
+    def block(self) -> Block:
+        """The block as the models take it."""
+        return Block(self.height_m, self.width_m, self.mass_kg, self.contact_width_m)
+
+    @field_validator("contact_width_m")
+    @classmethod
+    def _within(cls, width: Any, info: ValidationInfo) -> Any:
+        if width is not None and width > info.data.get("width_m", math.inf):
+            raise Invalid(f"{width:g} is more than the full width", "correct one of the two")
+        return width
+
+    @field_validator("release_angle_deg")
+    @classmethod
+    def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
+        if angle is not None and {"height_m", "width_m"} <= info.data.keys():
+            shape = info.data["height_m"], info.data["width_m"], 1.0, info.data.get("contact_width_m")
+            critical = math.degrees(Block(*shape).theta_cr)
+            if angle >= critical:
+                raise Invalid(
+                    f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",
+                    "correct the release angle, the height or the width",
+                )
+        return angle
+
+
+class FoundationSection(Section):
+    """What the blocks stand on."""
+
+    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+
+
+class RotationSection(Section):
+    """Volts to θ(t)."""
+
+    mains_hz: Number | None = Field(
+        50.0, gt=0, description="the mains frequency in hertz, whose hum is taken out; empty to leave it in"
+    )
+    window_s: Number = Field(
+        0.25, gt=0, description="the window in which a still signal is sought, in seconds"
+    )
+    max_disagreement_deg: Number = Field(
+        0.5, gt=0, description="how much two lasers may differ without a warning, in degrees"
+    )
+
+
+class RunsSection(Section):
+    """θ(t) to free-rocking runs."""
+
+    window_s: Number = Field(
+        0.25, gt=0, description="the window in which a still block is sought, in seconds"
+    )
+    held_s: Number = Field(
+        1.0, gt=0, description="how long before the release the held angle is read, in seconds"
+    )
+    finger_s: Number = Field(
+        0.03, ge=0, description="the time the finger takes to leave, in seconds; its samples are not fitted"
+    )
+    min_impacts: Whole = Field(3, ge=0, description="the fewest impacts of a run that is not a fail")
+    max_flagged_fraction: Number = Field(
+        0.02, ge=0, le=1, description="the largest share of invalid samples of a run that is not a fail"
+    )
+    max_push_fraction: Number = Field(
+        0.02, ge=0, description="the largest push at the release without a warning, as a share of θ0"
+    )
+    max_hold_drift_deg: Number = Field(
+        0.05, ge=0, description="the largest creep of the held angle without a warning, in degrees"
+    )
+    max_rest_shift_deg: Number = Field(
+        0.05, ge=0, description="the largest shift of the rest position without a warning, in degrees"
+    )
+    max_growth_fraction: Number = Field(
+        0.05,
+        ge=0,
+        description="how much higher than the one before a swing may be, as a share, before it is a fail",
+    )
+
+
+class ImpactsSection(Section):
+    """A run to its impacts and restitution coefficients."""
+
+    min_amplitude_sigmas: Number = Field(
+        10.0, gt=0, description="the lowest peak that counts, as a multiple of σ_θ"
+    )
+    min_uplift_ratio: Number = Field(
+        2.0, ge=1, description="the lowest peak that counts, as a multiple of the uplift amplitude"
+    )
+    min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that counts")
+
+
+class ProcessingSection(Section):
+    """The steps from volts to impacts."""
+
+    rotation: RotationSection = Field(RotationSection(), description="volts to θ(t)")
+    runs: RunsSection = Field(RunsSection(), description="θ(t) to free-rocking runs")
+    impacts: ImpactsSection = Field(ImpactsSection(), description="runs to impacts and restitution")
+
+
+class _EachOnce(Section):
+    """What is fitted besides the parameters of each model, within what was measured of it."""
+
+    @field_validator("*")
+    @classmethod
+    def _each_once(cls, names: Any) -> Any:
+        for name in names:
+            if names.count(name) > 1:
+                raise Invalid(f"{name} is given twice", "keep one")
+        return names
+
+
+def _free_field(law: Law) -> tuple[Any, Any]:
+    """Type and default of the key that says what is freed of one law."""
+    text = ", ".join(law.nuisances).replace("impact", "impact (of single runs: needs pooled: false)")
+    names: Any = Literal.__getitem__(law.nuisances)  # type checkers want words written out
+    return tuple[names, ...], Field(law.free, description=f"{text} or none")
+
+
+_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items()}
+FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.__doc__, **_FREE_FIELDS)
+
+
+class FitsSection(Section):
+    """Identification of the models."""
+
+    models: tuple[Model, ...] = Field(
+        tuple(model for model, law in LAWS.items() if law.by_default),
+        min_length=1,
+        description="the models to fit: "
+        + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items()),
+    )
+    free: FreeSection = Field(FreeSection(), description="what else is freed, model by model")
+    paper_mode: bool = Field(
+        False, description="true to free the parameters of the models only, as Spanos et al. 2017 did"
+    )
+    debonding: Debonding = Field(
+        "geometric",
+        description="geometric (contact wherever the base is below the ground) "
+        "or tensionless (and the foundation pushes)",
+    )
+    integrator_error: Number = Field(
+        0.2,
+        gt=0,
+        le=1,
+        description="the largest shift of a parameter by the integrator's error, as a share of its standard "
+        "error",
+    )
+    profile: bool = Field(
+        False, description="true for intervals of the profile likelihood, some seconds a fit, else false"
+    )
+    pooled: bool = Field(
+        True,
+        validate_default=True,
+        description="true to fit all runs of a record jointly as well, else false",
+    )
+
+    @field_validator("pooled")
+    @classmethod
+    def _each_impact_is_of_one_run(cls, pooled: Any, info: ValidationInfo) -> Any:
+        free = info.data.get("free")
+        if pooled and free and any("r_per_impact" in names for _, names in free):
+            raise Invalid(
+                "a joint fit has no restitution per impact", "set it false, or free no r_per_impact"
+            )
+        return pooled
+
+    @property
+    def freed(self) -> dict[str, tuple[str, ...]]:
+        """What else is freed, model by model."""
+        return {model: () if self.paper_mode else free for model, free in self.free}
+
+
+class SensorSection(Section):
+    """A sensor to plan with: its white noise in volts, metres or degrees, and its range."""
+
+    noise_v: Number | None = Field(None, gt=0, description="the standard deviation of its noise in volts")
+    noise_m: Number | None = Field(None, gt=0, description="the standard deviation of its noise in metres")
+    noise_deg: Number | None = Field(
+        None, gt=0, description="the standard deviation of the noise of θ itself in degrees"
+    )
+    range_m: Number | None = Field(
+        None, gt=0, description="its measuring range in metres; left out, that of the record's laser"
+    )
+
+    @model_validator(mode="after")
+    def _one_noise(self) -> Self:
+        given = [name for name in ("noise_v", "noise_m", "noise_deg") if getattr(self, name) is not None]
+        if len(given) != 1:
+            raise Invalid(
+                f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg"
+            )
+        return self
+
+
+class PlanSection(Section):
+    """What `freerock plan` predicts standard errors for, before any test."""
+
+    expected: dict[Name, dict[Model, dict[str, Positive]]] = Field(
+        min_length=1, description="foundation: model: parameter: the value expected, in SI units"
+    )
+    sensors: dict[Name, SensorSection] = Field(
+        min_length=1, description="one or more sensors, each by its name"
+    )
+    sampling_rates_hz: tuple[Positive, ...] = Field(
+        (2000.0,), description="the sampling rates in hertz, one or more"
+    )
+    durations_s: tuple[Positive, ...] = Field(
+        (8.0,), description="how long a run is measured, in seconds, one or more"
+    )
+    release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
+        {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
+    )
+
+    @field_validator("sampling_rates_hz", "durations_s")
+    @classmethod
+    def _one_or_more(cls, values: Any) -> Any:
+        if not values:
+            raise Invalid("is empty", "give one or more numbers, or leave it out")
+        return values
+
+    @field_validator("expected")
+    @classmethod
+    def _complete(cls, expected: Any) -> Any:
+        for foundation, models in expected.items():
+            for model, parameters in models.items():
+                check_parameters(model, parameters, f" on {foundation}")
+        return expected
+
+
+class PublishedSection(Section):
+    """Values of a publication, printed beside the identified ones."""
+
+    doi: str = Field(pattern=r"^10\.\d{4,9}/\S+$", description="the DOI of the publication, as 10.…/…")
+    values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = Field(
+        description="block: foundation: model: parameter: value, "
+        "in SI units; epsilon_theta as a fraction counts as a parameter"
+    )
+
+    @field_validator("values")
+    @classmethod
+    def _known_parameters(cls, values: Any) -> Any:
+        for foundations in values.values():
+            for models in foundations.values():
+                for model, parameters in models.items():
+                    for name in parameters:
+                        check_name(name, (*MODELS[model], "epsilon_theta"), f"a parameter of {model}")
+        return values

@@ -1,0 +1,109 @@
+"""The keys of a sensor: where its beam meets the block, and what its output means."""
+
+import math
+from typing import Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from freerock.config.keys import Invalid, Number, Section, Unit, check_inside
+from freerock.units import CHANNEL_UNITS
+
+
+class LaserSection(Section):
+    """A displacement sensor: where its beam meets the block, and its output."""
+
+    units: Unit = Field(
+        "",
+        description="the unit of the channel: V, mV, kV, mA, A (of the sensor's output), m, cm, mm, um (of "
+        "the displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
+    )
+    beam: Literal["horizontal", "vertical"] | None = Field(
+        None,
+        validate_default=True,
+        description="horizontal (meets a side face) or vertical (meets the top); compulsory unless units "
+        "are those of a rotation",
+    )
+    position_m: Number | None = Field(
+        None,
+        validate_default=True,
+        description="the height of a horizontal beam above the base, or the distance of a vertical beam "
+        "to the right of the centre line, in metres; compulsory with a beam",
+    )
+    range_m: Number | None = Field(None, gt=0, description="the measuring range in metres")
+    sensitivity_per_mm: Number | None = Field(
+        None, gt=0, description="the output per millimetre in V or mA, in place of range_m"
+    )
+    calibration: str | None = Field(
+        None,
+        description="a CSV file in the raw folder with columns of output and distance, headed by their units "
+        "as V,mm; in place of range_m",
+    )
+    face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
+    sign: Literal[1, -1] = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
+    release_side: Literal["positive", "negative"] = Field(
+        "positive",
+        description="positive (clockwise) or negative: the side of the first swing after a rest, "
+        "for a vertical beam between the corners, which can't tell",
+    )
+    volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
+    volts_at_end: Number = Field(
+        10.0, validate_default=True, description="the volts at the end of the measuring range"
+    )
+    valid_low_v: Number = Field(-0.1, description="the lowest valid output in volts")
+    valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
+    error_level_v: Number = Field(10.2, description="the output in volts that means no target")
+    error_tolerance_v: Number = Field(0.01, ge=0, description="the tolerance of the error level in volts")
+    milliamps_at_start: Number = Field(
+        4.0, description="the milliamperes at the start of the measuring range"
+    )
+    milliamps_at_end: Number = Field(
+        20.0, validate_default=True, description="the milliamperes at the end of the measuring range"
+    )
+    valid_low_ma: Number = Field(3.84, description="the lowest valid output in milliamperes")
+    valid_high_ma: Number = Field(20.16, description="the highest valid output in milliamperes")
+    error_level_ma: Number = Field(3.75, description="the output in milliamperes that means no target")
+    error_tolerance_ma: Number = Field(
+        0.01, ge=0, description="the tolerance of the error level in milliamperes"
+    )
+
+    @field_validator("beam", "position_m")
+    @classmethod
+    def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
+        units = info.data.get("units", "")
+        is_rotation = bool(units) and CHANNEL_UNITS[units][0] == "rotation"
+        if is_rotation and value is not None:
+            raise Invalid(f"a channel in {units} is the rotation itself", "remove it, or correct units")
+        if value is None and not is_rotation:
+            given = str(cls.model_fields[str(info.field_name)].description).partition(";")[0]
+            raise Invalid(
+                "is missing", f"give {given}, or declare units: deg where the channel is the rotation"
+            )
+        return value
+
+    @field_validator("calibration")
+    @classmethod
+    def _table_is_inside(cls, calibration: Any) -> Any:
+        return check_inside(calibration) if calibration else None
+
+    @field_validator("calibration", "sensitivity_per_mm")
+    @classmethod
+    def _scaled_once(cls, value: Any, info: ValidationInfo) -> Any:
+        given = [way for way in ("range_m", "sensitivity_per_mm") if info.data.get(way) is not None]
+        if value is not None and given:
+            raise Invalid(f"{given[0]} scales the output already", "keep one of the two")
+        return value
+
+    @field_validator("position_m")
+    @classmethod
+    def _above_the_base(cls, position: Any, info: ValidationInfo) -> Any:
+        if position is not None and info.data.get("beam") == "horizontal" and position <= 0:
+            raise Invalid(f"{position:g} is not above the base", "give the height of the beam in metres")
+        return position
+
+    @field_validator("volts_at_end", "milliamps_at_end")
+    @classmethod
+    def _rising(cls, end: Any, info: ValidationInfo) -> Any:
+        start = str(info.field_name).replace("end", "start")
+        if end <= info.data.get(start, -math.inf):
+            raise Invalid(f"{end:g} is not above {start}", "swap the two and set sign: -1")
+        return end

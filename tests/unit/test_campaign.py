@@ -1,0 +1,93 @@
+"""Campaigns as they are loaded."""
+
+import importlib
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from laboratory import CSV, YAML
+
+from freerock.config.campaign import load_campaign, load_config
+from freerock.config.mistakes import ConfigError
+from freerock.config.record import Record
+from freerock.rotation.sensor import Laser
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_only_the_ends_of_lines_end_a_record(campaign):
+    campaign(csv_change=("near", "far"))
+    note = "wet\u2028then\x85cold"
+    Path("config/campaigns/lab.csv").write_text(CSV.replace(",\n", f",{note}\n"), encoding="utf-8")
+    assert load_campaign("config/campaigns/lab.yaml").record("a").note == note
+
+
+def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):
+    campaign(csv_change=("near", "far"))
+    Path("config/campaigns/lab.csv").write_text(CSV)
+    Path("config/config.yaml").write_text("campaigns: [nowhere]\n")
+    assert list(load_config("config/config.yaml", campaigns=["lab"]).campaigns) == ["lab"]
+    assert list(load_config("config/config.yaml", campaigns="lab").campaigns) == ["lab"]
+
+
+@pytest.mark.parametrize("given", [2017, "2017", ["2017"], [2017]])
+def test_a_number_may_name_a_campaign(tmp_path, given):
+    with pytest.raises(ConfigError, match="there is no campaign '2017'"):
+        load_config(tmp_path / "config.yaml", campaigns=given)
+
+
+def test_accepted_campaign(campaign):
+    campaign(csv_change=("near", "far"))
+    rows = (
+        "\n# a remark\n"
+        'b,day1/b.tdms,Laser,tall,marble,near,2;3,1@12.310:19.8,"slid, wet",\n'
+        "c,c,,tall,marble,near,record,,x,\n"
+    )
+    Path("config/campaigns/lab.csv").write_text(CSV + rows, encoding="utf-8-sig")
+    lab = load_campaign("config/campaigns/lab.yaml")
+    assert (lab.name, lab.raw, lab.file("b")) == ("lab", "raw/lab", "raw/lab/day1/b.tdms")
+    assert [record.test for record in lab.records] == ["a", "b", "c"]
+    assert lab.record("b").exclusions == ((2, "slid, wet"), (3, "slid, wet"))
+    assert lab.record("b").overrides == ((1, 12.31, 19.8, "slid, wet"),)
+    assert [record.excluded for record in lab.records] == [False, False, True]
+    assert lab.blocks["tall"].label == "tall"
+    assert lab.blocks["tall"].block.width_m == 0.07
+    assert json.loads(json.dumps(lab.model_dump())) == lab.model_dump(mode="json")
+
+
+def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
+    campaign(csv_change=("tall,marble", "1,on"))
+    text = YAML.replace("tall:", "1:").replace("marble:", "on:")
+    Path("config/campaigns/lab.yaml").write_text(text)
+    lab = load_campaign("config/campaigns/lab.yaml")
+    assert (list(lab.blocks), list(lab.foundations)) == (["1"], ["on"])
+
+
+def test_palermo_campaign():
+    twin = importlib.import_module("freerock.virtual_lab.record")
+    palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
+    blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
+    assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
+    assert all(record.test == f"{record.block}_{record.foundation}" for record in palermo.records)
+    for record in palermo.records:
+        block, _, laser = twin.CONFIGURATIONS[record.block]
+        assert palermo.blocks[record.block].block == block
+        assert Laser(**palermo.lasers[record.laser].model_dump()) == laser
+    assert palermo.origin == "simulated"
+    assert list(load_config(ROOT / "config/config.yaml").campaigns) == ["palermo_virtual"]
+
+
+def test_two_lasers_and_their_channels():
+    record = Record(test="a", file="a.tdms", channel="top; low", block="b", foundation="f", laser="high;near")
+    assert (record.lasers, record.channels) == (("high", "near"), ("top", "low"))
+    alone = record.model_copy(update={"channel": "", "laser": "near"})
+    assert (alone.lasers, alone.channels) == (("near",), ("",))
+
+
+def test_configuration_loads_without_the_numerical_libraries():
+    code = "import sys, freerock.config.campaign as _; "
+    code += "print([m for m in ('numpy', 'scipy', 'pandas') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

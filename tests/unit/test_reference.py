@@ -1,0 +1,62 @@
+"""The generated reference of the keys, and the schemas for editors."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+from jsonschema import Draft202012Validator
+from laboratory import YAML
+
+from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.reference import MARK, files, json_schema
+from freerock.config.scene import Scene
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_readme_and_schemas_agree_with_the_models():
+    readme = (ROOT / "config/README.md").read_text(encoding="utf-8")
+    assert MARK in readme
+    for name, text in files(readme).items():
+        assert (ROOT / "config" / name).read_text(encoding="utf-8") == text, name
+
+
+def test_shipped_files_name_their_schema_and_agree_with_it():
+    shipped = [ROOT / "config/config.yaml"]
+    for path in [*shipped, *(ROOT / "config/campaigns").glob("*.yaml"), *(ROOT / "examples").glob("*.yaml")]:
+        text = path.read_text(encoding="utf-8")
+        named = re.match(r"# yaml-language-server: \$schema=(\S+)\n", text)[1]
+        schema = json.loads((path.parent / named).read_text(encoding="utf-8"))
+        Draft202012Validator.check_schema(schema)
+        data = yaml.safe_load(text)
+        assert list(Draft202012Validator(schema).iter_errors(data)) == []
+        assert list(Draft202012Validator(schema).iter_errors(data | {"titel": 1})) != []
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("5.84", "-5.84"), ("mass_kg", "mass"), ("0.05}", "0.05, range_m: 0}"), ("0.1,", "FILL_IN,")],
+)
+def test_the_schema_refuses_what_an_editor_should_mark(old, new):
+    schema = Draft202012Validator(json_schema(CampaignFile))
+    assert list(schema.iter_errors(yaml.safe_load(YAML))) == []
+    assert list(schema.iter_errors(yaml.safe_load(YAML.replace(old, new)))) != []
+
+
+def test_every_key_is_described():
+    def descriptions(schema):
+        for definition in [schema, *schema.get("$defs", {}).values()]:
+            for name, key in definition["properties"].items():
+                yield name, key.get("description")
+
+    models = (ConfigFile, CampaignFile, Scene)
+    found = [item for model in models for item in descriptions(json_schema(model))]
+    assert len(found) > 40
+    assert [name for name, description in found if not description] == []
+
+
+def test_schema_has_the_keys_of_the_example():
+    keys = yaml.safe_load((ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8"))
+    assert set(keys) <= set(json_schema(CampaignFile)["properties"])

@@ -1,0 +1,116 @@
+"""Sections of the configuration: the settings of the steps."""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.keys import Model, Unit, section_in
+from freerock.config.record import Record
+from freerock.config.sections import (
+    BlockSection,
+    FitsSection,
+    FreeSection,
+    ImpactsSection,
+    RotationSection,
+    RunsSection,
+)
+from freerock.config.sensor import LaserSection
+from freerock.models.laws import LAWS, MODELS
+from freerock.rotation.sensor import Laser
+from freerock.units import CHANNEL_UNITS
+
+ROOT = Path(__file__).parents[2]
+
+
+def keyword_arguments(function, without):
+    parameters = inspect.signature(function).parameters.items()
+    return {name: parameter.default for name, parameter in parameters if name not in without}
+
+
+def defaults(section, without=()):
+    return {
+        name: inspect.Parameter.empty if field.is_required() else field.default
+        for name, field in section.model_fields.items()
+        if name not in without
+    }
+
+
+@pytest.mark.parametrize(
+    ("step", "data", "section", "own"),
+    [
+        ("rotation.sensor.Laser", "", LaserSection, ""),
+        ("rotation.rotation.rotation", "time_s signal laser block units", RotationSection, ""),
+        (
+            "runs.segment.find_runs",
+            "time_s theta sigma_theta flags block zero_stderr faults overrides exclusions",
+            RunsSection,
+            "",
+        ),
+        (
+            "runs.impacts.find_impacts",
+            "time_s theta sigma_theta block theta0 theta0_stderr",
+            ImpactsSection,
+            "",
+        ),
+        ("models.block.Block", "", BlockSection, "label release_angle_deg"),
+        (
+            "identification.fit.fit_record",
+            "model block motions start free",
+            FitsSection,
+            "models free paper_mode pooled",
+        ),
+    ],
+)
+def test_section_has_the_arguments_and_defaults_of_its_step(step, data, section, own):
+    module, _, name = step.rpartition(".")
+    function = getattr(importlib.import_module(f"freerock.{module}"), name)
+    assert defaults(section, own.split()) == keyword_arguments(function, data.split())
+
+
+def test_freed_nuisances_are_named_for_every_model():
+    assert list(FreeSection.model_fields) == list(LAWS) == list(FitsSection().models)
+    for model, law in LAWS.items():
+        with pytest.raises(ValueError, match=f"or '{law.nuisances[-1]}'"):
+            FreeSection.model_validate({model: ["size"]})
+    assert get_args(Model) == tuple(MODELS)
+    assert get_args(Unit) == ("", *CHANNEL_UNITS)
+
+
+def test_paper_mode_frees_the_parameters_of_the_models_only():
+    free = {"housner": ["theta0"]}
+    assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(MODELS, ())
+    freed = FitsSection(free=free).freed
+    assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
+
+
+def test_a_rotation_needs_no_beam():
+    assert Laser(**LaserSection(units="deg").model_dump()) == Laser(units="deg")
+
+
+def test_every_key_is_used():
+    """Beyond the model that declares it: as an attribute, as an item, or as an argument of its step."""
+    package = ROOT / "src/freerock"
+    declaring = {*package.glob("config/*.py"), package / "cli/new_campaign.py"}
+    others = {*package.rglob("*.py"), *(ROOT / "workflow").rglob("*.smk")} - declaring
+    used = {
+        word
+        for path in package.glob("config/*.py")
+        for word in re.findall(r"\.(\w+)", path.read_text("utf-8"))
+    }
+    for path in others:
+        found = re.findall(r"\.(\w+)|[\"'](\w+)[\"']|^ +(\w+): [^=\n]+", path.read_text("utf-8"), re.M)
+        used.update(*found)
+
+    def keys(model):
+        for name, field in model.model_fields.items():
+            yield name
+            child = section_in(field.annotation)
+            yield from keys(child) if child else ()
+
+    declared = {*keys(ConfigFile), *keys(CampaignFile), *keys(Record)}
+    assert declared - used == set()
