@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from laboratory import CSV, YAML
+from laboratory import CSV, YAML, problems
 
 from freerock.config.campaign import load_campaign, load_config
 from freerock.config.mistakes import ConfigError
@@ -15,6 +15,13 @@ from freerock.config.record import Record
 from freerock.rotation.sensor import Laser
 
 ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """An empty folder, and the function that writes a campaign there and gives its problems."""
+    monkeypatch.chdir(tmp_path)
+    return problems
 
 
 def test_only_the_ends_of_lines_end_a_record(campaign):

@@ -4,11 +4,19 @@ import pickle
 from pathlib import Path
 
 import pytest
-from laboratory import CSV, HEADER, YAML
+from laboratory import CSV, HEADER, YAML, problems
 
 from freerock.config.campaign import check_options, load_campaign, load_config
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
+
+
+@pytest.fixture
+def campaign(tmp_path, monkeypatch):
+    """An empty folder, and the function that writes a campaign there and gives its problems."""
+    monkeypatch.chdir(tmp_path)
+    return problems
+
 
 YAML_MISTAKES = {
     "negative mass": (
