@@ -40,8 +40,8 @@ def make_tables(
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
     files = {Path(path).stem: path for path in record_files}
 
-    def motions(test: str) -> dict[int, Motion]:
-        return motions_in(open_record(files[test]))
+    def motions(test: str) -> Mapping[int | str, Motion]:
+        return dict[int | str, Motion](motions_in(open_record(files[test])).items())
 
     tables = tidy_tables(records, fits)
     estimates = estimates_of(fits)

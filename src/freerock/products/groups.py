@@ -10,6 +10,8 @@ import xarray as xr
 from freerock.models.laws import MODELS
 from freerock.runs.verdict import Reason
 
+Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
+
 
 class NotFitted(NamedTuple):
     """A model that could not be fitted: to a run, to all jointly ("pooled"), or the whole record (None)."""
@@ -18,12 +20,12 @@ class NotFitted(NamedTuple):
     text: str
 
 
-def reasons_in(attrs: Mapping[str, Any]) -> tuple[Reason, ...]:
+def reasons_in(attrs: Attrs) -> tuple[Reason, ...]:
     """The reasons of a verdict among the attributes of a record, of its fits or of a run."""
     return tuple(Reason(*each) for each in json.loads(attrs["reasons"]))
 
 
-def not_fitted_in(attrs: Mapping[str, Any]) -> tuple[NotFitted, ...]:
+def not_fitted_in(attrs: Attrs) -> tuple[NotFitted, ...]:
     """What could not be fitted, among the attributes of a record's fits."""
     return tuple(NotFitted(*each) for each in json.loads(attrs.get("not_fitted", "[]")))
 
@@ -60,10 +62,10 @@ def fits_of(tree: xr.DataTree) -> Iterator[tuple[int | str, str, xr.Dataset]]:
     fit : xarray.Dataset
         View of the group.
     """
-    groups: dict[int | str, xr.DataTree] = dict(runs_of(tree))
+    groups: list[tuple[int | str, xr.DataTree]] = [*runs_of(tree).items()]
     if "pooled" in tree.children:
-        groups["pooled"] = tree["pooled"]
-    for run, group in groups.items():
+        groups.append(("pooled", tree.children["pooled"]))
+    for run, group in groups:
         for model in MODELS:
             if model in group.children:
                 yield run, model, group.children[model].dataset

@@ -1,6 +1,7 @@
 """The one vocabulary of the datasets: each variable with its unit, content and long name."""
 
 from collections.abc import Container
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,7 @@ VARIABLES = {
     "release": ("s", "measured", "instant of release"),
     "fit_start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
     "end": ("s", "measured", "instant of rest"),
-    "theta0": ("rad", "measured", "held rotation before the release"),
+    "theta0": ("rad", "measured", "release angle"),
     "n_impacts": ("1", "measured", "number of sign changes of theta that stand out of the noise"),
     "impact_time": ("s", "measured", "instant of impact"),
     "peak_before": ("rad", "measured", "signed peak rotation before the impact"),
@@ -87,7 +88,7 @@ CONTENT = {
     "measured": "physicalMeasurement",
 }
 IN_UNIT = {"comment": "in the unit that the variable unit gives for the parameter"}
-EXTRA = {
+EXTRA: dict[str, dict[str, Any]] = {
     "flags": {
         "standard_name": "quality_flag",
         "flag_masks": np.array(list(FLAGS.values()), np.uint8),
@@ -104,14 +105,14 @@ SAMPLES = {"time", "sample"}  # dimensions of what runs over time
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 
 
-def describe(name: str, present: Container, simulated: bool) -> dict:
+def describe(name: str, present: Container[object], simulated: bool) -> dict[str, Any]:
     """CF and ACDD attributes of a variable among those present beside it."""
     unit, content, long_name = VARIABLES[name.removesuffix("_stderr").removesuffix("_2")]
     if name.endswith("_stderr"):
         content, long_name = "quality", f"standard error of the {long_name}"
     elif content == "measured" and simulated:
         content = "model"
-    attrs = {"long_name": long_name, "coverage_content_type": CONTENT[content]}
+    attrs: dict[str, Any] = {"long_name": long_name, "coverage_content_type": CONTENT[content]}
     if unit:
         attrs["units"] = unit
     beside = [other for other in (f"{name}_stderr", *BESIDE.get(name, ())) if other in present]

@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.products.groups import reasons_in
+from freerock.products.groups import Attrs, reasons_in
 from freerock.products.names import IMPACTS, RUN
 from freerock.products.storage import groups_in, readable, write_groups
 from freerock.runs.verdict import Level, Reason
@@ -26,7 +26,7 @@ ORIGINS = {
 
 
 def write_record(
-    path: str | Path, record: xr.Dataset, runs: Sequence["Run"], impacts: Sequence["Impacts"], attrs: Mapping
+    path: str | Path, record: xr.Dataset, runs: Sequence["Run"], impacts: Sequence["Impacts"], attrs: Attrs
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
 
@@ -74,14 +74,14 @@ def write_record(
     write_groups(path, groups)
 
 
-def write_failure(path: str | Path, reason: Reason, attrs: Mapping) -> None:
+def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:
     """Write the dataset of a record without runs: why it could not be processed, or was left out by hand."""
     outcome = {"verdict": reason.verdict, "reasons": [reason]}
     write_groups(path, {"/": xr.Dataset(attrs=_root("record", "not processed", attrs) | outcome)})
 
 
 def write_fits(
-    path: str | Path, fits: Mapping[int, Mapping[str, "Fit"]], pooled: Mapping[str, "Fit"], attrs: Mapping
+    path: str | Path, fits: Mapping[int, Mapping[str, "Fit"]], pooled: Mapping[str, "Fit"], attrs: Attrs
 ) -> None:
     """Write identified models: a group per run and for all runs jointly, with a group per model in each.
 
@@ -133,7 +133,7 @@ def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
         return file.getncattr("verdict"), reasons_in({"reasons": file.getncattr("reasons")})
 
 
-def _root(product: str, done: str, attrs: Mapping) -> dict:
+def _root(product: str, done: str, attrs: Attrs) -> dict[str, Any]:
     """Root attributes of a product; git is left to provenance.json: equal results are equal files."""
     made_by = attrs.get("provenance")
     if isinstance(made_by, Mapping):
@@ -165,14 +165,16 @@ def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
     return ("ok" if all(run.verdict.level == "ok" for run in runs) else "warn"), reasons
 
 
-def _impacts(impacts: "Impacts") -> dict:
+def _impacts(impacts: "Impacts") -> dict[str, Any]:
     return {
         name: ((), impacts.theta_uplift) if field == "theta_uplift" else ("impact", getattr(impacts, field))
         for field, name in IMPACTS.items()
     }
 
 
-def _fits(group: str, models: Mapping, attrs: Mapping, samples: bool = True) -> dict:
+def _fits(
+    group: str, models: Mapping[str, "Fit"], attrs: Attrs, samples: bool = True
+) -> dict[str, xr.Dataset]:
     """Datasets of a run and of its models; each group has its own time, so that none is a dimension."""
     first = next(iter(models.values()))
     measured = xr.Dataset({"theta": ("sample", first.theta)}, {"time": ("sample", first.time)}, attrs)
@@ -211,7 +213,7 @@ def _dims(variable: xr.DataArray) -> list[str]:
     return ["fault_number" if name == "fault" else str(name) for name in variable.dims]
 
 
-def _clock(start_time: str | None) -> dict:
+def _clock(start_time: str | None) -> dict[str, str]:
     """Attributes of the record's time, for which CF asks a date."""
     origin = start_time or "1970-01-01 00:00:00"
     comment = "counted from the start of the record" + ("" if start_time else "; its date is not known")

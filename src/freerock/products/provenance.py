@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
@@ -15,7 +16,7 @@ from freerock.files import sha256
 SOFTWARE = ["freerock", "numpy", "scipy", "numba", "lmfit", "xarray", "netCDF4", "snakemake"]
 
 
-def provenance(inputs: Iterable[str | Path], config: Mapping) -> dict:
+def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[str, Any]:
     """What made a product.
 
     Parameters
@@ -41,11 +42,12 @@ def provenance(inputs: Iterable[str | Path], config: Mapping) -> dict:
 
 def inputs_of(record: xr.DataTree) -> dict[str, str]:
     """SHA-256 by path of the raw files of a record; none where it failed for an unforeseen reason."""
-    return json.loads(record.attrs.get("provenance", '{"inputs": {}}'))["inputs"]
+    made_by = json.loads(record.attrs.get("provenance", '{"inputs": {}}'))
+    return dict(made_by["inputs"])
 
 
 @cache
-def _software() -> dict:
+def _software() -> dict[str, str]:
     return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 

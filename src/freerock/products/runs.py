@@ -14,7 +14,7 @@ def runs_in(record: xr.DataTree) -> list[Run]:
     """The runs of a record, as they were written."""
     return [
         Run(
-            **{field: group[name].item() for field, name in RUN.items()},
+            **{field: group.dataset[name].item() for field, name in RUN.items()},
             number=int(group.attrs["run"]),
             verdict=Verdict(reasons_in(group.attrs)),
             excluded=bool(group.attrs["excluded"]),
@@ -34,5 +34,5 @@ def motions_in(record: xr.DataTree) -> dict[int, Motion]:
 
 def impacts_in(group: xr.DataTree) -> Impacts:
     """The impacts of a run of a record, or of a model of a run."""
-    arrays = {field: group[name].values for field, name in IMPACTS.items()}
+    arrays = {field: group.dataset[name].values for field, name in IMPACTS.items()}
     return Impacts(**arrays | {"theta_uplift": arrays["theta_uplift"].item()})

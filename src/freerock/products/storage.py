@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -14,6 +15,9 @@ import xarray as xr
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import atomic
 from freerock.products.names import SAMPLES, SINGLE_PRECISION, describe
+
+if TYPE_CHECKING:
+    import netCDF4
 
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
@@ -35,7 +39,9 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
             raise OSError(str(error)) from error
 
 
-def _define(group, dataset: xr.Dataset, simulated: bool) -> Iterator[tuple]:
+def _define(
+    group: "netCDF4.Dataset", dataset: xr.Dataset, simulated: bool
+) -> Iterator[tuple["netCDF4.Variable[Any]", Any]]:
     """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
     inherited = group.parent.dimensions if group.parent else {}
@@ -50,8 +56,11 @@ def _define(group, dataset: xr.Dataset, simulated: bool) -> Iterator[tuple]:
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
         missing = np.nan if variable.dtype.kind == "f" and name not in dataset.coords else None
-        packed = {"compression": "zlib", "complevel": 4} if SAMPLES & set(variable.dims) else {}
-        written = group.createVariable(name, dtype, variable.dims, fill_value=missing, **packed)
+        packed: dict[str, Any] = (
+            {"compression": "zlib", "complevel": 4} if SAMPLES & set(variable.dims) else {}
+        )
+        dimensions = [str(each) for each in variable.dims]
+        written = group.createVariable(name, dtype, dimensions, fill_value=missing, **packed)
         attrs = describe(name, dataset, simulated) | variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:
@@ -60,9 +69,9 @@ def _define(group, dataset: xr.Dataset, simulated: bool) -> Iterator[tuple]:
         yield written, variable.values.astype(object) if dtype is str else variable.values
 
 
-def _plain(attrs: Mapping) -> dict:
+def _plain(attrs: Mapping[Any, Any]) -> dict[str, Any]:
     """Attributes that netCDF can hold: nothing empty, 0 and 1 for booleans, JSON for groups."""
-    plain = {}
+    plain: dict[str, Any] = {}
     for key, value in attrs.items():
         if isinstance(value, bool | np.bool_):
             plain[key] = int(value)
@@ -74,7 +83,7 @@ def _plain(attrs: Mapping) -> dict:
 
 
 @contextmanager
-def readable(path: str | Path) -> Iterator:
+def readable(path: str | Path) -> Iterator["netCDF4.Dataset"]:
     """The netCDF file, with an error of its own for what can't be read."""
     import netCDF4
 
@@ -88,7 +97,9 @@ def readable(path: str | Path) -> Iterator:
         raise DamagedProduct(path, f"is not a readable netCDF file ({error})", remedy) from error
 
 
-def groups_in(group, samples: bool, axis: str = "sample") -> Iterator[tuple[str, xr.Dataset]]:
+def groups_in(
+    group: "netCDF4.Dataset", samples: bool, axis: str = "sample"
+) -> Iterator[tuple[str, xr.Dataset]]:
     """Path and content of a netCDF group and of those in it; several times faster than xarray's own way.
 
     Samples are numbered by their time, where it does not fall back.

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from freerock.figures.style import MEASURED, MODEL_MARKERS, MODEL_STYLES, extremes
 from freerock.models.laws import MODELS
+from freerock.runs.rate import angular_rate
 
 BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
-RATE_WINDOW_S = 0.02  # over which angular rates are taken: short beside a swing, long beside a sample
 MISSING = -32768
 DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # as figures.style, for the screen
 MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
@@ -37,28 +36,32 @@ def run_curves(record: xr.DataTree, number: int, fitted: xr.DataTree | None = No
         [degree/s], packed by `packed`; impacts, a list of [s, restitution, standard error] by source. The
         samples are the lowest and highest measured θ of each of `BINS` bins, the same ones for the models.
     """
-    run = record[f"run_{number}"]
+    run, samples = record.children[f"run_{number}"].dataset, record.dataset
     release = run["release"].item()
-    if fitted is None:
-        during = (record["time"].values >= release) & (record["time"].values <= run["end"].item())
-        time, theta = record["time"].values[during] - release, {"measured": record["theta"].values[during]}
-    else:
-        time, theta = fitted["time"].values, {"measured": fitted["theta"].values}
-        theta |= {m: fitted[m]["theta_model"].values for m in MODELS if m in fitted.children}
-    drawn = extremes(theta["measured"], BINS)
     impacts = {"measured": _impacts(run, release)}
-    impacts |= {model: _impacts(fitted[model], 0.0) for model in theta if model != "measured"}
+    if fitted is None:
+        clock = samples["time"].values
+        during = (clock >= release) & (clock <= run["end"].item())
+        time, theta = clock[during] - release, {"measured": samples["theta"].values[during]}
+    else:
+        time, theta = fitted.dataset["time"].values, {"measured": fitted.dataset["theta"].values}
+        models = {model: fitted.children[model].dataset for model in MODELS if model in fitted.children}
+        theta |= {model: fit["theta_model"].values for model, fit in models.items()}
+        impacts |= {model: _impacts(fit, 0.0) for model, fit in models.items()}
+    drawn = extremes(theta["measured"], BINS)
+    rate = {source: angular_rate(time, values) for source, values in theta.items()}
     return {
         "time": base64.b64encode(time[drawn].astype("<f4").tobytes()).decode(),
         "theta": {source: packed(np.degrees(values[drawn])) for source, values in theta.items()},
-        "rate": {source: packed(np.degrees(_rate(time, values)[drawn])) for source, values in theta.items()},
+        "rate": {source: packed(np.degrees(values[drawn])) for source, values in rate.items()},
         "impacts": impacts,
     }
 
 
 def looks() -> dict[str, dict[str, Any]]:
     """Look of each curve on the screen, by source, as `freerock.figures.style` has it on paper."""
-    styles = {"measured": MEASURED | {"color": "#999999"}} | {model: MODEL_STYLES[model] for model in MODELS}
+    styles: dict[str, Any] = {"measured": MEASURED | {"color": "#999999"}}
+    styles |= {model: MODEL_STYLES[model] for model in MODELS}
     return {
         name: {
             "color": style["color"],
@@ -93,16 +96,7 @@ def packed(values: NDArray[np.float64]) -> dict[str, Any]:
     return {"scale": scale, "data": base64.b64encode(whole.tobytes()).decode()}
 
 
-def _rate(time: NDArray[np.float64], theta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Angular rate from a parabola over `RATE_WINDOW_S` around each sample; NaN beside a missing one."""
-    step = np.median(np.diff(time)) if len(time) > 1 else np.inf
-    window = max(5, 2 * round(RATE_WINDOW_S / step / 2) + 1)
-    if len(time) <= window:
-        return np.full(len(time), np.nan)
-    return savgol_filter(theta, window, 2, deriv=1, delta=step, mode="nearest")
-
-
-def _impacts(group: xr.DataTree, release: float) -> list[list[float]]:
+def _impacts(group: xr.Dataset, release: float) -> list[list[float]]:
     if not group.sizes.get("impact", 0):
         return []
     time, r, stderr = (group[name].values for name in ("impact_time", "restitution", "restitution_stderr"))

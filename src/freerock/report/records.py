@@ -66,7 +66,7 @@ def sections_of(
     for line in provenance["config"]["records"]:
         test = line["test"]
         record, fits = opened(test, test in drawn)
-        time = record["time"].values if "time" in record else np.empty(0)
+        time = record.dataset["time"].values if "time" in record.dataset else np.empty(0)
         fitted, groups = runs_of(fits), _fits(fits)
         found = [
             _run(number, run, verdicts[test, str(number)], time)
@@ -110,17 +110,20 @@ SCENE = ("block", "foundation")
 
 def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: NDArray[np.float64]) -> dict[str, Any]:
     verdict, reasons = found
-    instants = [run[name].item() for name in ("release", "fit_start", "end")]
+    known = {name: run.dataset[name].item() for name in ("release", "fit_start", "end")}
+    theta0, stderr, sigma = (
+        math.degrees(run.dataset[name].item()) for name in ("theta0", "theta0_stderr", "sigma_theta")
+    )
     return {
         "number": number,
         "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
         "kind": verdict,
         "reasons": reasons,
-        "theta0": quantity(*(math.degrees(run[name].item()) for name in ("theta0", "theta0_stderr"))),
-        "sigma": quantity(math.degrees(run["sigma_theta"].item()), digits=2),
+        "theta0": quantity(theta0, stderr),
+        "sigma": quantity(sigma, digits=2),
         "impacts": run.sizes.get("impact", 0),
-        "instants": [fixed(instant, 3) for instant in instants],
-        "samples": [int(time.searchsorted(instant)) for instant in instants],
+        "instants": [fixed(instant, 3) for instant in known.values()],
+        "samples": [int(time.searchsorted(instant)) for instant in known.values()],
     }
 
 

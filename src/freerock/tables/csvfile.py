@@ -7,8 +7,8 @@ import pandas as pd
 
 from freerock.files import atomic
 
-NAMES = ("campaign", "test", "run", "block", "foundation", "basis", "model")  # 001 is one too
-NAMES += ("parameter", "unit")
+NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
+NAMES += ["parameter", "unit"]
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> None:

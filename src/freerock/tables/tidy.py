@@ -175,10 +175,11 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
         |θ| before it.
     """
-    parts = []
+    parts: list[tuple[xr.DataTree, int | str, str, xr.Dataset, float]] = []
     for tree in records:
-        for number, run in runs_of(tree).items():
-            parts.append((tree, number, "experiment", run, run["release"].item()))
+        for number, group in runs_of(tree).items():
+            measured = group.dataset
+            parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
         parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree) if run != "pooled"]
     frames = [

@@ -1,0 +1,31 @@
+"""Angular rate of a sampled rotation."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+WINDOW_S = 0.02  # short beside a swing, long beside a sample
+
+
+def angular_rate(
+    time_s: NDArray[np.float64], theta: NDArray[np.float64], window_s: float = WINDOW_S
+) -> NDArray[np.float64]:
+    """Angular rate from a parabola around each sample.
+
+    Parameters
+    ----------
+    time_s, theta : ndarray, shape (n_time,)
+        Equally spaced instants [s] and rotation [rad]; NaN where a sample is missing.
+    window_s : float
+        Length of the parabola [s]; at least five samples.
+
+    Returns
+    -------
+    ndarray, shape (n_time,)
+        [rad/s]; NaN beside a missing sample, and everywhere in a motion no longer than the window.
+    """
+    step = np.median(np.diff(time_s)) if len(time_s) > 1 else np.inf
+    window = max(5, 2 * round(window_s / step / 2) + 1)
+    if len(time_s) <= window:
+        return np.full(len(time_s), np.nan)
+    return np.asarray(savgol_filter(theta, window, 2, deriv=1, delta=step, mode="nearest"))
