@@ -14,9 +14,10 @@ import numpy as np
 from freerock.identification.fit import Motion, fit_run
 from freerock.models import simulate
 from freerock.models.laws import PAPER_MODELS
-from freerock.studies.identification import RATE_HZ, _scene, virtual_motion
-from freerock.studies.methods import METHODS, Scene
-from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
+from freerock.studies.methods.by_name import METHODS
+from freerock.studies.methods.problem import Problem
+from freerock.studies.virtual_run import RATE_HZ, published_truth, virtual_motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 AIMS_S = {"housner": 0.05, "winkler": 0.25, "hunt_crossley": 0.25}
 REPEATS = 5
@@ -26,7 +27,7 @@ def runs(model):
     """Truths and their measured runs, lengthened by noise to 8 s."""
     for block in CONFIGURATIONS:
         for foundation in FOUNDATIONS:
-            truth = _scene(block, foundation, model)
+            truth = published_truth(block, foundation, model)
             motion = virtual_motion(truth, np.random.default_rng(1))
             if motion is None:
                 continue
@@ -46,7 +47,7 @@ def timed(model, truth, motion):
 def lsoda(model, block, parameters, time_s, *, theta0, rtol, theta_rate=None, **_):
     """As `freerock.models.simulate.simulate_theta`."""
     grid = np.union1d(0.0, time_s)
-    theta = METHODS["SciPy LSODA, NumPy"](Scene(model, block, parameters, theta0), grid, rtol).theta
+    theta = METHODS["SciPy LSODA, NumPy"](Problem(model, block, parameters, theta0), grid, rtol).theta
     theta = np.interp(np.maximum(time_s, 0.0), grid, theta)
     if theta_rate is not None:
         theta_rate[:] = np.gradient(theta, time_s)

@@ -18,14 +18,17 @@ from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
 from freerock.models.kernel import _accelerations, _sample
 from freerock.models.simulate import simulate, simulate_many, simulate_theta
-from freerock.studies.methods import METHODS, Scene, housner_overturns
-from freerock.studies.speed_accuracy import errors, interleaved
-from freerock.studies.stability import scene_of
-from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
+from freerock.studies.atlas.cells import problem_of
+from freerock.studies.methods.by_name import METHODS
+from freerock.studies.methods.housner import housner_overturns
+from freerock.studies.methods.problem import Problem
+from freerock.studies.speed_accuracy import errors
+from freerock.studies.timing import interleaved
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
 MARBLE = FOUNDATIONS["marble"]
-HC = Scene("hunt_crossley", BLOCK, MARBLE, THETA0)
+HC = Problem("hunt_crossley", BLOCK, MARBLE, THETA0)
 TIME = np.arange(0.0, 5.0, 1 / 2000)
 ERROR = 1e-10  # ε at which methods are compared
 LADDER = [10**-e for e in np.arange(3.0, 9.1, 0.5)]
@@ -35,9 +38,9 @@ def row(what, target, seen, note=""):
     print(f"{what:<62} {target:>12} {seen:>14}   {note}")
 
 
-def own(rtol, scene=HC, time=TIME):
+def own(rtol, problem=HC, time=TIME):
     theta, _ = simulate_theta(
-        scene.model, scene.block, scene.parameters, time, theta0=scene.theta0, rtol=rtol
+        problem.model, problem.block, problem.parameters, time, theta0=problem.theta0, rtol=rtol
     )
     return theta
 
@@ -147,8 +150,10 @@ def stiffness():
     """Time of a run over k from 1e5 to 1e12, damping in proportion."""
     for model, ratio, target in (("winkler", 2.17e4 / 6.77e6, "≤ 10"), ("hunt_crossley", 130 / 6.88, "≤ 30")):
         ks = np.geomspace(1e5, 1e12, 8)
-        scenes = [scene_of(model, k, ratio) for k in ks]
-        timed = interleaved([partial(own, 1e-6, scene) for scene in scenes], 5, longest_s=5.0, in_a_row=2)
+        problems = [problem_of(model, k, ratio) for k in ks]
+        timed = interleaved(
+            [partial(own, 1e-6, problem) for problem in problems], 5, longest_s=5.0, in_a_row=2
+        )
         times = np.array([seconds for _, seconds, _ in timed])
         rocking = np.array([np.all(np.isfinite(theta)) for theta, _, _ in timed])
         note = "; ".join(

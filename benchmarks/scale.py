@@ -24,7 +24,9 @@ os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
 
 import numpy as np
 
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_releases
+from freerock.virtual_lab.record import simulate_record
+from freerock.virtual_lab.tdms import write_records
 
 ROOT = Path(__file__).parents[1]
 RECORDS_PER_JOB = 25
@@ -33,13 +35,13 @@ COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note
 
 def records(n: int, seed: int = 1):
     """Name, scene and simulated record of one release, from the scenes of the Palermo campaign in turn."""
-    scenes = [(block, foundation) for block in twin.CONFIGURATIONS for foundation in twin.FOUNDATIONS]
+    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
     for number in range(n):
         block, foundation = scenes[number % len(scenes)]
-        shape, alpha, laser = twin.CONFIGURATIONS[block]
+        shape, angle, laser = CONFIGURATIONS[block]
         generator = np.random.RandomState(seed + number)
-        releases = twin.palermo_releases(alpha, twin.FOUNDATIONS[foundation], generator, number=1)
-        made = twin.simulate_record(shape, laser, "hunt_crossley", releases, seed=seed + number)
+        releases = palermo_releases(angle, FOUNDATIONS[foundation], generator, number=1)
+        made = simulate_record(shape, laser, "hunt_crossley", releases, seed=seed + number)
         yield f"r{number:05d}", block, foundation, made
 
 
@@ -53,14 +55,14 @@ def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
     head = f"title: Many records\norigin: simulated\nrecords_per_job: {RECORDS_PER_JOB}\n"
     (folder / "config/campaigns/scale.yaml").write_text(head + kept)
     laser = {"config1": "at_220mm", "config2": "at_200mm", "config3": "at_100mm"}
-    scenes = [(block, foundation) for block in twin.CONFIGURATIONS for foundation in twin.FOUNDATIONS]
+    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
     lines = []
     for number in range(n):
         block, foundation = scenes[number % len(scenes)]
         lines.append(f"r{number:05d},r{number:05d}.tdms,,{block},{foundation},{laser[block]},,,,\n")
     (folder / "config/campaigns/scale.csv").write_text(COLUMNS + "".join(lines))
     if files:
-        twin.write_campaign(folder / "raw/scale", ((test, made) for test, _, _, made in records(n)))
+        write_records(folder / "raw/scale", ((test, made) for test, _, _, made in records(n)))
     else:
         for number in range(n):
             (folder / f"raw/scale/r{number:05d}.tdms").touch()

@@ -47,7 +47,7 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "OMP_NUM_THREADS=1 python benchmarks/": "minutes; measures speed",
     "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",
     "snakemake": "the shipped campaign is analysed by tests/workflow/test_palermo.py",
-    "python -m freerock.virtual_lab.record": "the bytes are compared by the tests of the twins",
+    "python -m freerock.virtual_lab": "the bytes are compared by the tests of the virtual laboratory",
 }
 RUN_AFTER_ALL = "snakemake --config campaigns=stones"
 PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|FILE|<|…|/data/|results/[ABab]\b|stones,marble")

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from freerock.models.simulate import simulate
-from freerock.studies.methods import METHODS, Scene
-from freerock.studies.speed_accuracy import WINKLER
-from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
+from freerock.studies.methods.by_name import METHODS
+from freerock.studies.methods.problem import Problem
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2
 
 BLOCK, _, _ = CONFIGURATIONS["config2"]
-LAWS = {"hunt_crossley": FOUNDATIONS["marble"], "winkler": WINKLER["marble"]}
+LAWS = {law: TABLE_2["marble"][law] for law in ("hunt_crossley", "winkler")}
 ANGLES = [math.radians(angle) for angle in (4, 5, 6, 7, 8, 9, 10, 11, 12)]
 TIME = np.linspace(0, 1.5, 301)  # three to six impacts
 
@@ -45,7 +46,7 @@ def test_fifth_order_across_impacts(law, debonding):
 @pytest.mark.parametrize("law", LAWS)
 def test_fourth_order_is_lost_where_steps_run_over_impacts(law):
     def run(angle, step):
-        solution = METHODS["RK4"](Scene(law, BLOCK, LAWS[law], angle), TIME, step)
+        solution = METHODS["RK4"](Problem(law, BLOCK, LAWS[law], angle), TIME, step)
         return solution.theta, solution.evaluations
 
     assert observed_order(run, [2e-4, 1e-4, 5e-5, 2e-5], law, "geometric") < 4 - 0.5

@@ -8,7 +8,7 @@ import pytest
 from freerock.models.block import GRAVITY, Block
 from freerock.models.ground import pulse
 from freerock.models.simulate import simulate
-from freerock.studies.methods import housner_overturns
+from freerock.studies.methods.housner import housner_overturns
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LIFT_OFF = GRAVITY * BLOCK.b / BLOCK.h

@@ -73,13 +73,13 @@ def test_keys_are_texts_even_where_yaml_has_other_ideas(campaign):
 
 
 def test_palermo_campaign():
-    twin = importlib.import_module("freerock.virtual_lab.record")
+    virtual = importlib.import_module("freerock.virtual_lab.palermo")
     palermo = load_campaign(ROOT / "config/campaigns/palermo_virtual.yaml")
     blocks, foundations = ("config1", "config2", "config3"), ("marble", "aerstop")
     assert {record.test for record in palermo.records} == {f"{b}_{f}" for b in blocks for f in foundations}
     assert all(record.test == f"{record.block}_{record.foundation}" for record in palermo.records)
     for record in palermo.records:
-        block, _, laser = twin.CONFIGURATIONS[record.block]
+        block, _, laser = virtual.CONFIGURATIONS[record.block]
         assert palermo.blocks[record.block].block == block
         assert Laser(**palermo.lasers[record.laser].model_dump()) == laser
     assert palermo.origin == "simulated"

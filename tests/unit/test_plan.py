@@ -29,7 +29,7 @@ from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.virtual_lab.record import CONFIGURATIONS
+from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))

@@ -11,22 +11,19 @@ from hypothesis import strategies as st
 from freerock.errors import FreerockError
 from freerock.figures.style import save
 from freerock.models.block import Block
-from freerock.studies import stability as atlas
-from freerock.studies.methods import (
-    HOUSNER_METHODS,
-    METHODS,
-    Scene,
-    Solution,
-    freerock,
-    plain_right_hand_side,
-    right_hand_side,
-)
-from freerock.studies.speed_accuracy import errors, interleaved, model_choice, scenes, speed_accuracy
+from freerock.studies import model_choice, speed_accuracy, stability
+from freerock.studies.atlas.cells import COLUMNS, STATES, attempt, judge
+from freerock.studies.methods.by_name import HOUSNER_METHODS, METHODS, freerock
+from freerock.studies.methods.foundation import plain_right_hand_side, right_hand_side
+from freerock.studies.methods.problem import Problem, Solution
+from freerock.studies.scenes import scenes
+from freerock.studies.speed_accuracy import errors
+from freerock.studies.timing import interleaved
 
 BLOCK = Block(0.28, 0.07, 5.84)
 MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
-HC = Scene("hunt_crossley", BLOCK, MARBLE, math.radians(10))
-WINKLER = Scene("winkler", BLOCK, {"k": 6.77e6, "c": 2.17e4}, math.radians(10))
+HC = Problem("hunt_crossley", BLOCK, MARBLE, math.radians(10))
+WINKLER = Problem("winkler", BLOCK, {"k": 6.77e6, "c": 2.17e4}, math.radians(10))
 TIME = np.arange(0, 0.6, 1e-3)
 # CyRK compiles for half a minute: only the full studies run it
 IN_PROCESS = [name for name in METHODS if not name.startswith("CyRK")]
@@ -87,7 +84,7 @@ def test_springs_tend_to_the_distributed_foundation():
     assert found[0] > 1e-4 > found[1] > 20 * found[2]
 
 
-def test_a_block_that_overturns_is_told_by_every_method():
+def test_every_method_says_that_a_block_overturns():
     soft = replace(HC, parameters={"k": 1e4, "lambda": 1e5})
     outcomes = {name: METHODS[name](soft, TIME, setting(name)).outcome for name in IN_PROCESS}
     assert set(outcomes.values()) == {"overturned"}
@@ -102,7 +99,7 @@ def test_a_blown_up_motion_is_not_finite_and_not_overturned():
 def test_linearised_housner():
     """Quarter period of configuration 2 from 10°: 0.268633 s linearised, 0.268884 s exact."""
     time = np.linspace(0, 0.5, 500_001)
-    scene = Scene("housner", BLOCK, {"r": 0.958}, math.radians(10))
+    scene = Problem("housner", BLOCK, {"r": 0.958}, math.radians(10))
     crossing = {
         name: time[
             np.argmax(HOUSNER_METHODS[name](scene, time, 0.0 if name == "linearised" else 1e-10).theta < 0)
@@ -133,17 +130,17 @@ def test_interleaved_times_every_call_and_keeps_the_results():
 
 @pytest.fixture(scope="module")
 def speeds():
-    return speed_accuracy("small")
+    return speed_accuracy.run("small")
 
 
 @pytest.fixture(scope="module")
 def choices():
-    return model_choice("small")
+    return model_choice.run("small")
 
 
 @pytest.fixture(scope="module")
 def cells():
-    return atlas.stability("small")
+    return stability.run("small")
 
 
 def test_speed_accuracy(speeds):
@@ -164,8 +161,8 @@ def test_model_choice(choices):
 
 
 def test_atlas(cells):
-    assert list(cells.columns) == atlas.COLUMNS
-    assert set(cells["state"]) <= set(atlas.STATES)
+    assert list(cells.columns) == COLUMNS
+    assert set(cells["state"]) <= set(STATES)
     assert set(cells["map"]) == {"stiffness", "step", "release", "springs", "tail", "housner_fit", "fit"}
     assert (cells["pipeline"] != "").all()
     assert (cells.loc[cells["method"] == "freerock", "state"] == "converged").all()
@@ -186,12 +183,14 @@ def test_atlas(cells):
     ],
 )
 def test_states(solution, true, state):
-    assert atlas.judge(solution, true)[0] == state
+    assert judge(solution, true)[0] == state
 
 
 def test_refusals_are_cells_too():
-    squat = Scene("housner", Block(0.035, 0.07, 1.0), {"r": Block(0.035, 0.07, 1.0).restitution_housner}, 0.1)
-    assert isinstance(atlas._attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
+    squat = Problem(
+        "housner", Block(0.035, 0.07, 1.0), {"r": Block(0.035, 0.07, 1.0).restitution_housner}, 0.1
+    )
+    assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
 
 
 @pytest.mark.parametrize("name", ["speed_accuracy", "model_choice", "stability"])

@@ -1,23 +1,28 @@
 """Monte-Carlo studies of the identification in their small size, and their figures."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from freerock.figures.studies import choice, coverage, model_error, success
 from freerock.models.laws import PAPER_MODELS
-from freerock.studies import identification
-from freerock.studies.identification import Truth, draw_truth, imperfect_motion, noise
-from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
+from freerock.studies import choice as study_of_choice
+from freerock.studies import coverage as study_of_coverage
+from freerock.studies import model_error as study_of_model_error
+from freerock.studies import success as study_of_success
+from freerock.studies.model_error import imperfect_motion
+from freerock.studies.virtual_run import Truth, draw_truth, noise
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config3"]
 TRUTH = Truth("hunt_crossley", BLOCK, FOUNDATIONS["marble"], THETA0, 1e-4)
 
 
-@pytest.mark.parametrize("kind, slow", [("white", 0.0), ("coloured", 0.5), ("hum and drift", 0.2)])
+@pytest.mark.parametrize("kind, slow", [("white", 0.0), ("coloured", 0.5), ("mains and drift", 0.2)])
 def test_noise_has_the_stated_spread_and_colour(kind, slow):
     truth = Truth(**{**vars(TRUTH), "noise": kind})
     samples = noise(truth, 400_000, np.random.default_rng(1)) / truth.sigma_theta
-    total = {"white": 1.0, "coloured": 1.0, "hum and drift": np.sqrt(1.5)}[kind]
+    total = {"white": 1.0, "coloured": 1.0, "mains and drift": np.sqrt(1.5)}[kind]
     assert samples.std() == pytest.approx(total, rel=0.03)
     correlation = samples[1:] @ samples[:-1] / (samples @ samples)
     assert correlation > slow - 0.1 if slow else abs(correlation) < 0.01
@@ -45,7 +50,7 @@ def test_truths_are_drawn_from_the_whole_range():
 
 
 def test_every_start_reaches_the_global_minimum():
-    frame = identification.success("small")
+    frame = study_of_success.run("small")
     assert set(frame["model"]) == set(PAPER_MODELS)
     assert (frame["reached"] | frame["reported"]).all()
     figure, data = success.draw(frame)
@@ -56,9 +61,9 @@ def test_scatter_and_coverage_of_few_runs():
     rows = [
         row
         for i in range(6)
-        for row in identification._coverage(("config3", "marble", "hunt_crossley", "white", i))
+        for row in study_of_coverage._coverage(("config3", "marble", "hunt_crossley", "white", i))
     ]
-    frame = identification.pd.DataFrame(rows)
+    frame = pd.DataFrame(rows)
     summary = coverage.coverage_summary(frame).set_index("parameter")
     assert set(summary.index) == {"k", "lambda"}
     assert (summary["n"] == 6).all() and (summary["failed"] == 0).all()
@@ -71,9 +76,9 @@ def test_the_residual_tells_of_an_imperfect_block():
     rows = [
         row
         for kind in ("none", "amplitude")
-        for row in identification._model_error(("config3", "marble", kind, 0))
+        for row in study_of_model_error._model_error(("config3", "marble", kind, 0))
     ]
-    frame = identification.pd.DataFrame(rows)
+    frame = pd.DataFrame(rows)
     assert frame["success"].all()
     assert frame.groupby("imperfection")["told"].all().to_dict() == {"none": False, "amplitude": True}
     widened = frame.groupby("imperfection")["widened"].min()
@@ -84,6 +89,6 @@ def test_the_residual_tells_of_an_imperfect_block():
 
 @pytest.mark.parametrize("model", PAPER_MODELS)
 def test_the_choice_names_the_true_law(model):
-    frame = identification.pd.DataFrame(identification._choice((model, 0)))
+    frame = pd.DataFrame(study_of_choice._choice((model, 0)))
     assert frame["chosen"].tolist() == [model]
     choice.draw(frame)

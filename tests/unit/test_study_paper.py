@@ -13,8 +13,9 @@ from freerock.figures.style import save
 from freerock.identification.choice import epsilon_theta
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
-from freerock.studies.paper import COLUMNS, TABLE_2, TABLE_3, paper
-from freerock.virtual_lab.record import CONFIGURATIONS
+from freerock.studies.paper import COLUMNS, run
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2, TABLE_3
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 8, 5e-4)
@@ -22,7 +23,7 @@ TIME = np.arange(0, 8, 5e-4)
 
 @pytest.fixture(scope="module")
 def study():
-    return paper("small")
+    return run("small")
 
 
 def found(study, foundation, model, quantity):

@@ -6,7 +6,7 @@ import shutil
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, simulated
 
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.tdms import write_records
 
 
 @pytest.fixture(scope="session")
@@ -15,7 +15,7 @@ def finished(tmp_path_factory):
     checkout = check_out(tmp_path_factory.mktemp("finished"))
     add_campaign(checkout, "small", CAMPAIGN, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
     records = [(f"{block}_mat", simulated(block, seed)) for seed, block in enumerate(BLOCKS)]
-    twin.write_campaign(checkout / "raw/small", records)
+    write_records(checkout / "raw/small", records)
     for part in ("hook", "trace"):
         (checkout / part).mkdir()
     (checkout / "hook/sitecustomize.py").write_text(TRACE)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.record import Recording, Release, simulate_record
 
 ROOT = Path(__file__).parents[2]
 CAMPAIGN = """\
@@ -51,11 +51,12 @@ if os.environ.get("TRACE") and ".snakemake/scripts" in sys.argv[0]:
 
 
 def simulated(block, seed, *, angle_deg=None, **options):
-    """A simulated record of one release."""
+    """A simulated record of one release; the options are those of `Recording`."""
     shape, laser, usual = BLOCKS[block]
     theta0 = usual if angle_deg is None else math.radians(angle_deg)
-    release = twin.Release(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
-    return twin.simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, **options)
+    release = Release(theta0, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)
+    recording = Recording(**options)
+    return simulate_record(shape, laser, "hunt_crossley", [release], seed=seed, recording=recording)
 
 
 class Checkout:

@@ -11,8 +11,8 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 from freerock.files import sha256
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
-from freerock.virtual_lab import faults as twin_faults
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.faults import ac_coupled
+from freerock.virtual_lab.tdms import write_record, write_records
 
 COPY = "copy it again from the acquisition computer"
 CHECK = "check the channel, the cable and the sensor's range"
@@ -55,19 +55,19 @@ def write_volts(path, properties, **channels):
 def write_bad_records(raw):
     good = simulated("squat", 1)
     samples, rest = good.time_s.size, good.volts[good.time_s < 1]
-    twin.write_campaign(raw, [("replaced", good)])
+    write_records(raw, [("replaced", good)])
     listed = sha256(raw / "replaced.tdms")
-    twin.write_record(raw / "replaced.tdms", simulated("squat", 2))
-    twin.write_record(raw / "overturned.tdms", simulated("squat", 3, angle_deg=28, longest_s=2))
+    write_record(raw / "replaced.tdms", simulated("squat", 2))
+    write_record(raw / "overturned.tdms", simulated("squat", 3, angle_deg=28, longest_s=2))
     for test in ("channel", "truncated"):
-        twin.write_record(raw / f"{test}.tdms", good)
+        write_record(raw / f"{test}.tdms", good)
     whole = (raw / "truncated.tdms").read_bytes()
     (raw / "truncated.tdms").write_bytes(whole[: len(whole) // 2])
     (raw / "empty.tdms").write_bytes(b"")
     write_volts(raw / "several.tdms", WAVEFORM, laser=good.volts, laser_2=good.volts)
     write_volts(raw / "no_unit.tdms", WAVEFORM | {"unit_string": ""}, laser=good.volts)
     write_volts(raw / "kilograms.tdms", WAVEFORM | {"unit_string": "kg"}, laser=good.volts)
-    coupled = twin_faults.ac_coupled(0.1)(good.time_s, good.volts, None)
+    coupled = ac_coupled(0.1)(good.time_s, good.volts, None)
     write_volts(raw / "ac_coupled.tdms", WAVEFORM, laser=coupled)
     write_volts(raw / "nan.tdms", WAVEFORM, laser=np.full(samples, np.nan))
     write_volts(raw / "constant.tdms", WAVEFORM, laser=np.full(samples, 4.6))
@@ -116,7 +116,7 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     checkout.edit("config/campaigns/lab.csv", "left_out.tdms,,squat,mat,low,,,,", OUT)
     (checkout / "raw/lab").mkdir(parents=True)
     for seed, test in enumerate(("good", "left_out")):
-        twin.write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
+        write_record(checkout / f"raw/lab/{test}.tdms", simulated("squat", seed))
     done = checkout.snakemake()
     line = f"raw/lab/missing.tdms: {BAD['missing']}"
     assert done.returncode == 1
@@ -139,7 +139,7 @@ def test_others_finish_and_the_failed_one_is_named(tmp_path):
     assert made_by["inputs"] == {file: sha256(checkout / file) for file in files}
     assert checkout.planned() == {"complete": 1}
 
-    twin.write_record(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
+    write_record(checkout / "raw/lab/missing.tdms", simulated("tall", 2))
     assert checkout.planned()["record"] == 1
 
 

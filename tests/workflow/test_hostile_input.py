@@ -11,7 +11,7 @@ from small_campaign import COLUMNS, ROOT, check_out, simulated
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
 from freerock.records.read import read_record
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.tdms import write_record
 
 FILE = "$(touch pwned);'` \".tdms"
 SCRIPT = "</script><script>alert(1)</script>"
@@ -40,7 +40,7 @@ def test_hostile_texts_do_nothing_in_any_product(tmp_path):
     (checkout / "config/campaigns/lab.yaml").write_text(YAML)
     (checkout / "config/campaigns/lab.csv").write_text(COLUMNS + LINES)
     (checkout / "raw/lab").mkdir(parents=True)
-    twin.write_record(checkout / "raw/lab" / FILE, simulated("squat", 1))
+    write_record(checkout / "raw/lab" / FILE, simulated("squat", 1))
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr
     assert not list(checkout.folder.rglob("pwned"))

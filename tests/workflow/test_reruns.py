@@ -6,7 +6,7 @@ import pytest
 from small_campaign import simulated
 
 from freerock.files import sha256
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.tdms import write_record
 
 FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
 REPORT = {"report": 1, "complete": 1}
@@ -96,7 +96,7 @@ def test_edited_code(checkout, path, jobs):
 
 
 def test_new_record(checkout):
-    twin.write_record(checkout / "raw/small/second.tdms", simulated("squat", 7))
+    write_record(checkout / "raw/small/second.tdms", simulated("squat", 7))
     append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
     assert checkout.planned() == OF_ONE_RECORD
 
@@ -121,14 +121,14 @@ def test_records_that_share_a_job_rerun_together(checkout):
     checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
     assert checkout.snakemake().returncode == 0
     assert checkout.planned() == {}
-    twin.write_record(checkout / "raw/small/third.tdms", simulated("squat", 7))
+    write_record(checkout / "raw/small/third.tdms", simulated("squat", 7))
     append(checkout, CSV, "third,third.tdms,,squat,mat,low,,,,\n")
     assert checkout.planned() == OF_ONE_RECORD
 
 
 def test_record_replaced_or_taken_away(checkout):
     raw = checkout / "raw/small/squat_mat.tdms"
-    twin.write_record(raw, simulated("squat", 7))
+    write_record(raw, simulated("squat", 7))
     assert checkout.planned() == OF_ONE_RECORD
     raw.unlink()
     assert checkout.planned() == OF_ONE_RECORD

@@ -1,8 +1,8 @@
 """Study: time of a run against its error, every method."""
 
 from freerock.jobs.log import log_to
-from freerock.studies.speed_accuracy import speed_accuracy
+from freerock.studies.speed_accuracy import run
 from freerock.tables.csvfile import write_csv
 
 log_to(snakemake.log[0])
-write_csv(speed_accuracy(snakemake.params.size), snakemake.output.csv)
+write_csv(run(snakemake.params.size), snakemake.output.csv)

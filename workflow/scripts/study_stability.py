@@ -1,8 +1,8 @@
 """Study: where each method converges and where it fails."""
 
 from freerock.jobs.log import log_to
-from freerock.studies.stability import stability
+from freerock.studies.stability import run
 from freerock.tables.csvfile import write_csv
 
 log_to(snakemake.log[0])
-write_csv(stability(snakemake.params.size), snakemake.output.csv)
+write_csv(run(snakemake.params.size), snakemake.output.csv)

@@ -248,27 +248,31 @@ def write_scene_record(scene: Scene, path: Path) -> None:
     import numpy as np
 
     from freerock.rotation.sensor import Laser
-    from freerock.virtual_lab import record as twin
+    from freerock.virtual_lab.palermo import palermo_releases
+    from freerock.virtual_lab.record import Noise, Recording, simulate_record
+    from freerock.virtual_lab.tdms import write_record
 
     assert scene.laser is not None
     ((model, parameters),) = scene.models.items()
     generator = np.random.RandomState(scene.laser.seed)
-    releases = twin.palermo_releases(
+    releases = palermo_releases(
         math.radians(scene.release_angle_deg),
         parameters,
         generator,
         number=scene.laser.releases,
         scatter=0.0,
     )
-    record = twin.simulate_record(
+    record = simulate_record(
         scene.block.block,
         Laser(**scene.laser.model_dump(exclude={"noise_v", "seed", "releases"})),
         model,
         releases,
         seed=scene.laser.seed,
-        rate_hz=scene.sampling_rate_hz,
-        longest_s=scene.duration_s,
-        noise=twin.Noise(white_v=scene.laser.noise_v),
+        recording=Recording(
+            rate_hz=scene.sampling_rate_hz,
+            longest_s=scene.duration_s,
+            noise=Noise(white_v=scene.laser.noise_v),
+        ),
         debonding=scene.debonding,
     )
-    twin.write_record(path, record)
+    write_record(path, record)

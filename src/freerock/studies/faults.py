@@ -1,8 +1,8 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
-Records of the virtual laboratory (`freerock.virtual_lab.record`), without hum or drift, get the noise of a
-laser and one fault (`freerock.virtual_lab.faults`) each; `rotation.rotation` must name it, at the time it
-lasts. Clean records must be left without any name, and their runs without a warning.
+Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
+get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `rotation.rotation` must name it,
+at the time it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock.studies.faults results/studies/faults.csv docs/signals.md
 
@@ -11,29 +11,34 @@ renews the table in the documentation from the product of `snakemake studies`.
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
+from freerock.models.block import Block
 from freerock.rotation.flags import listed_faults
 from freerock.rotation.rotation import rotation
+from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab import faults as spoil
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import (
-    CONFIGURATIONS,
-    FOUNDATIONS,
+    Fault,
+    Floats,
     Noise,
+    Recording,
     Release,
     VirtualRecord,
     simulate_record,
 )
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
-NOISE_V, HUM_V = 2e-3, 5e-3
-SILENT = Noise(white_v=0.0, hum_v=0.0, drift_v=0.0, bits=32)
+NOISE_V, MAINS_V = 2e-3, 5e-3
+SILENT = Noise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
 RATES_HZ = (1000.0, 2000.0, 5000.0)
 BITS = (16, 24)
 SEVERITIES = ("light", "medium", "heavy")
@@ -54,7 +59,7 @@ COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate",
 MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 
 
-def faults(size: str = "full") -> pd.DataFrame:
+def run(size: str = "full") -> pd.DataFrame:
     """The faults matrix.
 
     Parameters
@@ -80,13 +85,17 @@ def faults(size: str = "full") -> pd.DataFrame:
     return pd.DataFrame([*rows, *_clean(motions, n_clean)], columns=COLUMNS)
 
 
-def _motion(seed: int) -> tuple[VirtualRecord, object, object]:
+Scene = tuple[VirtualRecord, Block, Laser]
+Row = tuple[str, str, str, float | str, int, int, float, int]
+
+
+def _motion(seed: int) -> Scene:
     """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
     draw = np.random.RandomState(seed)
-    block, alpha, laser = list(CONFIGURATIONS.values())[seed % 3]
+    block, angle, laser = list(CONFIGURATIONS.values())[seed % 3]
     releases = [
         Release(
-            alpha * draw.uniform(0.6, 1.0),
+            angle * draw.uniform(0.6, 1.0),
             list(FOUNDATIONS.values())[seed % 2],
             tilt_s=draw.uniform(1.0, 2.0),
             held_s=draw.uniform(1.5, 2.5),
@@ -96,22 +105,22 @@ def _motion(seed: int) -> tuple[VirtualRecord, object, object]:
         for _ in range(1 + seed % 3)
     ]
     rate = RATES_HZ[seed // 3 % 3]
-    record = simulate_record(
-        block, laser, "hunt_crossley", releases, seed=seed, rate_hz=rate, rest_s=2.5, noise=SILENT
-    )
+    recording = Recording(rate_hz=rate, rest_s=2.5, noise=SILENT)
+    record = simulate_record(block, laser, "hunt_crossley", releases, seed=seed, recording=recording)
     return record, block, laser
 
 
-def _measured(record: VirtualRecord, fault: Callable | None, draw) -> np.ndarray:
+def _measured(record: VirtualRecord, fault: Fault | None, draw: Any) -> Floats:
     """Volts of a motion with noise and a fault, through a converter of 16 or 24 bits."""
     volts = record.volts + NOISE_V * draw.standard_normal(record.time_s.size)
     if fault:
         volts = fault(record.time_s, volts, draw)
     count = 21 / 2 ** BITS[draw.randint(len(BITS))]
-    return np.rint(volts / count) * count
+    counts: Floats = np.rint(volts / count)
+    return counts * count
 
 
-def _injected(fault: str, value: float, record: VirtualRecord, draw) -> tuple[Callable, float, float]:
+def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tuple[Fault, float, float]:
     """A fault, and from when to when it must be named; a fault of the whole record, any time."""
     end = float(record.time_s[-1])
     run = record.truth["runs"][draw.randint(len(record.truth["runs"]))]
@@ -136,12 +145,14 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw) -> tuple[Ca
     if fault == "hum":
         return spoil.tone(draw.uniform(49.95, 50.05), value), *always
     if fault == "sampling_rate":
-        return spoil.tone(50 * (1 + value * draw.choice([-1, 1])), HUM_V), *always
+        return spoil.tone(50 * (1 + value * draw.choice([-1, 1])), MAINS_V), *always
     folded = draw.uniform(60.0, rate / 2 - 10.0)
     return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
 
 
-def _cell(motions, n_records, fault, severity, quantity, value):
+def _cell(
+    motions: Sequence[Scene], n_records: int, fault: str, severity: str, quantity: str, value: float
+) -> Row:
     """One fault at one severity."""
     named = others = 0
     for trial in range(n_records):
@@ -163,8 +174,10 @@ _COMPANIONS = {  # what a fault brings along, rightly
 }
 
 
-def _named(record, volts, block, laser):
-    """Name, start and end [s] of the faults told; a refusal counts for the fault that it names."""
+def _named(
+    record: VirtualRecord, volts: Floats, block: Block, laser: Laser
+) -> list[tuple[str, float, float]]:
+    """Name, start and end [s] of the faults found; a refusal counts for the fault that it names."""
     end = float(record.time_s[-1])
     try:
         found = rotation(record.time_s, volts, laser, block)
@@ -173,7 +186,7 @@ def _named(record, volts, block, laser):
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
 
 
-def _clean(motions, n_records):
+def _clean(motions: Sequence[Scene], n_records: int) -> Iterator[Row]:
     """Clean records: any fault is a false alarm, any run that is not ok too."""
     alarms = doubted = 0
     for trial in range(n_records):

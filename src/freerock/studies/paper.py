@@ -21,38 +21,29 @@ its ε_θ, so several are tried.
 """
 
 import math
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from freerock.identification.fit import fit_run
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
-from freerock.studies.speed_accuracy import HOUSNER, WINKLER
-from freerock.virtual_lab.record import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
 
-TABLE_2 = {  # parameters of configuration 2 [SI]
-    foundation: {
-        "housner": HOUSNER[foundation],
-        "winkler": WINKLER[foundation],
-        "hunt_crossley": FOUNDATIONS[foundation],
-    }
-    for foundation in FOUNDATIONS
-}
-TABLE_3 = {  # ε_θ of configuration 2, as fractions
-    "marble": {"housner": 0.1525, "winkler": 0.0245, "hunt_crossley": 0.0140},
-    "aerstop": {"housner": 0.2166, "winkler": 0.0458, "hunt_crossley": 0.0287},
-}
-PUBLISHED_BLOCK = "config2"
 SAMPLING_HZ = 2000.0
 SIGMA_RAD = 1e-6  # the motions are free of noise; sets the integrator's tolerance in the fits
 FINAL_TIMES_S = {"full": (2.0, 3.0, 5.0, 8.0), "small": (3.0, 8.0)}
+Floats = NDArray[np.float64]
+Row = dict[str, object]
 COLUMNS = ["table", "block", "foundation", "final_time_s", "model", "against", "quantity", "value"]
 COLUMNS += ["published", "low", "high", "agrees", "message"]
 
 
-def paper(size: str = "full") -> pd.DataFrame:
+def run(size: str = "full") -> pd.DataFrame:
     """Tables 2 and 3 of the paper against what the published models themselves say.
 
     Parameters
@@ -68,18 +59,19 @@ def paper(size: str = "full") -> pd.DataFrame:
         Rows of `table` 3: the ε between `model` and `against`, both with their published parameters, with
         the bounds `low` and `high` and whether it lies within (`agrees`).
     """
-    rows = []
+    rows: list[Row] = []
     for block in CONFIGURATIONS if size == "full" else (PUBLISHED_BLOCK,):
         for foundation in FOUNDATIONS:
             for final_time_s in FINAL_TIMES_S[size]:
-                scene = {"block": block, "foundation": foundation, "final_time_s": final_time_s}
-                rows += [scene | row for row in _reidentified(**scene)]
+                named = block, foundation, final_time_s
+                scene = dict(zip(("block", "foundation", "final_time_s"), named, strict=True))
+                rows += [scene | row for row in _reidentified(*named)]
                 if block == PUBLISHED_BLOCK:
-                    rows += [scene | row for row in _apart(**scene)]
+                    rows += [scene | row for row in _apart(*named)]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def _reidentified(block, foundation, final_time_s):
+def _reidentified(block: str, foundation: str, final_time_s: float) -> Iterator[Row]:
     time_s = np.arange(0.0, final_time_s, 1 / SAMPLING_HZ)
     shape, theta0, _ = CONFIGURATIONS[block]
     theta = _published_theta("hunt_crossley", block, foundation, time_s)
@@ -99,7 +91,7 @@ def _reidentified(block, foundation, final_time_s):
             }
 
 
-def _apart(block, foundation, final_time_s):
+def _apart(block: str, foundation: str, final_time_s: float) -> Iterator[Row]:
     time_s = np.arange(0.0, final_time_s, 1 / SAMPLING_HZ)
     theta = {model: _published_theta(model, block, foundation, time_s) for model in TABLE_2[foundation]}
     distance = {model: math.sqrt(epsilon) for model, epsilon in TABLE_3[foundation].items()}
@@ -121,7 +113,7 @@ def _apart(block, foundation, final_time_s):
         }
 
 
-def _published_theta(model, block, foundation, time_s):
+def _published_theta(model: str, block: str, foundation: str, time_s: Floats) -> Floats:
     shape, theta0, _ = CONFIGURATIONS[block]
     theta, _ = simulate_theta(model, shape, TABLE_2[foundation][model], time_s, theta0=theta0, rtol=1e-10)
     return theta

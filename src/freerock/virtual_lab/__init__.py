@@ -1,1 +1,3 @@
-"""The virtual laboratory: simulated records with known truth."""
+"""The virtual laboratory: simulated records of free-rocking tests, with their truth."""
+
+__all__ = ["faults", "palermo", "published", "record", "tdms", "truth", "workbook"]

@@ -1,9 +1,4 @@
-"""The virtual laboratory: simulated records of free-rocking tests, with their truth.
-
-    python -m freerock.virtual_lab.record raw/palermo_virtual
-
-writes six records, three blocks (Table 1) on two foundations (Table 2 of Spanos et al. 2017,
-doi:10.1016/j.proeng.2017.09.024), and their truth. Nothing in them was measured.
+"""A simulated record of free-rocking tests, with its truth.
 
 A record goes: rest; then for every release a tilt by hand (the hand in the beam now and then), a hold by a
 finger, the finger's fading support, free rocking to rest, a pause. The law of motion restrains the base
@@ -11,49 +6,43 @@ centre, as the models do; for the laser the block turns by the same θ about its
 `freerock.rotation.beam`).
 """
 
-import json
 import math
-import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from pathlib import Path
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import accelerations, contact_force, static_depth
 from freerock.models.simulate import simulate
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.sensor import Laser
 
-CONFIGURATIONS = {  # Table 1 with its release angle [rad], and the laser that suits the block
-    "config1": (Block(0.42, 0.07, 8.67), math.radians(6), Laser("horizontal", 0.22, 0.1)),
-    "config2": (Block(0.28, 0.07, 5.84), math.radians(10), Laser("horizontal", 0.20, 0.1)),
-    "config3": (Block(0.14, 0.07, 2.98), math.radians(20), Laser("horizontal", 0.10, 0.1)),
-}
-FOUNDATIONS = {  # Table 2, proposed model
-    "marble": {"k": 6.88e6, "lambda": 1.30e8},
-    "aerstop": {"k": 2.86e6, "lambda": 8.16e7},
-}
-THETA_DECIMALS = (
-    6  # motion is integrated to 1e-12 and kept to 1 µrad: no byte hangs on a processor's last digit
-)
+Floats = NDArray[np.float64]
+Fault = Callable[[Floats, Floats, Any], Floats]
+"""A fault of the signal: (time_s, volts, generator) → volts, between sensor and converter."""
+
+# Motion is integrated to 1e-12 and kept to 1 µrad: no byte depends on a processor's last digit.
+THETA_DECIMALS = 6
 REST_RAD = 2e-5  # the operator's eye: below this the block has come to rest
-VOLTS = (  # what the truth tells of a laser: all its outputs are volts
+VOLTS = (  # what the truth says of a laser: all its outputs are volts
     *("beam", "position_m", "range_m", "face", "sign", "release_side", "volts_at_start", "volts_at_end"),
     *("valid_low_v", "valid_high_v", "error_level_v", "error_tolerance_v"),
 )
-START = "2017-05-02T09:00:00"
 
 
 @dataclass(frozen=True)
 class Noise:
-    """What sensor and converter add: white noise, hum, slow drift [V], and the converter's resolution."""
+    """What sensor and converter add: white noise, mains interference, slow drift, the converter's resolution.
+
+    Amplitudes and the span of the converter in V.
+    """
 
     white_v: float = 2e-3
-    hum_v: float = 1e-3
-    hum_hz: float = 50.0
+    mains_v: float = 1e-3
+    mains_hz: float = 50.0
     drift_v: float = 1e-3
     drift_period_s: float = 120.0
     bits: int = 24
@@ -67,7 +56,7 @@ class Release:
     Parameters
     ----------
     theta0 : float
-        Held angle [rad], positive clockwise.
+        Release angle [rad], positive clockwise.
     parameters : mapping
         Parameters of the model, see `freerock.models`.
     tilt_s, held_s, fade_s, pause_s : float
@@ -87,19 +76,43 @@ class Release:
 
 
 @dataclass(frozen=True)
+class Recording:
+    """How a record is taken.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Sampling rate [Hz].
+    rest_s : float
+        Rest before the first tilt [s].
+    longest_s : float
+        Rocking is followed at most this long [s].
+    zero_v : float
+        Sensor output at rest [V].
+    noise : Noise
+    """
+
+    rate_hz: float = 2000.0
+    rest_s: float = 2.0
+    longest_s: float = 20.0
+    zero_v: float = 5.0
+    noise: Noise = Noise()
+
+
+@dataclass(frozen=True)
 class VirtualRecord:
     """A simulated record: time [s], true θ [rad] (NaN once overturned), converter counts and the truth."""
 
-    time_s: np.ndarray
-    theta: np.ndarray
-    counts: np.ndarray
+    time_s: Floats
+    theta: Floats
+    counts: NDArray[np.int32]
     volts_per_count: float
-    truth: dict = field(repr=False)
+    truth: dict[str, Any] = field(repr=False)
 
     @property
-    def volts(self) -> np.ndarray:
+    def volts(self) -> Floats:
         """Volts as a reader of the record gets them."""
-        return self.counts * self.volts_per_count
+        return np.asarray(self.counts * self.volts_per_count, dtype=float)
 
 
 def simulate_record(
@@ -109,13 +122,9 @@ def simulate_record(
     releases: Sequence[Release],
     *,
     seed: int,
-    rate_hz: float = 2000.0,
-    rest_s: float = 2.0,
-    longest_s: float = 20.0,
-    zero_v: float = 5.0,
-    noise: Noise = Noise(),
-    faults: Sequence[Callable] = (),
-    **options,
+    recording: Recording = Recording(),
+    faults: Sequence[Fault] = (),
+    **options: Any,
 ) -> VirtualRecord:
     """Simulate one record.
 
@@ -128,15 +137,7 @@ def simulate_record(
     releases : sequence of Release
     seed : int
         Of the noise.
-    rate_hz : float
-        Sampling rate [Hz].
-    rest_s : float
-        Rest before the first tilt [s].
-    longest_s : float
-        Rocking is followed at most this long [s].
-    zero_v : float
-        Sensor output at rest [V].
-    noise : Noise
+    recording : Recording
     faults : sequence of callable
         Each takes (time_s, volts, generator) and returns volts, between sensor and converter.
     **options
@@ -148,28 +149,16 @@ def simulate_record(
     VirtualRecord
     """
     options = {"debonding": "geometric", "rtol": 1e-12} | options
-    clock, theta, runs = rest_s, [np.zeros(math.ceil(rest_s * rate_hz))], []
+    rate_hz, noise = recording.rate_hz, recording.noise
+    clock, theta, runs = recording.rest_s, [np.zeros(math.ceil(recording.rest_s * rate_hz))], []
     for number, release in enumerate(releases, 1):
-        part, truth, clock = _release(block, model, release, clock, rate_hz, longest_s, options)
+        part, truth, clock = _release(block, model, release, clock, recording, options)
         theta.append(part)
         runs.append({"run": number} | truth)
-    theta = np.round(np.concatenate(theta), THETA_DECIMALS)
-    time_s = np.arange(theta.size) / rate_hz
-
-    generator = np.random.RandomState(seed)  # its streams, unlike a Generator's, never change with NumPy
-    volts = zero_v + displacement_from_rotation(theta, block, laser) / laser.metres_per()
-    volts[~((volts >= laser.valid_low_v) & (volts <= laser.valid_high_v))] = laser.error_level_v
-    for start, end in (blocked for run in runs for blocked in run["blocked_s"]):
-        volts[(time_s >= start) & (time_s < end)] = laser.error_level_v
-    phases = generator.uniform(0, 2 * np.pi, 2)
-    volts += noise.hum_v * np.sin(2 * np.pi * noise.hum_hz * time_s + phases[0])
-    volts += noise.drift_v * np.sin(2 * np.pi * time_s / noise.drift_period_s + phases[1])
-    volts += noise.white_v * generator.standard_normal(time_s.size)
-    for fault in faults:
-        volts = fault(time_s, volts, generator)
-
-    top = 2 ** (noise.bits - 1)
-    counts = np.clip(np.rint(volts * (top / noise.span_v)), -top, top - 1).astype(np.int32)
+    rotation: Floats = np.concatenate(theta).round(THETA_DECIMALS)
+    time_s = np.arange(rotation.size) / rate_hz
+    volts = _volts(block, laser, time_s, rotation, runs, recording.zero_v)
+    counts = _converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
         "origin": "simulated",
         "model": model,
@@ -178,27 +167,73 @@ def simulate_record(
         "block": {key: value for key, value in asdict(block).items() if value is not None},
         "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
         "noise": asdict(noise),
-        "zero_v": zero_v,
+        "zero_v": recording.zero_v,
         "seed": seed,
         "sampling_rate_hz": rate_hz,
-        "duration_s": theta.size / rate_hz,
+        "duration_s": rotation.size / rate_hz,
         "runs": runs,
     }
-    return VirtualRecord(time_s, theta, counts, noise.span_v / top, truth)
+    return VirtualRecord(time_s, rotation, counts, noise.span_v / _top(noise), truth)
 
 
-def _release(block, model, release, clock, rate_hz, longest_s, options):
+def _volts(
+    block: Block,
+    laser: Laser,
+    time_s: Floats,
+    theta: Floats,
+    runs: Sequence[Mapping[str, Any]],
+    zero_v: float,
+) -> Floats:
+    """What the sensor says of the rotation, and of the hands in its beam."""
+    volts: Floats = zero_v + displacement_from_rotation(theta, block, laser) / laser.metres_per()
+    volts[~((volts >= laser.valid_low_v) & (volts <= laser.valid_high_v))] = laser.error_level_v
+    for start, end in (blocked for run in runs for blocked in run["blocked_s"]):
+        volts[(time_s >= start) & (time_s < end)] = laser.error_level_v
+    return volts
+
+
+def _converted(
+    time_s: Floats, volts: Floats, noise: Noise, generator: Any, faults: Sequence[Fault]
+) -> NDArray[np.int32]:
+    """The converter's counts, with noise and faults.
+
+    `generator` is a RandomState: its streams, unlike a Generator's, never change with NumPy.
+    """
+    phases = generator.uniform(0, 2 * np.pi, 2)
+    volts += noise.mains_v * np.sin(2 * np.pi * noise.mains_hz * time_s + phases[0])
+    volts += noise.drift_v * np.sin(2 * np.pi * time_s / noise.drift_period_s + phases[1])
+    volts += noise.white_v * generator.standard_normal(time_s.size)
+    for fault in faults:
+        volts = fault(time_s, volts, generator)
+    top = _top(noise)
+    return np.clip(np.rint(volts * (top / noise.span_v)), -top, top - 1).astype(np.int32)
+
+
+def _top(noise: Noise) -> int:
+    """Counts of the converter's whole span."""
+    return int(2 ** (noise.bits - 1))
+
+
+def _release(
+    block: Block,
+    model: str,
+    release: Release,
+    clock: float,
+    recording: Recording,
+    options: Mapping[str, Any],
+) -> tuple[Floats, dict[str, Any], float]:
     """θ [rad] at the samples from the start of a tilt to the end of the pause, the truth, that end [s]."""
+    rate_hz = recording.rate_hz
     hold, let_go = clock + release.tilt_s, clock + release.tilt_s + release.held_s
     free = let_go + release.fade_s
     first = math.ceil(clock * rate_hz)
-    grid = np.arange(first, math.ceil((free + longest_s) * rate_hz)) / rate_hz
+    grid = np.arange(first, math.ceil((free + recording.longest_s) * rate_hz)) / rate_hz
 
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
     theta = release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
-    theta[fading], state = _fade(block, model, release, grid[fading] - let_go, options["debonding"])
-    motion = simulate(model, block, release.parameters, grid[rocking] - free, **state, **options)
+    theta[fading], begin = _fade(block, model, release, grid[fading] - let_go, options["debonding"])
+    motion = simulate(model, block, release.parameters, grid[rocking] - free, **begin, **options)
     theta[rocking] = motion.theta
 
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
@@ -221,7 +256,9 @@ def _release(block, model, release, clock, rate_hz, longest_s, options):
     return theta[: math.ceil(end * rate_hz) - first], truth, end
 
 
-def _fade(block, model, release, times, debonding):
+def _fade(
+    block: Block, model: str, release: Release, times: Floats, debonding: str
+) -> tuple[Floats, dict[str, Any]]:
     """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it."""
     from scipy.integrate import solve_ivp
 
@@ -229,13 +266,13 @@ def _fade(block, model, release, times, debonding):
     if release.fade_s == 0:
         return np.empty(0), {"theta0": theta0}
 
-    def support(t):
+    def support(t: float) -> float:
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))
 
     if model == "housner":
         start = [theta0, 0.0]
 
-        def rates(t, y):
+        def rates(t: float, y: Floats) -> list[float]:
             fall = -math.copysign(block.p**2 * math.sin(block.theta_cr - abs(y[0])), theta0)
             return [y[1], (1 - support(t)) * fall]
 
@@ -245,7 +282,7 @@ def _fade(block, model, release, times, debonding):
         moment = contact_force(block, k, c, lam, start[2], 0.0, theta0, 0.0, debonding)[1]
         moment -= block.mass_kg * GRAVITY * block.h * math.sin(theta0)  # what the finger bears at first
 
-        def rates(t, y):
+        def rates(t: float, y: Floats) -> list[float]:
             z_rate2, theta_rate2 = accelerations(block, k, c, lam, y[2], y[3], y[0], y[1], debonding)
             arm = block.h * math.sin(y[0])
             turn = support(t) * moment / (block.inertia_base - block.mass_kg * arm**2)
@@ -257,133 +294,3 @@ def _fade(block, model, release, times, debonding):
     return fade.sol(times)[0], dict(
         zip(("theta0", "theta_rate0", "z0", "z_rate0"), map(float, fade.y[:, -1]), strict=False)
     )
-
-
-def write_record(path, record: VirtualRecord, *, group: str = "rocking", channel: str = "laser") -> None:
-    """Write a record as NI-style TDMS: converter counts with NI's linear scaling to volts, a waveform.
-
-    Raises
-    ------
-    FreerockError
-        The file can't be written.
-    """
-    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter, types
-
-    from freerock.files import atomic
-
-    root = {
-        "name": Path(path).stem,
-        "title": "SIMULATED free-rocking record",
-        "author": "freerock.twin, the virtual laboratory",  # its name when the shipped files were written
-        "description": "SIMULATED laser record of a free-rocking test; nothing in it was measured.",
-    }
-    waveform = {
-        "NI_ChannelName": channel,
-        "unit_string": "V",
-        "wf_start_time": np.datetime64(START, "us"),
-        "wf_start_offset": 0.0,
-        "wf_increment": 1 / record.truth["sampling_rate_hz"],
-        "wf_samples": record.counts.size,
-        "NI_Scaling_Status": "unscaled",
-        "NI_Number_Of_Scales": 1,
-        "NI_Scale[0]_Scale_Type": "Linear",
-        "NI_Scale[0]_Linear_Slope": record.volts_per_count,
-        "NI_Scale[0]_Linear_Y_Intercept": 0.0,
-        "NI_Scale[0]_Linear_Input_Source": types.Uint32(0xFFFFFFFF),
-    }
-    with atomic(path) as partial, TdmsWriter(partial) as writer:
-        writer.write_segment(
-            [RootObject(root), GroupObject(group), ChannelObject(group, channel, record.counts, waveform)]
-        )
-
-
-def palermo_releases(
-    alpha: float, parameters: Mapping[str, float], generator, *, number: int = 3, scatter: float = 0.03
-) -> list[Release]:
-    """Releases as an operator does them: angles within ±0.3°, parameters within ±`scatter`, both uniform.
-
-    Holds and pauses last 1.5 to 2.5 s, tilts 1.2 to 2 s, the finger fades over 5 to 20 ms, and a hand gets
-    into the beam up to twice a tilt.
-    """
-
-    def draw(low, high, digits=4):
-        return round(generator.uniform(low, high), digits)
-
-    releases = []
-    for _ in range(number):
-        tilt = draw(1.2, 2.0)
-        releases.append(
-            Release(
-                theta0=round(alpha + draw(-math.radians(0.3), math.radians(0.3), 6), 6),
-                parameters={
-                    name: float(f"{value * (1 + draw(-scatter, scatter, 6)):.6g}")
-                    for name, value in parameters.items()
-                },
-                tilt_s=tilt,
-                held_s=draw(1.5, 2.5),
-                fade_s=draw(0.005, 0.020),
-                pause_s=draw(1.5, 2.5),
-                blocked_s=[
-                    (start, round(start + draw(0.05, 0.3), 4))
-                    for start in (draw(0.1, 0.8) for _ in range(generator.randint(3)))
-                ],
-            )
-        )
-    return releases
-
-
-def palermo_records(*, seed: int = 2017, noise: Noise = Noise()) -> Iterator[tuple[str, VirtualRecord]]:
-    """Simulate the virtual Palermo campaign: the name of each test and its record."""
-    for configuration, (block, alpha, laser) in CONFIGURATIONS.items():
-        for foundation, parameters in FOUNDATIONS.items():
-            seed += 1
-            generator = np.random.RandomState(seed)
-            yield (
-                f"{configuration}_{foundation}",
-                simulate_record(
-                    block,
-                    laser,
-                    "hunt_crossley",
-                    palermo_releases(alpha, parameters, generator),
-                    seed=seed,
-                    zero_v=round(generator.uniform(4.8, 5.2), 3),
-                    noise=replace(noise, hum_hz=round(generator.uniform(49.98, 50.02), 3)),
-                ),
-            )
-
-
-def write_campaign(folder, records: Iterable[tuple[str, VirtualRecord]]) -> None:
-    """Write records of named tests, as `palermo_records` gives them, with truth.json and manifest.csv.
-
-    Raises
-    ------
-    FreerockError
-        A file can't be written.
-    """
-    from freerock.files import atomic, write_manifest
-
-    folder, truth = Path(folder), {}
-    for test, record in records:
-        write_record(folder / f"{test}.tdms", record)
-        truth[test] = record.truth
-    with atomic(folder / "truth.json") as partial:
-        partial.write_text(json.dumps(truth, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    write_manifest(folder, [*(f"{test}.tdms" for test in truth), "truth.json"])
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Write the campaign into the folder given on the command line; returns the exit code."""
-    try:
-        if len(arguments) != 1:
-            raise FreerockError(
-                "freerock.virtual_lab.record", "no folder given", "name one, as raw/palermo_virtual"
-            )
-        write_campaign(arguments[0], palermo_records())
-    except FreerockError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

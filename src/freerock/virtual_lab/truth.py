@@ -20,8 +20,8 @@ def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
     try:
         records = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        told = getattr(error, "strerror", None) or f"is not JSON ({error})"
-        raise FreerockError(path, told, REMEDY) from None
+        what = getattr(error, "strerror", None) or f"is not JSON ({error})"
+        raise FreerockError(path, what, REMEDY) from None
     truth, where = {}, str(path)
     try:
         for test, record in records.items():

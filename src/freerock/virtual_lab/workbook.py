@@ -1,6 +1,6 @@
 """A simulated stand-in for a public workbook of rotations θ(t), in its layout.
 
-    python -m freerock.virtual_lab.workbook raw/wooden_blocks
+    python -m freerock.virtual_lab raw/wooden_blocks
 
 The University of Catania published the rotations of nine wooden blocks in free rocking (Zenodo record
 6670588) as an Excel workbook: on its second sheet, below three rows of headings, a pair of columns (time
@@ -10,7 +10,6 @@ motions are made up; only the layout is that of the workbook, so that the real o
 
 import json
 import re
-import sys
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -18,11 +17,10 @@ from typing import Any
 
 import numpy as np
 
-from freerock.errors import FreerockError
 from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab import record as twin
+from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 
 FILE = "free_rocking.xlsx"
 TABLE = {"k": 2.0e6, "lambda": 6.0e7}
@@ -43,18 +41,23 @@ BLOCKS = {
 }
 
 
-def records(seed: int = 6670588) -> Iterator[tuple[str, twin.VirtualRecord]]:
+def records(seed: int = 6670588) -> Iterator[tuple[str, VirtualRecord]]:
     """Name and record of each block: one release from 0.6 times the critical angle."""
     generator = np.random.RandomState(seed)
     for name, block in BLOCKS.items():
         theta0 = round(0.6 * block.theta_cr, 5)
-        release = twin.Release(theta0, TABLE, tilt_s=1.0, held_s=1.5, fade_s=0.01, pause_s=1.5)
+        release = Release(theta0, TABLE, tilt_s=1.0, held_s=1.5, fade_s=0.01, pause_s=1.5)
         own = int(generator.randint(2**31))
         laser = Laser("horizontal", 0.7 * block.height_m, 1.0)  # its reading is not used
         yield (
             name,
-            twin.simulate_record(
-                block, laser, "hunt_crossley", [release], seed=own, rate_hz=RATE_HZ, rest_s=1.0
+            simulate_record(
+                block,
+                laser,
+                "hunt_crossley",
+                [release],
+                seed=own,
+                recording=Recording(rate_hz=RATE_HZ, rest_s=1.0),
             ),
         )
 
@@ -98,7 +101,9 @@ def _without_dates(path: Path) -> None:
 
 def write_campaign(folder: str | Path) -> None:
     """Write the workbook, truth.json and manifest.csv."""
-    folder, truth, pairs = Path(folder), {}, {}
+    folder = Path(folder)
+    truth: dict[str, Any] = {}
+    pairs: dict[str, tuple[list[float], list[float]]] = {}
     for name, record in records():
         generator = np.random.RandomState(record.truth["seed"])
         noise = NOISE_DEG * generator.standard_normal(record.theta.size)
@@ -106,28 +111,10 @@ def write_campaign(folder: str | Path) -> None:
             [round(float(t), 4) for t in record.time_s],
             [round(float(theta), 4) for theta in np.degrees(record.theta) + noise],
         )
-        told: dict[str, Any] = {key: record.truth[key] for key in ("origin", "model", "debonding", "block")}
-        truth[name] = told | {"noise_deg": NOISE_DEG, "runs": record.truth["runs"]}
+        known: dict[str, Any] = {key: record.truth[key] for key in ("origin", "model", "debonding", "block")}
+        truth[name] = known | {"noise_deg": NOISE_DEG, "runs": record.truth["runs"]}
     folder.mkdir(parents=True, exist_ok=True)
     write_workbook(folder / FILE, pairs)
     with atomic(folder / "truth.json") as partial:
         partial.write_text(json.dumps(truth, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     write_manifest(folder, [FILE, "truth.json"])
-
-
-def main(arguments: Sequence[str]) -> int:
-    """Write the campaign into the folder given on the command line; returns the exit code."""
-    try:
-        if len(arguments) != 1:
-            raise FreerockError(
-                "freerock.virtual_lab.workbook", "no folder given", "name one, as raw/wooden_blocks"
-            )
-        write_campaign(arguments[0])
-    except FreerockError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -17,7 +17,7 @@ def draw(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.identification.choice`.
+        From `freerock.studies.choice`.
     labels : mapping of str to str, optional
         Not used.
 

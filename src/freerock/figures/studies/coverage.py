@@ -17,7 +17,7 @@ def coverage_summary(frame) -> pd.DataFrame:
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.identification.coverage`.
+        From `freerock.studies.coverage`.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def draw(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.identification.coverage`.
+        From `freerock.studies.coverage`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 

@@ -22,7 +22,7 @@ def draw(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.identification.model_error`.
+        From `freerock.studies.model_error`.
     labels : mapping of str to str, optional
         Not used.
 

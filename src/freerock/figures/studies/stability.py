@@ -43,7 +43,7 @@ def draw(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.stability.stability`.
+        From `freerock.studies.stability.run`.
 
     Returns
     -------

@@ -22,7 +22,7 @@ def draw(frame, labels=None):
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.identification.success`.
+        From `freerock.studies.success`.
     labels : mapping of str to str, optional
         Not used.
 

@@ -14,21 +14,15 @@ from freerock.rotation.flags import FLAGS
 from freerock.rotation.rotation import rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stationary_phases
-from freerock.virtual_lab.record import (
-    CONFIGURATIONS,
-    FOUNDATIONS,
-    Noise,
-    Release,
-    main,
-    palermo_records,
-    simulate_record,
-    write_campaign,
-)
+from freerock.virtual_lab.__main__ import main
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_records
+from freerock.virtual_lab.record import Noise, Recording, Release, simulate_record
+from freerock.virtual_lab.tdms import write_records
 
 CAMPAIGN = Path(__file__).parents[2] / "raw" / "palermo_virtual"
 TESTS = [f"{block}_{foundation}" for block in CONFIGURATIONS for foundation in FOUNDATIONS]
 BLOCK, _, LASER = CONFIGURATIONS["config2"]
-SILENT = Noise(white_v=0.0, hum_v=0.0, drift_v=0.0)
+SILENT = Recording(noise=Noise(white_v=0.0, mains_v=0.0, drift_v=0.0))
 MARBLE = FOUNDATIONS["marble"]
 
 
@@ -45,11 +39,11 @@ def records():
 def one(theta0=0.17, parameters=MARBLE, model="hunt_crossley", faults=(), **release):
     """A record of one release without noise."""
     how = [Release(theta0, parameters, **release)]
-    return simulate_record(BLOCK, LASER, model, how, seed=1, noise=SILENT, faults=faults)
+    return simulate_record(BLOCK, LASER, model, how, seed=1, recording=SILENT, faults=faults)
 
 
 def test_campaign_is_regenerated_bit_for_bit(records, tmp_path):
-    write_campaign(tmp_path, records.items())
+    write_records(tmp_path, records.items())
     names = sorted(path.name for path in CAMPAIGN.iterdir() if path.name != "README.md")
     assert names == sorted(path.name for path in tmp_path.iterdir())
     assert names == sorted([f"{test}.tdms" for test in TESTS] + ["manifest.csv", "truth.json"])
@@ -84,8 +78,8 @@ def test_rotation_of_a_record_is_as_exact_as_it_says(test, truth):
     np.testing.assert_array_equal(found["flags"], np.where(blocked, FLAGS["error_level"], 0))
     assert math.radians(0.005) < found["sigma_theta"].max() < math.radians(0.02)
     assert found.attrs["noise_v"] == pytest.approx(known["noise"]["white_v"], rel=0.02)
-    assert found.attrs["hum_hz"] == pytest.approx(known["noise"]["hum_hz"], abs=2e-3)
-    assert found.attrs["hum_amplitude_v"] == pytest.approx(known["noise"]["hum_v"], rel=0.1)
+    assert found.attrs["hum_hz"] == pytest.approx(known["noise"]["mains_hz"], abs=2e-3)
+    assert found.attrs["hum_amplitude_v"] == pytest.approx(known["noise"]["mains_v"], rel=0.1)
 
     phases = stationary_phases(volts["time"], found["theta"])
     assert [phase.kind for phase in phases] == ["rest", "held"] * 3 + ["rest"]
@@ -178,18 +172,20 @@ def test_overturned_block_leaves_the_beam():
 
 def test_more_releases_and_coarser_converter():
     releases = [Release(0.1, MARBLE, held_s=1.5, pause_s=1.5)] * 5
-    record = simulate_record(BLOCK, LASER, "hunt_crossley", releases, seed=3, noise=Noise(bits=12))
+    coarse = Recording(noise=Noise(bits=12))
+    record = simulate_record(BLOCK, LASER, "hunt_crossley", releases, seed=3, recording=coarse)
     assert len(record.truth["runs"]) == 5
     assert record.volts_per_count == 10.5 / 2048
     assert np.ptp(record.counts) < 4096
 
 
 def test_command_line(tmp_path, capsys):
-    assert main([]) == 1
-    assert (
-        capsys.readouterr().err
-        == "freerock.virtual_lab.record: no folder given; name one, as raw/palermo_virtual\n"
-    )
+    for arguments in ([], [str(tmp_path / "somewhere_else")]):
+        assert main(arguments) == 1
+        told = "no folder palermo_virtual or wooden_blocks given; name one, as raw/palermo_virtual"
+        assert capsys.readouterr().err == f"freerock.virtual_lab: {told}\n"
+    assert main([str(tmp_path / "wooden_blocks")]) == 0
+    assert (tmp_path / "wooden_blocks/free_rocking.xlsx").exists()
 
 
 @pytest.mark.parametrize(("theta0", "release_side"), [(0.085, "positive"), (-0.085, "negative")])

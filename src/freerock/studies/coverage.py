@@ -1,0 +1,81 @@
+"""Are the intervals of the identification honest, and do parameters scatter as little as they can?"""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freerock.identification.fit import fit_run
+from freerock.identification.plan import standard_errors
+from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.studies.virtual_run import SEED, Row, published_truth, rows_of_all, virtual_motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+
+RUNS = {"full": {"white": 200, "mains and drift": 80}, "small": {"white": 3}}  # of each scene and law
+
+
+def run(size: str = "full") -> pd.DataFrame:
+    """Scatter of identified parameters against the Cramér-Rao bound, and whether intervals hold the truth.
+
+    Parameters
+    ----------
+    size : str
+        "full" or "small".
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per run and parameter, SI units: block, foundation, model, noise, run, parameter, truth,
+        value, stderr, ci95_low, ci95_high and bound, the Cramér-Rao bound of white noise; NaN where the fit
+        failed.
+    """
+    cases = [
+        (block, foundation, model, noise, i)
+        for model in PAPER_MODELS
+        for block in CONFIGURATIONS
+        for foundation in FOUNDATIONS
+        for noise, n in RUNS[size].items()
+        for i in range(n)
+    ]
+    return pd.DataFrame(rows_of_all(_coverage, cases))
+
+
+def _coverage(case: Any) -> list[Row]:
+    block, foundation, model, noise, i = case
+    truth = published_truth(block, foundation, model, noise)
+    key = (
+        2,
+        list(CONFIGURATIONS).index(block),
+        list(FOUNDATIONS).index(foundation),
+        PAPER_MODELS.index(model),
+        i,
+    )
+    motion = virtual_motion(truth, np.random.default_rng([SEED, *key, noise == "white"]))
+    if motion is None:
+        return []
+    fit = fit_run(model, truth.block, motion)
+    bound = standard_errors(
+        model,
+        truth.block,
+        truth.parameters,
+        motion.time_s - motion.time_s[0],
+        truth.theta0,
+        truth.sigma_theta,
+    )
+    return [
+        {
+            "block": block,
+            "foundation": foundation,
+            "model": model,
+            "noise": noise,
+            "run": i,
+            "parameter": name,
+            "truth": truth.parameters[name],
+            "value": fit.value[j],
+            "stderr": fit.stderr[j],
+            "ci95_low": fit.ci95_low[j],
+            "ci95_high": fit.ci95_high[j],
+            "bound": bound[name],
+        }
+        for j, name in enumerate(MODELS[model])
+    ]

@@ -1,0 +1,3 @@
+"""Methods to compare freerock with, each in its field's usual form; `by_name` lists them."""
+
+__all__ = ["by_name", "foundation", "housner", "problem"]

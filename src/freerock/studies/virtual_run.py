@@ -1,0 +1,157 @@
+"""Virtual runs with known truth for the Monte-Carlo studies of the identification.
+
+Every case is drawn from its own seed, so that a study's numbers do not depend on the number of processes.
+"""
+
+import math
+import multiprocessing
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from freerock.models.block import Block
+from freerock.models.simulate import cores, simulate
+from freerock.runs.motion import Motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock.virtual_lab.published import TABLE_2
+
+Floats = NDArray[np.float64]
+SEED = 2017
+RATE_HZ = 2000.0
+HOLD_S = 1.0
+T0_STDERR_S = 2e-4
+LONGEST_S = 8.0
+Row = dict[str, Any]
+REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One virtual run: block, law, release and noise.
+
+    Parameters
+    ----------
+    model : str
+        The true law.
+    block : Block
+    parameters : mapping of str to float
+        SI units.
+    theta0 : float
+        Angle of release [rad].
+    sigma_theta : float
+        Standard deviation of the white noise of θ [rad].
+    noise : str
+        "white"; "coloured", half of its variance correlated over 5 ms; "mains and drift", white with mains
+        interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s.
+    """
+
+    model: str
+    block: Block
+    parameters: Mapping[str, float]
+    theta0: float
+    sigma_theta: float
+    noise: str = "white"
+
+
+def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
+    """Noise of θ at RATE_HZ, shape (n,) [rad]."""
+
+    def correlated(time_s: float) -> Floats:
+        a = math.exp(-1 / (RATE_HZ * time_s))
+        drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
+        return np.asarray(lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0])
+
+    white = generator.standard_normal(n)
+    if truth.noise == "coloured":
+        white = math.sqrt(0.5) * (white + correlated(5e-3))
+    elif truth.noise == "mains and drift":
+        phase = generator.uniform(0, 2 * math.pi)
+        mains = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
+        white = white + 0.5 * math.sqrt(2) * mains + 0.5 * correlated(2.0)
+    return truth.sigma_theta * white
+
+
+def virtual_motion(
+    truth: Truth,
+    generator: np.random.Generator,
+    exact: tuple[Floats, Floats] | None = None,
+) -> Motion | None:
+    """A measured run: θ(t) with noise, and what the hold before it gives; None where the block overturns.
+
+    Parameters
+    ----------
+    truth : Truth
+    generator : numpy.random.Generator
+    exact : (ndarray, ndarray), shape (n_time,), optional
+        The true motion, time and θ [s, rad], where another than the law's is wanted.
+    """
+    if exact is not None:
+        time_s, theta = exact
+    else:
+        time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
+        response = simulate(
+            truth.model, truth.block, truth.parameters, time_s, theta0=truth.theta0, rtol=1e-10
+        )
+        if response.outcome == "overturned":
+            return None
+        theta = response.theta
+    hold = int(HOLD_S * RATE_HZ)
+    error = noise(truth, hold + len(theta), generator)
+    moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
+    n = min(len(theta), moving[-1] + 200)
+    t0 = T0_STDERR_S * generator.standard_normal()
+    return Motion(
+        time_s=time_s[:n] + t0,
+        theta=theta[:n] + error[hold : hold + n],
+        sigma_theta=float(np.std(error[:hold])),
+        theta0=truth.theta0 + float(np.mean(error[:hold])),
+        theta0_stderr=truth.sigma_theta * (1 if truth.noise == "mains and drift" else 3 / math.sqrt(hold)),
+        t0_stderr=T0_STDERR_S,
+        fit_start_s=0.0,
+    )
+
+
+def draw_truth(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
+    """A random law, block and noise, over the whole range the models are made for."""
+    block, theta0, _ = list(CONFIGURATIONS.values())[generator.integers(3)]
+    k = 10 ** generator.uniform(6, 8)
+    parameters = {
+        "housner": {"r": generator.uniform(0.85, 0.995)},
+        "winkler": {"k": k, "c": k * 10 ** generator.uniform(-3, math.log10(2e-2))},
+        "hunt_crossley": {"k": k, "lambda": k * generator.uniform(5, 50)},
+    }[model]
+    sigma = math.radians(10 ** generator.uniform(math.log10(0.005), math.log10(0.05)))
+    return Truth(model, block, parameters, theta0, sigma, noises[int(generator.integers(len(noises)))])
+
+
+def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
+    """Rows of all cases, on all cores."""
+    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
+        return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
+
+
+Draw = Callable[[str, Sequence[str], np.random.Generator], Truth]
+
+
+def drawn_run(
+    model: str, noises: Sequence[str], key: Sequence[int], draw: Draw = draw_truth
+) -> tuple[Truth, Motion, int]:
+    """A random truth whose block does not overturn, its measured run, and how many overturned before it."""
+    generator, overturned = np.random.default_rng([SEED, *key]), 0
+    while True:
+        truth = draw(model, noises, generator)
+        motion = virtual_motion(truth, generator)
+        if motion is not None:
+            return truth, motion, overturned
+        overturned += 1
+
+
+def published_truth(block: str, foundation: str, model: str, noise: str = "white") -> Truth:
+    """A law of table 2 under a block of table 1, with the noise of a laser."""
+    shape, theta0, _ = CONFIGURATIONS[block]
+    return Truth(model, shape, TABLE_2[foundation][model], theta0, math.radians(0.01), noise)

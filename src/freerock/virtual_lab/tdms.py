@@ -1,0 +1,68 @@
+"""Records of the virtual laboratory as National Instruments' TDMS files, with their truth and checksums."""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from freerock.files import atomic, write_manifest
+from freerock.virtual_lab.record import VirtualRecord
+
+START = "2017-05-02T09:00:00"
+AUTHOR = "freerock.twin, the virtual laboratory"  # its name when the shipped files were written
+
+
+def write_record(
+    path: str | Path, record: VirtualRecord, *, group: str = "rocking", channel: str = "laser"
+) -> None:
+    """Write a record as NI-style TDMS: converter counts with NI's linear scaling to volts, a waveform.
+
+    Raises
+    ------
+    FreerockError
+        The file can't be written.
+    """
+    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter, types
+
+    root = {
+        "name": Path(path).stem,
+        "title": "SIMULATED free-rocking record",
+        "author": AUTHOR,
+        "description": "SIMULATED laser record of a free-rocking test; nothing in it was measured.",
+    }
+    waveform = {
+        "NI_ChannelName": channel,
+        "unit_string": "V",
+        "wf_start_time": np.datetime64(START, "us"),
+        "wf_start_offset": 0.0,
+        "wf_increment": 1 / record.truth["sampling_rate_hz"],
+        "wf_samples": record.counts.size,
+        "NI_Scaling_Status": "unscaled",
+        "NI_Number_Of_Scales": 1,
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": record.volts_per_count,
+        "NI_Scale[0]_Linear_Y_Intercept": 0.0,
+        "NI_Scale[0]_Linear_Input_Source": types.Uint32(0xFFFFFFFF),
+    }
+    with atomic(path) as partial, TdmsWriter(partial) as writer:
+        writer.write_segment(
+            [RootObject(root), GroupObject(group), ChannelObject(group, channel, record.counts, waveform)]
+        )
+
+
+def write_records(folder: str | Path, records: Iterable[tuple[str, VirtualRecord]]) -> None:
+    """Write records of named tests, as `palermo_records` gives them, with truth.json and manifest.csv.
+
+    Raises
+    ------
+    FreerockError
+        A file can't be written.
+    """
+    folder, truth = Path(folder), {}
+    for test, record in records:
+        write_record(folder / f"{test}.tdms", record)
+        truth[test] = record.truth
+    with atomic(folder / "truth.json") as partial:
+        partial.write_text(json.dumps(truth, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_manifest(folder, [*(f"{test}.tdms" for test in truth), "truth.json"])
