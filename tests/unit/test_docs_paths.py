@@ -1,0 +1,42 @@
+"""Every path that the documents name is there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PLACES = [ROOT, ROOT / "src/freerock"]
+DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("docs/*.md"))]
+SUFFIXES = "py|smk|md|lock|toml|mplstyle|j2|js|rst"
+NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*.-]+)+)(?:::\w+)?`")
+LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+MADE = re.compile(  # products, places for a name of your own, names of channels
+    r"^(results|raw)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|\*)$|report\.html"
+    r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/"
+)
+
+
+def paths(document):
+    """Paths named between backticks, and links."""
+    text = re.sub(r"^( *)```.*?^\1```", "", document.read_text(encoding="utf-8"), flags=re.M | re.S)
+    return set(NAMED.findall(text)), set(LINKED.findall(text))
+
+
+def is_there(path, places):
+    return any(next(place.glob(path), None) for place in places)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_paths_are_there(document):
+    named, linked = paths(document)
+    gone = {
+        path for path in named if not MADE.search(path) and not is_there(path, [*PLACES, document.parent])
+    }
+    gone |= {path for path in linked if not (document.parent / path).exists()}
+    assert not gone
+
+
+def test_paths_are_found():
+    named, linked = paths(ROOT / "docs/architecture.md")
+    assert {"models/kernel.py", "workflow/scripts", "records/"} <= named and "records.md" in linked
