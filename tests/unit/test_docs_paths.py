@@ -13,7 +13,7 @@ NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*
 LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 MADE = re.compile(  # products, places for a name of your own, names of channels
     r"^(results|raw)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|\*)$|report\.html"
-    r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/"
+    r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/|^fits/$"
 )
 
 
