@@ -24,7 +24,7 @@ SECONDS = 5  # of processor time, since other programs may be running
 ASLEEP_SECONDS = 60
 BATCH = 200  # files that a process reads, unless it dies
 OUTCOMES = {0: "read", 1: "refused", 2: "a traceback", 3: "an error of several lines"}
-TOLD = struct.Struct("Bd")  # outcome and time of a file
+OUTCOME = struct.Struct("Bd")  # outcome and time of a file
 
 
 def readers(n: int, kinds: list[str]) -> int:
@@ -48,8 +48,8 @@ def readers(n: int, kinds: list[str]) -> int:
                         print(f"  {outcome}: {kept}")
             read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
             faults += outcomes.total()
-            told = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
-            print(f"{kind:8s} {told}; the slowest took {slowest:.2f} s", flush=True)
+            counts = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
+            print(f"{kind:8s} {counts}; the slowest took {slowest:.2f} s", flush=True)
     return faults
 
 
@@ -65,15 +65,15 @@ def _read_batch(files: Iterator[Path], n: int) -> list[tuple[str, float]]:
         for path in islice(files, n):
             start = time.process_time()
             outcome = _read(path)
-            os.write(writing, TOLD.pack(outcome, time.process_time() - start))
+            os.write(writing, OUTCOME.pack(outcome, time.process_time() - start))
         os._exit(0)
     os.close(writing)
     with open(reading, "rb") as pipe:
-        told = [(OUTCOMES[outcome], seconds) for outcome, seconds in TOLD.iter_unpack(pipe.read())]
+        outcomes = [(OUTCOMES[outcome], seconds) for outcome, seconds in OUTCOME.iter_unpack(pipe.read())]
     _, status = os.waitpid(child, 0)
     if os.WIFSIGNALED(status):
-        told.append((signal.Signals(os.WTERMSIG(status)).name, 0.0))
-    return told
+        outcomes.append((signal.Signals(os.WTERMSIG(status)).name, 0.0))
+    return outcomes
 
 
 def _limit() -> None:

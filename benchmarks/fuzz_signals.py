@@ -84,9 +84,9 @@ def main(n: int) -> int:
                 print(f"  {stage.__name__}, seed {seed}: {error!r}", flush=True)
             slowest = max(slowest, time.process_time() - started)
         faults += sum(count for what, count in outcomes.items() if what not in ("answered", "refused"))
-        told = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
+        counts = ", ".join(f"{count} {what}" for what, count in sorted(outcomes.items()))
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-        print(f"{stage.__name__[3:]}: {told}; slowest {slowest:.2f} s, memory {peak:.2f} GB", flush=True)
+        print(f"{stage.__name__[3:]}: {counts}; slowest {slowest:.2f} s, memory {peak:.2f} GB", flush=True)
     return faults
 
 

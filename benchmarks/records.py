@@ -65,8 +65,8 @@ def main(parts):
             path, channel, target = PARTS[name](Path(folder))
             size = path.stat().st_size / 1e6
             command = [sys.executable, "-c", READ, path, channel]
-            told = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-        samples, seconds, peak, before = (float(x) for x in told)
+            printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+        samples, seconds, peak, before = (float(x) for x in printed)
         print(
             f"{name:8s} {size:5.0f} MB, {target}: {samples:.0f} samples in {seconds:.2f} s, "
             f"{size / seconds:.0f} MB/s, peak {peak:.0f} MB, of which {before:.0f} MB before reading",

@@ -93,7 +93,7 @@ def jobs(done: dict) -> int:
 
 def run(numbers: list[int], cores: int) -> None:
     """Analyse campaigns of so many records, then again, then with one record more."""
-    told = []
+    walls = []
     for n in numbers:
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch, "campaign")
@@ -105,7 +105,7 @@ def run(numbers: list[int], cores: int) -> None:
             idle = sorted(each["wall_s"] for each in again)
             by_step = steps(folder)
             added = add_one(folder, n)
-        told.append((n, whole["wall_s"]))
+        walls.append((n, whole["wall_s"]))
         print(
             f"{n:5d} records: {whole['wall_s']:7.1f} s wall, {whole['cpu_s'] / n:5.2f} s CPU per record, "
             f"{jobs(whole)} jobs, {whole['peak_mb']:.0f} MB at most; plan {plan['wall_s']:.1f} s, "
@@ -115,7 +115,7 @@ def run(numbers: list[int], cores: int) -> None:
         )
         for step, (seconds, memory) in by_step.items():
             print(f"        {step:26s} {seconds / n:6.3f} s CPU per record, {memory:4.0f} MB")
-    for (n, wall), (more, longer) in pairwise(told):
+    for (n, wall), (more, longer) in pairwise(walls):
         exponent = math.log(longer / wall) / math.log(more / n)
         print(f"{n} to {more} records: wall time grows with the power {exponent:.2f}")
 
@@ -129,16 +129,16 @@ def add_one(folder: Path, n: int) -> dict:
 
 
 def steps(folder: Path) -> dict:
-    """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files tell them."""
-    told = defaultdict(lambda: (0.0, 0.0))
+    """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files give them."""
+    spent = defaultdict(lambda: (0.0, 0.0))
     for path in sorted((folder / "results/scale/benchmarks").glob("*.tsv")):
         with open(path, newline="") as file:
             (row,) = csv.DictReader(file, delimiter="\t")
         step = re.sub(r"_\d+$", "", path.stem)
-        seconds, memory = told[step]
+        seconds, memory = spent[step]
         numbers = [float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("cpu_time", "max_rss")]
-        told[step] = seconds + numbers[0], max(memory, numbers[1])
-    return dict(told)
+        spent[step] = seconds + numbers[0], max(memory, numbers[1])
+    return dict(spent)
 
 
 def plan(numbers: list[int]) -> None:

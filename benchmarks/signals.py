@@ -128,10 +128,10 @@ def errors(records=2000, sigma=math.radians(0.01)):
     score, height = np.concatenate(scores), np.concatenate(heights)
     for low, high in ((0, np.inf), (0, 20), (20, 100), (100, np.inf)):
         each = score[(height >= low) & (height < high) & np.isfinite(score)]
-        told = (
+        printed = (
             f"bias {each.mean():+.3f} standard errors, coverage of 95 %: {np.mean(np.abs(each) < 1.96):.1%}"
         )
-        print(f"{each.size} restitutions, peaks of {low} to {high} σ: {told}", flush=True)
+        print(f"{each.size} restitutions, peaks of {low} to {high} σ: {printed}", flush=True)
 
     for laser in (*LASERS, Laser("vertical", -0.15, 0.1), Laser("vertical", 0.0, 0.1)):
         scores, exact = [], 0.0

@@ -87,9 +87,9 @@ def left_out(command):
 
 
 def test_what_is_left_out_is_there():
-    told = {left_out(command) for path in FILES for kind, command, _ in steps(path) if kind == "run"}
+    printed = {left_out(command) for path in FILES for kind, command, _ in steps(path) if kind == "run"}
     needs_cluster = {start for start, why in NOT_RUN.items() if why == "needs a cluster"}
-    assert set(NOT_RUN) - told <= needs_cluster
+    assert set(NOT_RUN) - printed <= needs_cluster
 
 
 @pytest.fixture(scope="module")
@@ -123,17 +123,17 @@ def run(command, folder):
     return done.returncode, done.stdout
 
 
-def agrees(told, answer):
+def agrees(printed, answer):
     """Whether an answer is the printed one, where … stands for anything and blanks don't count.
 
     Nor do the digits of identified values, which end as the processor has it.
     """
-    if "±" in told:
-        told, answer = re.sub(r"\d", "", told), re.sub(r"\d", "", answer)
-    told, answer = (re.sub(r"\n\s*\n", "\n<BLANKLINE>\n", each.strip()) for each in (told, answer))
+    if "±" in printed:
+        printed, answer = re.sub(r"\d", "", printed), re.sub(r"\d", "", answer)
+    printed, answer = (re.sub(r"\n\s*\n", "\n<BLANKLINE>\n", each.strip()) for each in (printed, answer))
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
-    told, answer = (each.replace("<BLANKLINE>\n", "") for each in (told, answer))
-    return doctest.OutputChecker().check_output(told.replace("…", "...") + "\n", answer + "\n", flags)
+    printed, answer = (each.replace("<BLANKLINE>\n", "") for each in (printed, answer))
+    return doctest.OutputChecker().check_output(printed.replace("…", "...") + "\n", answer + "\n", flags)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
@@ -142,9 +142,9 @@ def test_commands_do_what_the_text_says(path, copy):
     if not todo:
         return
     folder = copy(path.stem)
-    for kind, what, told in todo:
+    for kind, what, printed in todo:
         if kind == "write":
-            (folder / what).write_text(told, encoding="utf-8")
+            (folder / what).write_text(printed, encoding="utf-8")
             continue
         command = what
         if reason := left_out(command):
@@ -158,10 +158,10 @@ def test_commands_do_what_the_text_says(path, copy):
             command += " --help"
         assert known(command), f"{command}: run it here only if it is harmless, or list it in NOT_RUN"
         code, answer = run(command, folder)
-        unfilled = told is not None and "is still to be filled in" in told
+        unfilled = printed is not None and "is still to be filled in" in printed
         assert code == (1 if unfilled else 0), f"{command}\n{answer}"
-        if told is not None and command == what:
-            assert agrees(told, answer), f"$ {command}\n{answer}\ninstead of\n{told}"
+        if printed is not None and command == what:
+            assert agrees(printed, answer), f"$ {command}\n{answer}\ninstead of\n{printed}"
     if path.name == "tutorial.md":
         right_at_the_end(folder)
 
@@ -189,9 +189,9 @@ def test_the_tutorial_takes_few_commands():
 def test_another_scene_is_recovered_as_well(copy, seed):
     """The tutorial's steps with a scene drawn by lot, without its printed answers."""
     folder = copy("another")
-    code, told = run(f"python docs/tutorial/another_laboratory.py stick {seed}", folder)
-    assert code == 0, told
-    numbers = re.findall(r"\d+\.\d+", told)
+    code, printed = run(f"python docs/tutorial/another_laboratory.py stick {seed}", folder)
+    assert code == 0, printed
+    numbers = re.findall(r"\d+\.\d+", printed)
     keys = ("height_m", "width_m", "mass_kg", "position_m", "range_m")
     filled = dict(zip(keys, numbers, strict=True)) | {
         "title": "Stones",
@@ -203,10 +203,10 @@ def test_another_scene_is_recovered_as_well(copy, seed):
     text = re.sub(r"(\w+): FILL_IN", lambda match: f"{match[1]}: {filled[match[1]]}", campaign.read_text())
     campaign.write_text(text + "fits: {models: [hunt_crossley], pooled: false}\n")
     assert run("freerock check stones", folder)[0] == 0
-    code, told = run(
+    code, printed = run(
         "snakemake --cores 2 results/stones/tables/parameters.csv --config campaigns=stones", folder
     )
-    assert code == 0, told
+    assert code == 0, printed
     right_at_the_end(folder)
 
 

@@ -54,10 +54,10 @@ def test_a_name_does_not_depend_on_what_was_imported_before():
 
 def test_type_checkers_see_the_same_names():
     text = (ROOT / "src/freerock/__init__.py").read_text(encoding="utf-8")
-    told = text.partition("if TYPE_CHECKING:\n")[2].partition("\n\n")[0]
+    hints = text.partition("if TYPE_CHECKING:\n")[2].partition("\n\n")[0]
     names = {
         word.split(" as ")[-1].strip()
-        for line in told.splitlines()
+        for line in hints.splitlines()
         for word in line.partition(" import ")[2].split(",")
     }
     assert names == set(freerock.__all__)

@@ -135,8 +135,8 @@ def test_line_breaks_in_headings(tmp_path):
 
 def test_a_stated_sampling_rate_of_no_known_unit(tmp_path):
     rows = [["Sampling rate", "2 kN"], ["left [V]", "right [V]"], *zip(theta(1), theta(2), strict=True)]
-    told = "Sampling rate is in 'kN'; give it in Hz, kHz, MHz or samples/s"
-    assert refusal(save(tmp_path / "a.xlsx", *rows)) == f"sheet 'tests': {told}"
+    message = "Sampling rate is in 'kN'; give it in Hz, kHz, MHz or samples/s"
+    assert refusal(save(tmp_path / "a.xlsx", *rows)) == f"sheet 'tests': {message}"
 
 
 def test_stated_sampling_rate(tmp_path):

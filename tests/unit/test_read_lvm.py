@@ -153,7 +153,7 @@ def test_empty_channel(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("lines", "told"),
+    ("lines", "message"),
     [
         (3, "the file is truncated: the header of the file has no end"),
         (5, "the file is truncated: no segment follows its header"),
@@ -163,10 +163,10 @@ def test_empty_channel(tmp_path):
         (25, "the file is truncated: channel 'laser' holds 9 of 40 samples in segment 1"),
     ],
 )
-def test_truncated(tmp_path, lines, told):
+def test_truncated(tmp_path, lines, message):
     path = write(tmp_path / "a.lvm", segment())
     path.write_bytes(b"\r\n".join(path.read_bytes().split(b"\r\n")[:lines]) + b"\r\n")
-    assert refusal(path) == f"{told}; {COPY}"
+    assert refusal(path) == f"{message}; {COPY}"
 
 
 def test_a_cell_that_is_no_number(tmp_path):

@@ -25,7 +25,7 @@ def refusal(path, channel=None):
 
 
 @pytest.mark.parametrize(
-    ("delimiter", "comma", "told"),
+    ("delimiter", "comma", "reading"),
     [
         ("\t", False, "columns between tabs, decimal point, utf-8"),
         ("\t", True, "columns between tabs, decimal comma, utf-8"),
@@ -37,10 +37,10 @@ def refusal(path, channel=None):
         (" ", True, "columns between spaces, decimal comma, utf-8"),
     ],
 )
-def test_delimiter_and_decimal_mark(tmp_path, delimiter, comma, told):
+def test_delimiter_and_decimal_mark(tmp_path, delimiter, comma, reading):
     head = delimiter.join(["time[s]", "laser[V]"])
     dataset = read_record(table(tmp_path / "a.csv", head, delimiter=delimiter, comma=comma))
-    assert dataset.attrs == {"format": "text", "sampling_rate_hz": pytest.approx(1000), "reading": told}
+    assert dataset.attrs == {"format": "text", "sampling_rate_hz": pytest.approx(1000), "reading": reading}
     np.testing.assert_array_equal(dataset["laser"], VOLTS)
     np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)
     assert dataset["laser"].attrs["units"] == "V"

@@ -39,9 +39,9 @@ def test_mild_jitter_gives_an_even_grid():
 
 def test_strong_jitter_is_refused():
     random = np.random.default_rng(1)
-    told = refusal(np.sort(TIME + random.uniform(-0.6, 0.6, TIME.size) / RATE))
-    assert told.startswith("the time stamps leave an even grid of 0.0004")
-    assert told.endswith("sampling intervals; export with the logger's own clock, or resample it evenly")
+    message = refusal(np.sort(TIME + random.uniform(-0.6, 0.6, TIME.size) / RATE))
+    assert message.startswith("the time stamps leave an even grid of 0.0004")
+    assert message.endswith("sampling intervals; export with the logger's own clock, or resample it evenly")
 
 
 def test_a_drifting_rate_is_refused():
@@ -54,8 +54,8 @@ def test_stamps_rounded_to_milliseconds(rate):
     grid = regular_grid("file", np.round(time, 3))
     assert grid.size == 5000 and grid.place is None
     assert grid.step_s == pytest.approx(1 / rate, rel=1e-4)
-    (told,) = grid.faults
-    assert told.startswith("time stamps rounded to 0.001 s; evenly spaced by ")
+    (message,) = grid.faults
+    assert message.startswith("time stamps rounded to 0.001 s; evenly spaced by ")
 
 
 def test_gaps_become_missing_samples():
@@ -83,7 +83,7 @@ def test_gaps_longer_than_the_recording_are_refused():
 
 
 def test_regular_losses_are_no_rounding():
-    """Every 50th sample at 2 kHz; at 1 kHz in milliseconds nothing tells this from another rate."""
+    """Every 50th sample at 2 kHz; at 1 kHz in milliseconds nothing distinguishes this from another rate."""
     kept = np.arange(4000) % 50 != 7
     grid = regular_grid("file", TIME[kept])
     np.testing.assert_array_equal(grid.place, np.flatnonzero(kept))
@@ -123,7 +123,7 @@ def test_time_that_runs_backwards_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("time", "told"),
+    ("time", "message"),
     [
         ([0.1], "1 time stamps give no sampling rate; record more samples"),
         ([1, 1, 1], "all time stamps are 1 s; export the time column again"),
@@ -137,5 +137,5 @@ def test_time_that_runs_backwards_is_refused():
         ),
     ],
 )
-def test_stamps_without_a_grid(time, told):
-    assert refusal(time) == told
+def test_stamps_without_a_grid(time, message):
+    assert refusal(time) == message
