@@ -18,7 +18,7 @@ from test_faults import random_signal
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.rotation import rotation
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.segment import find_runs
@@ -48,9 +48,9 @@ def of_rotation(draw):
     time_s, values = signal(draw)
     lasers = [Laser("horizontal", y, 0.1, units=draw.choice(["V", "mA", "mm", "deg"])) for y in (0.2, 0.1)]
     if draw.integers(3) == 0:
-        rotation(time_s, [values, values[::-1]], lasers, BLOCK)
+        find_rotation(time_s, [values, values[::-1]], lasers, BLOCK)
     else:
-        rotation(time_s, values + draw.choice([0.0, 5.0]), lasers[0], BLOCK)
+        find_rotation(time_s, values + draw.choice([0.0, 5.0]), lasers[0], BLOCK)
 
 
 def of_runs(draw):

@@ -16,8 +16,8 @@ import numpy as np
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
-from freerock.rotation.flags import listed_faults
-from freerock.rotation.rotation import rotation
+from freerock.rotation.faults import listed_faults
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.segment import find_runs
@@ -52,7 +52,7 @@ def volts_of(theta, draw, laser=LASERS[0]):
 
 def runs_of(time_s, volts, lasers=LASERS[:1]):
     """Runs of one laser or two, and the time, θ and σ_θ they were found in."""
-    found = rotation(time_s, volts, lasers, BLOCK)
+    found = find_rotation(time_s, volts, lasers, BLOCK)
     t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     runs = find_runs(t, theta, sigma, flags, BLOCK, found.attrs["zero_stderr_rad"], listed_faults(found))
     return runs, (t, theta, sigma)
@@ -144,7 +144,7 @@ def errors(records=2000, sigma=math.radians(0.01)):
                 exact, np.nanmax(np.abs(rotation_from_displacement(s, BLOCK, laser, np.sign(theta)) - theta))
             )
             hum = 5e-3 * np.sin(2 * np.pi * 50.02 * time_s)
-            found = rotation(time_s, volts_of(theta, draw, laser) + hum, laser, BLOCK)
+            found = find_rotation(time_s, volts_of(theta, draw, laser) + hum, laser, BLOCK)
             away = np.abs(theta) > math.radians(0.2)
             theta, measured = (np.abs(x) if is_unsigned(BLOCK, laser) else x for x in (theta, found.theta))
             scores.append(((measured - theta) / found.sigma_theta).values[away])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from freerock.models.simulate import Response, simulate
     from freerock.products.netcdf import open_fits, open_record
     from freerock.records.read import list_channels, read_record
-    from freerock.rotation.rotation import rotation as find_rotation
+    from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
     from freerock.runs.impacts import Impacts, find_impacts
     from freerock.runs.motion import Motion
@@ -38,7 +38,6 @@ _ROOMS = {  # module: the public names it holds
     "runs.motion": ("Motion",),
     "runs.segment": ("Run", "find_runs"),
 }
-_OWN_NAMES = {"find_rotation": "rotation"}  # where the name of the module is in the way
 
 __all__ = [
     "Block",
@@ -71,7 +70,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     for room, names in _ROOMS.items():
         if name in names:
-            found = getattr(importlib.import_module(f"freerock.{room}"), _OWN_NAMES.get(name, name))
+            found = getattr(importlib.import_module(f"freerock.{room}"), name)
             globals()[name] = found
             return found
     raise AttributeError(f"module 'freerock' has no attribute {name!r}")

@@ -82,7 +82,7 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
             "fault_note": ("fault", ["5 samples", "50.00 Hz, 0.001 V, removed"]),
             "fault_angle": ("fault", [np.nan, 5e-5]),
         },
-        coords={"time": time_s, "fault": ["error_level", "hum"]},
+        coords={"time": time_s, "fault": ["error_level", "mains_interference"]},
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "record.nc")

@@ -7,8 +7,10 @@ from hypothesis import strategies as st
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.flags import FLAGS, Limits, ac_cutoff, flag_samples, flagged_faults
-from freerock.rotation.rotation import rotation
+from freerock.rotation.ac_coupling import ac_cutoff
+from freerock.rotation.faults import flagged_faults
+from freerock.rotation.flags import FLAGS, Limits, flag_samples
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 
 LIMITS = Limits(-0.1, 10.1, 10.2, 0.01)
@@ -137,7 +139,7 @@ def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units):
     signal = centre + scale * random_signal(kind, n, np.random.default_rng(seed))
     laser = Laser("horizontal", 0.2, 0.1, units=units)
     try:
-        found = rotation(np.arange(n) / 500, signal, laser, BLOCK)
+        found = find_rotation(np.arange(n) / 500, signal, laser, BLOCK)
     except FreerockError as error:
         assert "\n" not in str(error)
         return

@@ -10,7 +10,8 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement, sensitivity
 from freerock.rotation.flags import FLAGS
-from freerock.rotation.rotation import rotation
+from freerock.rotation.options import RotationOptions
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser, distance_from_output
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -168,7 +169,7 @@ def test_impossible_laser(change, message):
     assert str(error.value).startswith(message)
 
 
-def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLOCK, release_deg=8.0):
+def record(generator, *, noise=0.002, drift=0.0, mains=0.0, laser=LASER, block=BLOCK, release_deg=8.0):
     """Rest, tilt by hand, hold, a decaying swing about zero, rest: time, θ and volts."""
     time = np.arange(0, 20, 1 / RATE)
     t = time - 8.0
@@ -179,7 +180,7 @@ def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLO
     )
     theta = np.where(t > 0, swing, theta)
     volts = 5.1 + displacement_from_rotation(theta, block, laser) / laser.metres_per()
-    volts = volts + drift * time / 20 + hum * np.sin(2 * np.pi * 50.013 * time + 0.4)
+    volts = volts + drift * time / 20 + mains * np.sin(2 * np.pi * 50.013 * time + 0.4)
     return time, theta, volts + noise * generator.standard_normal(time.size)
 
 
@@ -187,34 +188,37 @@ def record(generator, *, noise=0.002, drift=0.0, hum=0.0, laser=LASER, block=BLO
     "laser", [LASER, replace(LASER, face="right"), replace(LASER, sign=-1), Laser("vertical", 0.12, 0.1)]
 )
 def test_rotation_scores_have_unit_variance(laser):
-    time, theta, volts = record(np.random.default_rng(2), drift=0.003, hum=0.003, laser=laser)
-    found = rotation(time, volts, laser, BLOCK)
+    time, theta, volts = record(np.random.default_rng(2), drift=0.003, mains=0.003, laser=laser)
+    found = find_rotation(time, volts, laser, BLOCK)
     score = (found.theta - theta) / found.sigma_theta
     assert score.var().item() == pytest.approx(1, abs=0.03)
     assert found.attrs["noise_v"] == pytest.approx(0.002, rel=0.02)
-    assert found.attrs["hum_amplitude_v"] == pytest.approx(0.003, rel=0.03)
-    assert found.attrs["hum_hz"] == pytest.approx(50.013, abs=0.001)
+    assert found.attrs["mains_amplitude_v"] == pytest.approx(0.003, rel=0.03)
+    assert found.attrs["mains_hz"] == pytest.approx(50.013, abs=0.001)
     assert found.attrs["sampling_rate_hz"] == pytest.approx(RATE)
     assert not found.flags.any()
 
 
-def test_hum_stays_when_told_so():
-    time, _, volts = record(np.random.default_rng(3), hum=0.004)
-    found = rotation(time, volts, LASER, BLOCK, mains_hz=None)
-    assert found.attrs["hum_amplitude_v"] == 0
-    assert found.theta[: int(RATE)].std() > 1.5 * rotation(time, volts, LASER, BLOCK).theta[: int(RATE)].std()
+def test_mains_stay_when_asked_to():
+    time, _, volts = record(np.random.default_rng(3), mains=0.004)
+    found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
+    assert found.attrs["mains_amplitude_v"] == 0
+    assert (
+        found.theta[: int(RATE)].std()
+        > 1.5 * find_rotation(time, volts, LASER, BLOCK).theta[: int(RATE)].std()
+    )
 
 
 def test_noise_free_rotation_is_exact():
     time, theta, volts = (x[: int(8 * RATE)] for x in record(np.random.default_rng(4), noise=0.0))
-    found = rotation(time, volts, LASER, BLOCK, mains_hz=None)
+    found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
     assert np.abs(found.theta - theta).max() <= 1e-12
 
 
 def test_vertical_beam_between_the_corners_changes_side_at_touch_down():
     laser = Laser("vertical", 0.004, 0.1, release_side="negative")
     time, theta, volts = record(np.random.default_rng(5), noise=0.001, laser=laser, release_deg=-5.0)
-    found = rotation(time, volts, laser, BLOCK)
+    found = find_rotation(time, volts, laser, BLOCK)
     clear = np.abs(theta) > math.radians(0.4)
     assert np.abs(found.theta - theta)[clear].max() < 6 * found.sigma_theta.max()
     assert {1.0, -1.0} == set(np.sign(theta[clear]))
@@ -224,7 +228,7 @@ def test_invalid_samples_leave_the_rest_untouched():
     time, theta, volts = record(np.random.default_rng(6))
     volts[9000:9800] = 10.2  # a hand in the beam during the tilt
     volts[2000:2003] = np.nan
-    found = rotation(time, volts, LASER, BLOCK)
+    found = find_rotation(time, volts, LASER, BLOCK)
     assert (found.flags[9000:9800] == FLAGS["error_level"]).all()
     assert np.isnan(found.theta[9000:9800]).all() and np.isnan(found.sigma_theta[9000:9800]).all()
     assert ((found.theta - theta) / found.sigma_theta).var().item() == pytest.approx(1, abs=0.03)
@@ -233,7 +237,7 @@ def test_invalid_samples_leave_the_rest_untouched():
 def test_target_lost_is_flagged():
     time, _, volts = record(np.random.default_rng(7))
     low = replace(LASER, position_m=0.02)
-    found = rotation(time, volts, low, BLOCK)
+    found = find_rotation(time, volts, low, BLOCK)
     lost = found.flags == FLAGS["target_lost"]
     assert lost.any() and np.isnan(found.theta[lost.values]).all()
 
@@ -268,13 +272,13 @@ def test_target_lost_is_flagged():
 )
 def test_useless_signals(volts, message):
     with pytest.raises(FreerockError) as error:
-        rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
+        find_rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
     assert str(error.value) == message
 
 
 def test_uneven_time():
     time, _, volts = record(np.random.default_rng(8))
     with pytest.raises(FreerockError, match="time is not evenly spaced; resample it"):
-        rotation(np.where(time > 10, time + 1, time), volts, LASER, BLOCK)
+        find_rotation(np.where(time > 10, time + 1, time), volts, LASER, BLOCK)
     with pytest.raises(FreerockError, match="one equal length"):
-        rotation(time[:-1], volts, LASER, BLOCK)
+        find_rotation(time[:-1], volts, LASER, BLOCK)

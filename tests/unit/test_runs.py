@@ -16,7 +16,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
-from freerock.rotation.flags import Fault
+from freerock.rotation.faults import Fault
 from freerock.runs.segment import find_runs
 from freerock.runs.verdict import Verdict
 
@@ -206,7 +206,7 @@ def test_faults_of_the_signal_count_against_the_runs_they_meet():
     faults = [
         Fault("rest_shift", second - 1, second + 1, "+0.01 V", math.radians(0.06)),
         Fault("drift", second - 1, second + 1, "+0.001 V", math.radians(0.01)),
-        Fault("hum", 0.0, 99.0, "50 Hz"),
+        Fault("mains_interference", 0.0, 99.0, "50 Hz"),
     ]
     one, two = find_runs(*arguments, 0.0, faults)
     assert one.verdict.level == "ok"
@@ -371,14 +371,14 @@ def test_any_signal_is_answered_or_refused(levels, lengths, scale, noise, hole, 
 @pytest.mark.parametrize("test", sorted(path.stem for path in RAW.glob("*.tdms")))
 def test_virtual_campaign(test):
     from freerock.records.read import read_record
-    from freerock.rotation.rotation import rotation
+    from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
 
     truth = json.loads((RAW / "truth.json").read_text(encoding="utf-8"))[test]
     volts = read_record(RAW / f"{test}.tdms")
     (channel,) = volts.data_vars
     block = Block(**truth["block"])
-    signal = rotation(volts["time"].values, volts[channel].values, Laser(**truth["laser"]), block)
+    signal = find_rotation(volts["time"].values, volts[channel].values, Laser(**truth["laser"]), block)
     names = ("time", "theta", "sigma_theta", "flags")
     found = find_runs(*(signal[name].values for name in names), block, signal.attrs["zero_stderr_rad"])
     assert len(found) == len(truth["runs"]) == 3

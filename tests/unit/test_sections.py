@@ -44,7 +44,7 @@ def defaults(section, without=()):
     ("step", "data", "section", "own"),
     [
         ("rotation.sensor.Laser", "", LaserSection, ""),
-        ("rotation.rotation.rotation", "time_s signal laser block units", RotationSection, ""),
+        ("rotation.options.RotationOptions", "", RotationSection, ""),
         (
             "runs.segment.find_runs",
             "time_s theta sigma_theta flags block zero_stderr faults overrides exclusions",

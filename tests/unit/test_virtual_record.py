@@ -11,7 +11,7 @@ from freerock.models.block import Block
 from freerock.records.read import read_record
 from freerock.rotation.beam import rotation_from_displacement
 from freerock.rotation.flags import FLAGS
-from freerock.rotation.rotation import rotation
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.still import stationary_phases
 from freerock.virtual_lab.__main__ import main
@@ -70,7 +70,7 @@ def test_rotation_of_a_record_is_as_exact_as_it_says(test, truth):
     volts = read_record(CAMPAIGN / f"{test}.tdms", "laser")["laser"]
     block, laser = Block(**known["block"]), Laser(**known["laser"])
     assert (block, laser) == CONFIGURATIONS[test.split("_")[0]][::2]
-    found = rotation(volts["time"], volts, laser, block)
+    found = find_rotation(volts["time"], volts, laser, block)
 
     blocked = np.zeros(volts.size, bool)
     for start, end in (span for run in known["runs"] for span in run["blocked_s"]):
@@ -78,8 +78,8 @@ def test_rotation_of_a_record_is_as_exact_as_it_says(test, truth):
     np.testing.assert_array_equal(found["flags"], np.where(blocked, FLAGS["error_level"], 0))
     assert math.radians(0.005) < found["sigma_theta"].max() < math.radians(0.02)
     assert found.attrs["noise_v"] == pytest.approx(known["noise"]["white_v"], rel=0.02)
-    assert found.attrs["hum_hz"] == pytest.approx(known["noise"]["mains_hz"], abs=2e-3)
-    assert found.attrs["hum_amplitude_v"] == pytest.approx(known["noise"]["mains_v"], rel=0.1)
+    assert found.attrs["mains_hz"] == pytest.approx(known["noise"]["mains_hz"], abs=2e-3)
+    assert found.attrs["mains_amplitude_v"] == pytest.approx(known["noise"]["mains_v"], rel=0.1)
 
     phases = stationary_phases(volts["time"], found["theta"])
     assert [phase.kind for phase in phases] == ["rest", "held"] * 3 + ["rest"]
@@ -94,7 +94,7 @@ def test_rotation_of_a_record_is_as_exact_as_it_says(test, truth):
 def test_scores_against_truth_have_unit_variance(test, records):
     record = records[test]
     block, _, laser = CONFIGURATIONS[test.split("_")[0]]
-    found = rotation(record.time_s, record.volts, laser, block)
+    found = find_rotation(record.time_s, record.volts, laser, block)
     score = (found["theta"] - record.theta) / found["sigma_theta"]
     assert score.var().item() == pytest.approx(1, abs=0.03)
     assert abs(score.mean().item()) < 0.05
@@ -193,7 +193,7 @@ def test_unsigned_beam_gets_the_side_of_every_lobe(theta0, release_side):
     laser = Laser("vertical", 0.0, 0.05, release_side=release_side)
     releases = [Release(theta0, MARBLE, blocked_s=[(0.3, 0.6)])] * 3
     record = simulate_record(BLOCK, laser, "hunt_crossley", releases, seed=4, rtol=1e-8)
-    found = rotation(record.time_s, record.volts, laser, BLOCK)
+    found = find_rotation(record.time_s, record.volts, laser, BLOCK)
     clear = (np.abs(record.theta) > math.radians(0.5)) & (found["flags"].values == 0)
     assert clear.sum() > 10_000
     assert (np.abs(found["theta"] - record.theta) < 6 * found["sigma_theta"])[clear].all()

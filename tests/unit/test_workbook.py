@@ -9,7 +9,7 @@ from openpyxl import load_workbook
 from freerock.config.campaign import load_campaign
 from freerock.identification.fit import fit_run
 from freerock.records.read import read_record
-from freerock.rotation.rotation import rotation
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
@@ -63,7 +63,7 @@ def test_stiffness_damping_and_the_worn_width_are_recovered():
     name, block = "C3", replace(workbook.BLOCKS["C3"], contact_width_m=None)
     channel = read_record(SHIPPED, name)[name]
     time = channel["time"].values
-    found = rotation(time, channel.values, Laser(units="deg"), block, "deg")
+    found = find_rotation(time, channel.values, Laser(units="deg"), block, "deg")
     theta, sigma = found["theta"].values, found["sigma_theta"].values
     (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
     motion = motion_of(run, time, theta)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
 from freerock.models.laws import MODELS
 from freerock.products.groups import reasons_in, runs_of
-from freerock.rotation.flags import listed_faults
+from freerock.rotation.faults import listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.text import quantity
 from freerock.units import BASE

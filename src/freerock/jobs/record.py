@@ -15,8 +15,9 @@ from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
 from freerock.records.read import read_record
 from freerock.rotation.calibration import read_calibration
-from freerock.rotation.flags import listed_faults
-from freerock.rotation.rotation import rotation
+from freerock.rotation.faults import listed_faults
+from freerock.rotation.options import RotationOptions
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import doubt_about, find_impacts
 from freerock.runs.segment import find_runs
@@ -79,7 +80,7 @@ def _process(settings, path):
     times, signals, units, told = zip(*(_channel(path, name) for name in settings["channels"]), strict=True)
     if not all(np.array_equal(time, times[0]) for time in times):
         raise FreerockError(path, "the two channels differ in their times", "name two of one group")
-    record = rotation(times[0], signals, lasers, block, units, **settings["rotation"])
+    record = find_rotation(times[0], signals, lasers, block, units, RotationOptions(**settings["rotation"]))
     record.attrs |= told[0]
     time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
     known = block, record.attrs["zero_stderr_rad"], listed_faults(record)

@@ -36,7 +36,7 @@ def write_record(
         File to write.
     record : Dataset
         theta [rad], sigma_theta [rad], flags and what was recorded over time [s], with the faults, as
-        `rotation.rotation` gives them.
+        `rotation.find_rotation` gives them.
     runs : sequence of Run
     impacts : sequence of Impacts
         One per run.

@@ -4,17 +4,15 @@ Kinematics: the block turns as a rigid body about a base corner, as a real block
 foundation models restrain the base centre instead; the two differ by b(1 - cos θ) horizontally.)
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from freerock.models.block import Block
+from freerock.rotation.arrays import Floats, Mask
+from freerock.rotation.sensor import Laser
 
-if TYPE_CHECKING:
-    from freerock.rotation.sensor import Laser
 
-
-def displacement_from_rotation(theta, block: Block, laser: "Laser"):
+def displacement_from_rotation(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
     """Displacement of the target along the beam, positive away from the sensor, of a block that has turned.
 
     Origin under the base centre at rest, x to the right, y up. The half width is B, the corners turned about
@@ -49,13 +47,15 @@ def displacement_from_rotation(theta, block: Block, laser: "Laser"):
     t = np.abs(turn)
     rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
     if laser.beam == "horizontal":
-        s = laser.position_m * np.tan(turn) - _width(turn, block) * rise
+        s = laser.position * np.tan(turn) - _width(turn, block) * rise
     else:
         s = -(block.height_m * rise + _lever(turn, block, laser) * np.tan(t))
     return np.where(_on_target(turn, block, laser), s, np.nan)
 
 
-def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", side=None):
+def rotation_from_displacement(
+    displacement_m: ArrayLike, block: Block, laser: Laser, side: ArrayLike | None = None
+) -> Floats:
     """Rotation of the block from the displacement of its target, inverting `displacement_from_rotation`.
 
     The closed forms are quadratics in the tangent of half the angle, solved without loss of digits::
@@ -81,7 +81,7 @@ def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", sid
     s = np.asarray(displacement_m, float)
     with np.errstate(invalid="ignore", divide="ignore"):
         if laser.beam == "horizontal":
-            y = laser.position_m
+            y = laser.position
             turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
         else:
             side = (
@@ -94,50 +94,51 @@ def rotation_from_displacement(displacement_m, block: Block, laser: "Laser", sid
     return -turn if mirrored(laser) else turn
 
 
-def is_unsigned(block: Block, laser: "Laser") -> bool:
+def is_unsigned(block: Block, laser: Laser) -> bool:
     """Whether both signs of θ lift the target: a vertical beam between the corners, or over a worn one."""
-    x = abs(laser.position_m or 0.0)
+    x = abs(laser.position)
     return laser.beam == "vertical" and x <= block.b and x < block.width_m / 2
 
 
-def sensitivity(theta, block: Block, laser: "Laser"):
+def sensitivity(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
     """|ds/dθ|: displacement of the target per rotation [m/rad], by differentiating the closed forms."""
     turn = -np.asarray(theta, float) if mirrored(laser) else np.asarray(theta, float)
     if laser.beam == "horizontal":
-        slope = laser.position_m - _width(turn, block) * np.sin(turn)
+        slope = laser.position - _width(turn, block) * np.sin(turn)
     else:
         slope = _lever(turn, block, laser) + block.height_m * np.sin(np.abs(turn))
-    return np.abs(slope) / np.cos(turn) ** 2
+    return np.asarray(np.abs(slope) / np.cos(turn) ** 2)
 
 
-def mirrored(laser: "Laser") -> bool:
+def mirrored(laser: Laser) -> bool:
     """Whether the beam meets the right face, which mirrors the left one."""
     return laser.beam == "horizontal" and laser.face == "right"
 
 
-def _width(turn, block):
+def _width(turn: Floats, block: Block) -> Floats:
     """Horizontal distance w = B ± b of the face from the corner turned about."""
     return block.width_m / 2 + np.copysign(block.b, turn)
 
 
-def _lever(turn, block, laser):
+def _lever(turn: Floats, block: Block, laser: Laser) -> Floats:
     """Horizontal distance a of a vertical beam from the corner turned about, towards the block."""
-    return np.where(turn > 0, block.b - laser.position_m, block.b + laser.position_m)
+    return np.where(turn > 0, block.b - laser.position, block.b + laser.position)
 
 
-def _side(s, block, laser):
-    """Sign of θ told by a vertical reading: by its own sign on an outrigger, else the release side."""
+def _side(s: Floats, block: Block, laser: Laser) -> Floats:
+    """Sign of θ of a vertical reading: by its own sign on an outrigger, else the release side."""
     if is_unsigned(block, laser):
         return np.full(s.shape, 1.0 if laser.release_side == "positive" else -1.0)
-    return np.where(s > 0, 1.0, -1.0) * np.sign(laser.position_m)  # what is lowered turns towards the beam
+    # What is lowered turns towards the beam.
+    return np.where(s > 0, 1.0, -1.0) * float(np.sign(laser.position))
 
 
-def on_target(theta, block: Block, laser: "Laser"):
+def on_target(theta: Floats, block: Block, laser: Laser) -> Mask:
     """Whether the beam meets its target, see `displacement_from_rotation`."""
     return _on_target(-theta if mirrored(laser) else theta, block, laser)
 
 
-def _on_target(turn, block, laser):
+def _on_target(turn: Floats, block: Block, laser: Laser) -> Mask:
     if np.size(turn) > 100 and np.isfinite(turn).any():
         # What is on target at rest and at both ends of a range is so within: the limits are monotonic in |θ|,
         # or highest in between.
@@ -147,8 +148,8 @@ def _on_target(turn, block, laser):
     t, edge = np.abs(turn), block.width_m / 2
     if laser.beam == "horizontal":
         foot = _width(turn, block) * np.sin(turn)
-        return (foot <= laser.position_m) & (laser.position_m <= foot + block.height_m * np.cos(t))
+        return (foot <= laser.position) & (laser.position <= foot + block.height_m * np.cos(t))
     a, lift = _lever(turn, block, laser), block.height_m * np.sin(t)
-    outrigger = abs(laser.position_m) >= edge
+    outrigger = abs(laser.position) >= edge
     rises = (a > 0) if outrigger else (a >= 0) & (a <= (edge + block.b) * np.cos(t) - lift)
     return rises | (lift + outrigger * (edge - block.b) * np.cos(t) <= -a)

@@ -1,44 +1,44 @@
-"""Lines in the spectrum of a signal that stands still: the hum of the mains, and those of no known source."""
+"""Interference of the mains in a signal that stands still: fitted, or at a frequency that is not theirs."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
-MAINS_BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
-MAINS_SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
-MAINS_FALSE_ALARM = 1e-6
+from freerock.rotation.arrays import Floats
+
+BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
+SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
+FALSE_ALARM = 1e-6
 HARMONICS = 3
 AVERAGED_S = 0.1  # the beat with the mains is averaged over this long, which keeps it sharp and cheap
 MOST_BLOCKS = 400  # of that length suffice for a fit
 PER_BIN = 4  # frequencies tried in the width of a spectral line
-WANDER_S, MOST_LOST = (
-    10.0,
-    0.05,
-)  # the phase is followed over so long where a steady one loses this much power
-SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which other lines are sought
-LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself
-NEIGHBOURS = 20  # bins on either side whose median is the floor
-SURE = 5.5  # standard deviations above the floor
+WANDER_S = 10.0  # the phase is followed over so long
+MOST_LOST = 0.05  # where a steady phase would lose a larger share of the power
+
+Complexes = NDArray[np.complex128]
 
 
-class Hum(NamedTuple):
-    """A hum fitted to the phases at rest.
+class Mains(NamedTuple):
+    """Interference of the mains, fitted to the phases at rest.
 
     Its fundamental and harmonics are the real part of Σ weight · exp(im (2π f t + φ)); the phase φ is linear
-    between the instants of `phase`, two rows (0 throughout for a steady hum). `stderr` is the standard error
-    of its value at any instant, and `amplitude_stderr` that of its fundamental, both per unit of white noise.
+    between the instants of `phase`, two rows (0 throughout where it is steady). `stderr` is the standard
+    error of its value at any instant, and `amplitude_stderr` that of its fundamental, both per unit of white
+    noise.
     """
 
     frequency_hz: float
     amplitude: float
-    weights: np.ndarray
-    phase: np.ndarray
+    weights: Complexes
+    phase: Floats
     stderr: float
     amplitude_stderr: float
 
-    def over(self, start_s: float, step: float, n: int):
-        """The hum at n instants, evenly spaced."""
+    def over(self, start_s: float, step: float, n: int) -> Floats:
+        """Its values at n instants, evenly spaced."""
         length = min(n, max(1, round(AVERAGED_S / step)))
         m = np.arange(1, self.weights.size + 1)[:, None]
         turn = 2j * np.pi * self.frequency_hz
@@ -46,14 +46,14 @@ class Hum(NamedTuple):
         begins = start_s + step * length * np.arange(-(-n // length))
         phase = np.interp(begins + step * length / 2, *self.phase)
         at = self.weights * np.exp(m * (turn * begins + 1j * phase)).T
-        blocks = np.hstack([at.real, -at.imag]) @ np.vstack([within.real, within.imag])
+        blocks: Floats = np.hstack([at.real, -at.imag]) @ np.vstack([within.real, within.imag])
         return blocks.ravel()[:n]
 
 
-def fit_hum(time_s, deviation, mains_hz: float, step: float) -> Hum | None:
-    """Fit mains hum to the deviations of a still signal from its level.
+def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -> Mains | None:
+    """Fit the interference of the mains to the deviations of a still signal from its level.
 
-    The frequency is the peak of the periodogram within `MAINS_BAND_HZ` of the nominal one; where it wanders,
+    The frequency is the peak of the periodogram within `BAND_HZ` of the nominal one; where it wanders,
     the phase is followed. With them, amplitudes and phases of the fundamental and its harmonics below the
     Nyquist frequency follow by linear least squares.
 
@@ -68,8 +68,8 @@ def fit_hum(time_s, deviation, mains_hz: float, step: float) -> Hum | None:
 
     Returns
     -------
-    Hum or None
-        None where there are too few samples to tell a sinusoid from noise.
+    Mains or None
+        None where there are too few samples to distinguish a sinusoid from noise.
     """
     block = max(1, round(AVERAGED_S / step))
     n_blocks = time_s.size // block
@@ -80,10 +80,22 @@ def fit_hum(time_s, deviation, mains_hz: float, step: float) -> Hum | None:
     kept = np.unique(np.linspace(0, n_blocks - 1, min(n_blocks, MOST_BLOCKS)).astype(int))
     t = time_s[: n_blocks * block].reshape(n_blocks, block)[kept]
     y = deviation[: n_blocks * block].reshape(n_blocks, block)[kept]
-
-    span = t[-1, -1] - t[0, 0]
     beat, centre = (y * np.exp(-2j * np.pi * mains_hz * t)).mean(axis=1), t.mean(axis=1)
-    reach = int(np.ceil(PER_BIN * span * MAINS_BAND_HZ))
+    found_hz = _highest(mains_hz, centre, beat, t[-1, -1] - t[0, 0])
+    phase, together = _followed(centre, beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre))
+
+    angle = 2 * np.pi * found_hz * t.ravel() + np.interp(t.ravel(), *phase)
+    basis = np.stack([part(k * angle) for k in m for part in (np.cos, np.sin)], axis=1)
+    parts = np.linalg.lstsq(basis.T @ basis, basis.T @ y.ravel(), rcond=None)[0]
+    weights = parts[::2] - 1j * parts[1::2]
+    n = t.size
+    stderr = math.sqrt(2 * m.size / n + (2 / (together * block) if together < len(beat) else 0.0))
+    return Mains(found_hz, float(abs(weights[0])), weights, phase, stderr, math.sqrt(2 / n))
+
+
+def _highest(mains_hz: float, centre: Floats, beat: Complexes, span: float) -> float:
+    """Frequency [Hz] of the highest power of a beat with the mains, within `BAND_HZ` of theirs."""
+    reach = int(np.ceil(PER_BIN * span * BAND_HZ))
     offsets = np.arange(-reach - 1, reach + 2) / (PER_BIN * span)
     fine = math.isqrt(offsets.size)  # offsets are sums of a coarse and a fine one
     turns = (
@@ -94,19 +106,10 @@ def fit_hum(time_s, deviation, mains_hz: float, step: float) -> Hum | None:
     below, peak, above = power[top - 1 : top + 2]
     curvature = below - 2 * peak + above
     shift = np.clip(0.5 * (below - above) / curvature, -0.5, 0.5) if curvature < 0 else 0.0
-    hum_hz = float(mains_hz + offsets[top] + shift / (PER_BIN * span))
-    phase, together = _followed(centre, beat * np.exp(-2j * np.pi * (hum_hz - mains_hz) * centre))
-
-    angle = 2 * np.pi * hum_hz * t.ravel() + np.interp(t.ravel(), *phase)
-    basis = np.stack([part(k * angle) for k in m for part in (np.cos, np.sin)], axis=1)
-    weights = np.linalg.lstsq(basis.T @ basis, basis.T @ y.ravel(), rcond=None)[0]
-    weights = weights[::2] - 1j * weights[1::2]
-    n = t.size
-    stderr = math.sqrt(2 * m.size / n + (2 / (together * block) if together < len(beat) else 0.0))
-    return Hum(hum_hz, float(abs(weights[0])), weights, phase, stderr, math.sqrt(2 / n))
+    return float(mains_hz + offsets[top] + shift / (PER_BIN * span))
 
 
-def _followed(centre, beat):
+def _followed(centre: Floats, beat: Complexes) -> tuple[Floats, int]:
     """Phase of a beat over time, as rows of instants and phases, and the beats in one mean of it.
 
     It is 0 throughout where the beat is steady: where means over `WANDER_S` hold no more power than that of
@@ -134,113 +137,85 @@ def _followed(centre, beat):
     return np.array([at, turn * at + np.unwrap(np.angle(means))]), int(count.min())
 
 
-def other_line(segments, step: float, mains_hz: float | None) -> tuple[float, float] | None:
-    """The strongest line in the spectrum of a still signal that is no harmonic of the mains.
+def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[float, float] | None:
+    """Frequency of the mains in a signal over the nominal one: the declared sampling rate over the true.
 
-    The mean spectrum of the segments (Hann window) stands above the median of its neighbourhood by more than
-    chance allows: `SURE` standard deviations of the mean of as many exponential variables, in the
-    approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
-
-    Parameters
-    ----------
-    segments : ndarray, shape (n_segments, n_samples)
-        Stretches of a still signal.
-    step : float
-        Sampling interval [s].
-    mains_hz : float or None
-        Frequency [Hz] whose harmonics are passed over.
-
-    Returns
-    -------
-    (frequency_hz, amplitude) or None
-    """
-    k, n = segments.shape
-    if k < 2 or n < 4 * NEIGHBOURS:
-        return None
-    window = np.hanning(n)
-    level = segments - segments.mean(axis=1, keepdims=True)
-    power = (np.abs(np.fft.rfft(level * window, axis=1)) ** 2).mean(axis=0)
-    frequency = np.fft.rfftfreq(n, step)
-    width = frequency[1]
-    padded = np.pad(power, NEIGHBOURS, mode="reflect")
-    floor = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1), axis=1)
-    limit = floor * k / (k - 1 / 3) * (1 - 1 / (9 * k) + SURE / (3 * np.sqrt(k))) ** 3
-    near = np.abs(frequency / mains_hz - np.round(frequency / mains_hz)) * mains_hz if mains_hz else np.inf
-    open_bins = (frequency > max(LOWEST_HZ, 5 * width)) & (near > 2.5 * width)
-    excess = np.where(open_bins & (power > limit), power, 0.0)
-    top = int(np.argmax(excess))
-    if excess[top] == 0:
-        return None
-    return float(frequency[top]), float(2 * np.sqrt(power[top]) / window.sum())
-
-
-def mains_ratio(time_s, signal, mains_hz: float) -> tuple[float, float] | None:
-    """Frequency of the mains hum in a signal over the nominal one: the declared sampling rate over the true.
-
-    The hum is the highest line of the periodogram (Hann window) within MAINS_SEARCH of the nominal frequency.
-    It counts as seen when noise of the level around it would be as high with a probability P below
-    MAINS_FALSE_ALARM: the power of white noise in a bin is exponential, its mean the median over ln 2, and
-    the highest of n exceeds ln(n/P) means with probability P. The maximum of the windowed periodogram, with
-    weights w over centred times t, has the variance 2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the
-    amplitude A in white noise of variance σ² (for even weights the Cramér–Rao bound): there the slope of the
-    power vanishes, so to first order the error is the noise of the slope, over the curvature.
+    They are the highest line of the periodogram (Hann window) within `SEARCH` of the nominal frequency. It
+    counts as seen when noise of the level around it would be as high with a probability P below
+    `FALSE_ALARM`: the power of white noise in a bin is exponential, its mean the median over ln 2, and
+    the highest of n exceeds ln(n/P) means with probability P.
 
     Parameters
     ----------
     time_s : array, shape (n,)
         Evenly spaced instants [s].
     signal : array, shape (n,)
-        Any unit; NaN where missing. A phase at rest shows the hum best.
+        Any unit; NaN where missing. A phase at rest shows the mains best.
     mains_hz : float
         Nominal frequency [Hz].
 
     Returns
     -------
     (float, float) or None
-        Ratio and its standard error; None when no hum is visible. The mains themselves stay within about
-        0.4 % of the nominal frequency.
+        Ratio and its standard error; None when no interference is visible. The mains themselves stay within
+        about 0.4 % of the nominal frequency.
     """
-    time, signal = np.asarray(time_s, float), np.asarray(signal, float)
-    seen = np.isfinite(signal)
+    time, values = np.asarray(time_s, float), np.asarray(signal, float)
+    seen = np.isfinite(values)
     if seen.sum() < 16:
         return None
     window = np.hanning(time.size)
-    signal = np.interp(time, time[seen], signal[seen])  # across gaps, lest their edges hide the hum
-    weighted = window * (signal - (window @ signal) / window.sum())
+    values = np.interp(time, time[seen], values[seen])  # across gaps, lest their edges hide the line
+    weighted = window * (values - (window @ values) / window.sum())
     window = np.where(seen, window, 0.0)
     step = (time[-1] - time[0]) / (time.size - 1)
     frequency = np.fft.rfftfreq(time.size, step)
     power = np.abs(np.fft.rfft(weighted)) ** 2
-    band = np.flatnonzero(np.abs(frequency - mains_hz) < MAINS_SEARCH * mains_hz)
-    if band.size < 16 or frequency[-1] < (1 + MAINS_SEARCH) * mains_hz:
+    band = np.flatnonzero(np.abs(frequency - mains_hz) < SEARCH * mains_hz)
+    if band.size < 16 or frequency[-1] < (1 + SEARCH) * mains_hz:
         return None
     noise = np.median(power[band]) / math.log(2)
     peak = band[np.argmax(power[band])]
-    if not power[peak] > noise * math.log(band.size / MAINS_FALSE_ALARM):
+    if not power[peak] > noise * math.log(band.size / FALSE_ALARM):
         return None
+    line_hz, stderr = _line(time, weighted, window, frequency[peak], noise)
+    return float(line_hz / mains_hz), float(stderr / mains_hz)
 
+
+def _line(
+    time: Floats, weighted: Floats, window: Floats, near_hz: float, noise: float
+) -> tuple[float, float]:
+    """Frequency of a line near another [Hz], and its standard error.
+
+    The maximum of the windowed periodogram, with weights w over centred times t, has the variance
+    2 σ² Σw²t² / (A Σwt²)² of its angular frequency, for the amplitude A in white noise of variance σ² (for
+    even weights the Cramér–Rao bound): there the slope of the power vanishes, so to first order the error is
+    the noise of the slope, over the curvature.
+    """
     centred = time - (window @ time) / window.sum()
-    near = _demodulated(weighted, centred, frequency[peak])
+    near = _demodulated(weighted, centred, near_hz)
     offset = _maximum(*near, 1 / (time[-1] - time[0]))
     amplitude = 2 * math.sqrt(_power(*near, offset)) / window.sum()
     variance = noise / (window @ window)
     spread = 2 * variance * ((window * centred) @ (window * centred))
     stderr = math.sqrt(spread) / (amplitude * (window @ centred**2)) / (2 * math.pi)
-    return float((frequency[peak] + offset) / mains_hz), float(stderr / mains_hz)
+    return near_hz + offset, stderr
 
 
-def _demodulated(weighted, time, frequency_hz, blocks=4096):
+def _demodulated(
+    weighted: Floats, time: Floats, frequency_hz: float, blocks: int = 4096
+) -> tuple[Floats, Complexes]:
     """Signal shifted down by a frequency and summed in blocks, with the blocks' mean times."""
     edges = np.unique(np.linspace(0, time.size, blocks + 1).astype(int))[:-1]
     shifted = np.add.reduceat(weighted * np.exp(-2j * np.pi * frequency_hz * time), edges)
     return np.add.reduceat(time, edges) / np.diff(np.append(edges, time.size)), shifted
 
 
-def _power(time, shifted, offset_hz):
-    return abs(shifted @ np.exp(-2j * np.pi * offset_hz * time)) ** 2
+def _power(time: Floats, shifted: Complexes, offset_hz: float) -> float:
+    return float(abs(shifted @ np.exp(-2j * np.pi * offset_hz * time)) ** 2)
 
 
-def _maximum(time, shifted, bin_hz):
+def _maximum(time: Floats, shifted: Complexes, bin_hz: float) -> float:
     """Offset of the highest power [Hz], within one bin of 0, by ternary search."""
     low, high = -bin_hz, bin_hz
     while high - low > 1e-7 * bin_hz:

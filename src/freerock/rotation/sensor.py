@@ -30,7 +30,7 @@ class Laser:
     sign : int
         +1 when the output grows with the distance from the sensor (a rotation: clockwise), -1 when it falls.
     release_side : str
-        "positive" (clockwise) or "negative": side of the first lobe after every rest; used only where the
+        "positive" (clockwise) or "negative": side of the first swing after every rest; used only where the
         reading has no sign, for a vertical beam between the corners.
     units : str
         Unit of the channel, one of `units.CHANNEL_UNITS`; "" as the file states it.
@@ -106,6 +106,11 @@ class Laser:
         ways = [way for way in SCALES if getattr(self, way) is not None]
         if len(ways) > 1:
             raise FreerockError("laser", f"scaled twice, by {' and '.join(ways)}", "keep one")
+
+    @property
+    def position(self) -> float:
+        """`position_m`, 0 where the channel holds the rotation itself [m]."""
+        return self.position_m or 0.0
 
     @property
     def is_rotation(self) -> bool:

@@ -5,9 +5,13 @@ to the start of the rest phase that follows). Works on volts, displacement or θ
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import ArrayLike
+
+from freerock.rotation.arrays import Floats, Mask
 
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
@@ -27,7 +31,7 @@ class Phase:
         First and last instant of stillness [s], good to about a tenth of the window.
     level, level_stderr : float
         Mean of the signal away from the ends, and its standard error from the scatter of block means
-        (so that hum, drift and coloured noise count) [unit of the signal].
+        (so that mains interference, drift and coloured noise count) [unit of the signal].
     kind : str
         "rest" (θ = 0), "held" (ends with a release: free oscillation about the rest level follows) or
         "paused" (still, off the rest level, and no release follows).
@@ -46,23 +50,22 @@ class Phase:
 
 
 def stationary_phases(
-    time_s,
-    signal,
+    time_s: ArrayLike,
+    signal: ArrayLike,
     *,
     window_s: float = 0.25,
     min_duration_s: float = 0.4,
     noise_factor: float = 1.0,
     floor_fraction: float = 5e-4,
 ) -> list[Phase]:
-    """Find the intervals in which a signal stands still, and tell rest from held.
+    """Find the intervals in which a signal stands still, and which of them are rests and which holds.
 
     A window is cut into ten blocks. It is still when the standard deviation of the block means is below
     `noise_factor` times the scatter within the quietest blocks (5th percentile), which is the noise, or below
     `floor_fraction` of the signal's range, whichever is larger; a block without a valid sample is not still.
-    A phase is at rest
-    when a free oscillation (at least three peaks of falling height) about its own level ends in it, or when
-    it lies at the level of such phases; if no oscillation ends within the record, the phase about which
-    one goes on, else the longest phase, gives the rest level. No time is set by hand.
+    A phase is at rest when a free oscillation (at least three peaks of falling height) about its own level
+    ends in it, or when it lies at the level of such phases. If no oscillation ends within the record, the
+    phase about which one goes on, else the longest phase, gives the rest level. No time is set by hand.
 
     Parameters
     ----------
@@ -87,11 +90,41 @@ def stationary_phases(
         return []
     step = (time_s[-1] - time_s[0]) / (time_s.size - 1)
     per_block = max(1, round(window_s / BLOCKS_PER_WINDOW / step))
-    n_blocks = time_s.size // per_block
-    if n_blocks < BLOCKS_PER_WINDOW:
+    if time_s.size // per_block < BLOCKS_PER_WINDOW:
         return []
+    blocks = _blocks(signal, per_block)
+    if not blocks.filled.any():
+        return []
+    noise = np.percentile(blocks.scatter[blocks.filled], 5)
+    limit = float(max(noise_factor * noise, floor_fraction * np.ptp(blocks.means[blocks.filled])))
+    shortest = max(BLOCKS_PER_WINDOW + 3, min_duration_s / (per_block * step))
+    spans = [(i, j) for i, j in _still_spans(blocks, limit) if j - i + 1 >= shortest]
+    phases = []
+    for first, last in spans:
+        start, end = time_s[first * per_block], time_s[(last + 1) * per_block - 1]
+        phases.append(Phase(float(start), float(end), *_level(blocks, first, last)))
+    samples = [(i * per_block, (j + 1) * per_block) for i, j in spans]
+    return _classify(phases, samples, signal, max(1, round(0.002 / step)), limit) if phases else []
 
-    # Means and scatter of blocks, then the spread of block means in windows; centred first to lose no digits.
+
+class _Blocks(NamedTuple):
+    """A signal in blocks of equal length: number of valid samples, sums, means less `centre`, scatter."""
+
+    centre: float
+    valid: Floats
+    total: Floats
+    means: Floats
+    scatter: Floats
+
+    @property
+    def filled(self) -> Mask:
+        """Whether a block has a valid sample."""
+        return self.valid > 0
+
+
+def _blocks(signal: Floats, per_block: int) -> _Blocks:
+    """The blocks of a signal, centred first to lose no digits."""
+    n_blocks = signal.size // per_block
     count, total, square = np.zeros((3, n_blocks))
     centre, together = 0.0, max(1, PIECE // per_block)
     for i in range(0, n_blocks, together):
@@ -103,45 +136,41 @@ def stationary_phases(
         part = slice(i, i + together)
         count[part], total[part] = valid.sum(axis=1), blocks.sum(axis=1)
         square[part] = np.einsum("ij,ij->i", blocks, blocks)
-    filled = count > 0
-    if not filled.any():
-        return []
     means = total / np.maximum(count, 1)
     scatter = np.sqrt(np.maximum(square / np.maximum(count, 1) - means**2, 0.0))
-    windows = sliding_window_view(np.where(filled, means, np.nan), BLOCKS_PER_WINDOW)
-    spread = np.std(windows, axis=1)
-    noise = np.percentile(scatter[filled], 5)
-    limit = max(noise_factor * noise, floor_fraction * np.ptp(means[filled]))
+    return _Blocks(centre, count, total, means, scatter)
 
-    spans = []  # first and last block of each phase; a start inside or next to the one before continues it
-    for first, last in stretches(spread <= limit):
+
+def _still_spans(blocks: _Blocks, limit: float) -> list[tuple[int, int]]:
+    """First and last block of each still stretch; two that touch or overlap at one level are one."""
+    windows = sliding_window_view(np.where(blocks.filled, blocks.means, np.nan), BLOCKS_PER_WINDOW)
+    spans: list[tuple[int, int, float]] = []
+    for first, last in stretches(np.std(windows, axis=1) <= limit):
         last += BLOCKS_PER_WINDOW - 1
-        level = np.median(means[first : last + 1])
+        level = float(np.median(blocks.means[first : last + 1]))
         if spans and first - spans[-1][1] <= BLOCKS_PER_WINDOW and abs(level - spans[-1][2]) < NEAR * limit:
             first = spans.pop()[0]
         spans.append((first, last, level))
-    shortest = max(BLOCKS_PER_WINDOW + 3, min_duration_s / (per_block * step))
-    spans = [(i, j) for i, j, _ in spans if j - i + 1 >= shortest]
-
-    phases = []
-    for first, last in spans:
-        core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)
-        level = centre + total[core].sum() / count[core].sum()
-        of_blocks = means[core][filled[core]]
-        stderr = np.std(of_blocks, ddof=1) / np.sqrt(of_blocks.size)
-        start, end = time_s[first * per_block], time_s[(last + 1) * per_block - 1]
-        phases.append(Phase(float(start), float(end), float(level), float(stderr)))
-    samples = [(i * per_block, (j + 1) * per_block) for i, j in spans]
-    return _classify(phases, samples, signal, max(1, round(0.002 / step)), limit) if phases else []
+    return [(first, last) for first, last, _ in spans]
 
 
-def stretches(mask):
+def _level(blocks: _Blocks, first: int, last: int) -> tuple[float, float]:
+    """Level of a still stretch away from its ends, and its standard error."""
+    core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)
+    level = blocks.centre + blocks.total[core].sum() / blocks.valid[core].sum()
+    of_blocks = blocks.means[core][blocks.filled[core]]
+    return float(level), float(np.std(of_blocks, ddof=1) / np.sqrt(of_blocks.size))
+
+
+def stretches(mask: Mask) -> list[tuple[int, int]]:
     """First and last index of every run of True in a boolean array, as pairs."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).view(np.int8)))
     return list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
 
 
-def _classify(phases, spans, signal, stride, limit):
+def _classify(
+    phases: list[Phase], spans: list[tuple[int, int]], signal: Floats, stride: int, limit: float
+) -> list[Phase]:
     """Name each phase rest, held or paused by what happens before and after it."""
     ends = [0, *(j for _, j in spans)]
     starts = [*(i for i, _ in spans), signal.size]
@@ -170,7 +199,7 @@ def _classify(phases, spans, signal, stride, limit):
     return named
 
 
-def _rocks(signal, level, limit) -> bool:
+def _rocks(signal: Floats, level: float, limit: float) -> bool:
     """Whether a signal rocks freely about a level: peaks that fall, on each side, between passages of it."""
     deviation = signal[np.isfinite(signal)] - level
     away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)

@@ -13,7 +13,8 @@ from scipy.optimize import leastsq
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.flags import FAULT_VERDICTS, FLAGS, Fault
+from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.flags import FLAGS
 from freerock.rotation.still import stationary_phases
 from freerock.runs.verdict import Level, Reason, Verdict
 

@@ -1,7 +1,7 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
 Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
-get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `rotation.rotation` must name it,
+get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `rotation.find_rotation` must name it,
 at the time it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock.studies.faults results/studies/faults.csv docs/signals.md
@@ -20,8 +20,8 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.flags import listed_faults
-from freerock.rotation.rotation import rotation
+from freerock.rotation.faults import listed_faults
+from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab import faults as spoil
@@ -50,7 +50,7 @@ SETTINGS = {  # fault: what is varied, its values from light to heavy
     "ac_coupling": ("cut-off [Hz]", (0.02, 0.1, 0.5)),
     "drift": ("range [V]", (0.02, 0.05, 0.2)),
     "rest_shift": ("shift [V]", (0.01, 0.03, 0.1)),
-    "hum": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "mains_interference": ("amplitude [V]", (0.001, 0.005, 0.05)),
     "aliasing": ("amplitude [V]", (0.001, 0.005, 0.05)),
     "sampling_rate": ("error of the rate", (0.01, 0.03, 0.1)),
     "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
@@ -142,7 +142,7 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tup
     if fault == "rest_shift":
         at = run["release_s"] + 0.5 * (run["impacts_s"][0] - run["free_s"])
         return spoil.slid(at, value * draw.choice([-1, 1])), run["hold_start_s"], run["rest_s"]
-    if fault == "hum":
+    if fault == "mains_interference":
         return spoil.tone(draw.uniform(49.95, 50.05), value), *always
     if fault == "sampling_rate":
         return spoil.tone(50 * (1 + value * draw.choice([-1, 1])), MAINS_V), *always
@@ -180,7 +180,7 @@ def _named(
     """Name, start and end [s] of the faults found; a refusal counts for the fault that it names."""
     end = float(record.time_s[-1])
     try:
-        found = rotation(record.time_s, volts, laser, block)
+        found = find_rotation(record.time_s, volts, laser, block)
     except FreerockError as error:
         return [("ac_coupling" if "AC-coupled" in error.what else "refused", 0.0, end)]
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
@@ -192,7 +192,7 @@ def _clean(motions: Sequence[Scene], n_records: int) -> Iterator[Row]:
     for trial in range(n_records):
         draw = np.random.RandomState([len(SETTINGS), trial])
         record, block, laser = motions[trial % len(motions)]
-        found = rotation(record.time_s, _measured(record, None, draw), laser, block)
+        found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
         told = listed_faults(found)
         alarms += bool(told)
         series = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))

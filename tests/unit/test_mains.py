@@ -1,21 +1,21 @@
-"""The hum of the mains: steady, wandering, or telling that the sampling rate is not what the file states."""
+"""Interference of the mains: steady, wandering, or at a frequency that refutes the stated sampling rate."""
 
 import numpy as np
 import pytest
 
-from freerock.rotation.mains import fit_hum, mains_ratio
+from freerock.rotation.mains import fit_mains, mains_ratio
 
 RATE = 2000
 TIME = np.arange(4000) / RATE
 
 
 def test_mains_ratio():
-    """z-scores over 150 records of hum in noise, with samples missing."""
+    """z-scores over 150 records of the mains in noise, with samples missing."""
     random, scores = np.random.default_rng(3), []
     for _ in range(150):
         ratio = random.uniform(0.9, 1.1)
-        hum = 0.02 * np.cos(2 * np.pi * 50 * ratio * TIME + random.uniform(0, 2 * np.pi))
-        signal = 3 - TIME + hum + 0.02 * random.standard_normal(TIME.size)
+        mains = 0.02 * np.cos(2 * np.pi * 50 * ratio * TIME + random.uniform(0, 2 * np.pi))
+        signal = 3 - TIME + mains + 0.02 * random.standard_normal(TIME.size)
         signal[500:600] = np.nan
         seen, stderr = mains_ratio(TIME, signal, 50)
         assert stderr < 1e-3
@@ -24,7 +24,7 @@ def test_mains_ratio():
     assert 0.83 < np.std(scores) < 1.17
 
 
-def test_no_hum_no_ratio():
+def test_no_mains_no_ratio():
     random = np.random.default_rng(4)
     for _ in range(100):
         rocking = 2 * np.abs((3 * TIME) % 2 - 1) * np.exp(-TIME)
@@ -42,29 +42,29 @@ def wandering_hz(seed, time):
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_hum_that_wanders_is_followed(seed):
+def test_mains_that_wander_are_followed(seed):
     """Ten minutes, still for 2 s of every 8 s."""
     step = 1 / 500
     time = np.arange(0, 600, step)
     phase = 2 * np.pi * np.cumsum(wandering_hz(seed, time)) * step
-    hum = 0.02 * np.cos(phase) + 0.005 * np.cos(3 * phase + 1)
+    mains = 0.02 * np.cos(phase) + 0.005 * np.cos(3 * phase + 1)
     noise = 0.01 * np.random.default_rng(seed).standard_normal(time.size)
     still = time % 8 < 2
-    found = fit_hum(time[still], (hum + noise)[still], 50, step)
+    found = fit_mains(time[still], (mains + noise)[still], 50, step)
     assert found.phase.shape[1] > 30
     assert found.amplitude == pytest.approx(0.02, rel=0.03)
-    left = hum - found.over(time[0], step, time.size)
-    assert np.std(left) < 0.15 * np.std(hum)
+    left = mains - found.over(time[0], step, time.size)
+    assert np.std(left) < 0.15 * np.std(mains)
 
 
-def test_steady_hum_is_fitted_as_steady():
+def test_steady_mains_are_fitted_as_steady():
     step = 1 / 500
     time = np.arange(0, 600, step)
-    hum = 0.02 * np.cos(2 * np.pi * 50.03 * time)
+    mains = 0.02 * np.cos(2 * np.pi * 50.03 * time)
     for seed in range(20):
         noise = 0.05 * np.random.default_rng(seed).standard_normal(time.size)
         still = time % 8 < 2
-        found = fit_hum(time[still], (hum + noise)[still], 50, step)
+        found = fit_mains(time[still], (mains + noise)[still], 50, step)
         assert found.phase.shape == (2, 2)
-        left = hum - found.over(time[0], step, time.size)
+        left = mains - found.over(time[0], step, time.size)
         assert np.std(left) < 2 * found.stderr * 0.05

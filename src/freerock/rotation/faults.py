@@ -1,0 +1,101 @@
+"""Faults of a signal: named, with the time they last and what they mean for θ."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+
+from freerock.rotation.arrays import Flags, Floats
+from freerock.rotation.flags import FLAGS
+from freerock.rotation.still import stretches
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# On a run that meets the fault; flagged samples are judged by their share.
+FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
+    "aliasing": "warn",
+    "sampling_rate": "warn",
+    "lasers_disagree": "warn",
+}
+MERGED_S = 0.01  # invalid stretches this close are one fault
+
+
+class Fault(NamedTuple):
+    """What is wrong from when to when [s], in words, and by how much θ is wrong [rad], NaN where unknown."""
+
+    name: str
+    start_s: float
+    end_s: float
+    note: str
+    angle: float = math.nan
+
+
+@dataclass(frozen=True)
+class SignalQuality:
+    """What is known of θ(t) as a whole: standard error of its zero [rad], and the faults of its signal."""
+
+    zero_stderr: float = 0.0
+    faults: tuple[Fault, ...] = ()
+
+
+def signal_quality(record: "xr.Dataset") -> SignalQuality:
+    """The quality of the signal of a dataset of `rotation.find_rotation`."""
+    return SignalQuality(record.attrs["zero_stderr_rad"], tuple(listed_faults(record)))
+
+
+def listed_faults(record: "xr.Dataset | xr.DataTree") -> list[Fault]:
+    """The faults that a dataset of `rotation.find_rotation` holds."""
+    names = ("fault", "fault_start", "fault_end", "fault_note", "fault_angle")
+    columns = (np.asarray(record[name]).tolist() for name in names)
+    return [Fault(*row) for row in zip(*columns, strict=True)]
+
+
+def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
+    """A fault for every stretch of samples with the same flag, those closer than `MERGED_S` taken as one."""
+    faults: list[Fault] = []
+    every = np.flatnonzero(flags)
+    if every.size == 0:
+        return []
+    step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
+    apart = max(1, round(MERGED_S / step))
+    for name, mask in FLAGS.items():
+        index = every[(flags[every] & mask) > 0]
+        if index.size == 0:
+            continue
+        breaks = np.flatnonzero(np.diff(index) > apart)
+        first = index[np.concatenate(([0], breaks + 1))]
+        last = index[np.concatenate((breaks, [index.size - 1]))]
+        count = np.diff(np.concatenate(([0], breaks + 1, [index.size])))
+        for i, j, n in zip(first.tolist(), last.tolist(), count.tolist(), strict=True):
+            note = f"{n} sample{'s' if n > 1 else ''}"
+            faults.append(Fault(name, float(time_s[i]), float(time_s[j]), note))
+    return faults
+
+
+def lost_at_large_angles(time_s: Floats, theta: Floats, flags: Flags) -> list[Fault]:
+    """Stretches without a target that begin where the block was turning further than it is seen anywhere."""
+    gone = (flags & (FLAGS["error_level"] | FLAGS["out_of_range"])) > 0
+    if not gone.any():
+        return []
+    seen = np.flatnonzero(~gone & np.isfinite(theta))
+    if seen.size == 0:
+        return []
+    step = (time_s[-1] - time_s[0]) / max(time_s.size - 1, 1)
+    ago = max(1, round(0.05 / step))
+    farthest = {side: np.max(side * theta[seen], initial=0.0) for side in (-1, 1)}
+    faults = []
+    for first, last in stretches(gone):
+        k = np.searchsorted(seen, first) - 1
+        if k < 0:
+            continue
+        before = theta[seen[k]]
+        earlier = theta[seen[max(0, k - ago)]]
+        after = theta[seen[k + 1]] if k + 1 < seen.size else before
+        most = farthest[1 if before > 0 else -1]
+        rising = abs(before) - abs(earlier) > 0.01 * most and before * earlier >= 0
+        if abs(before) > 0.95 * most and before * after > 0 and abs(after) > 0.9 * most and rising:
+            note = f"beyond {math.degrees(abs(before)):.1f}°"
+            faults.append(Fault("target_lost", float(time_s[first]), float(time_s[last]), note))
+    return faults

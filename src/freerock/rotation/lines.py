@@ -1,0 +1,50 @@
+"""Lines in the spectrum of a still signal that do not come from the mains: folded, or a vibration."""
+
+import numpy as np
+
+from freerock.rotation.arrays import Floats
+
+SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which lines are sought
+LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself
+NEIGHBOURS = 20  # bins on either side whose median is the floor
+SURE = 5.5  # standard deviations above the floor
+
+
+def other_line(segments: Floats, step: float, mains_hz: float | None) -> tuple[float, float] | None:
+    """The strongest line in the spectrum of a still signal that is no harmonic of the mains.
+
+    The mean spectrum of the segments (Hann window) stands above the median of its neighbourhood by more than
+    chance allows: `SURE` standard deviations of the mean of as many exponential variables, in the
+    approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
+
+    Parameters
+    ----------
+    segments : ndarray, shape (n_segments, n_samples)
+        Stretches of a still signal.
+    step : float
+        Sampling interval [s].
+    mains_hz : float or None
+        Frequency [Hz] whose harmonics are passed over.
+
+    Returns
+    -------
+    (frequency_hz, amplitude) or None
+    """
+    k, n = segments.shape
+    if k < 2 or n < 4 * NEIGHBOURS:
+        return None
+    window = np.hanning(n)
+    level = segments - segments.mean(axis=1, keepdims=True)
+    power = (np.abs(np.fft.rfft(level * window, axis=1)) ** 2).mean(axis=0)
+    frequency = np.fft.rfftfreq(n, step)
+    width = frequency[1]
+    padded = np.pad(power, NEIGHBOURS, mode="reflect")
+    floor = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1), axis=1)
+    limit = floor * k / (k - 1 / 3) * (1 - 1 / (9 * k) + SURE / (3 * np.sqrt(k))) ** 3
+    near = np.abs(frequency / mains_hz - np.round(frequency / mains_hz)) * mains_hz if mains_hz else np.inf
+    open_bins = (frequency > max(LOWEST_HZ, 5 * width)) & (near > 2.5 * width)
+    excess = np.where(open_bins & (power > limit), power, 0.0)
+    top = int(np.argmax(excess))
+    if excess[top] == 0:
+        return None
+    return float(frequency[top]), float(2 * np.sqrt(power[top]) / window.sum())

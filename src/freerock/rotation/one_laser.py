@@ -1,0 +1,63 @@
+"""θ(t) from one laser, or from a channel that holds the rotation itself."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from freerock.models.block import Block
+from freerock.rotation.arrays import Floats
+from freerock.rotation.beam import is_unsigned, rotation_from_displacement, sensitivity
+from freerock.rotation.reading import Reading, Rotation, pieces
+from freerock.rotation.sensor import Laser
+from freerock.rotation.still import stretches
+
+LATE = 1.5  # times the interval between the swings before: one was missed
+
+
+def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
+    """θ from one channel."""
+    zero_stderr = reading.zero_stderr / reading.per_angle
+    if reading.quantity == "rotation":
+        theta = reading.displacement
+        return Rotation(theta, np.where(np.isnan(theta), np.nan, reading.sigma), zero_stderr)
+    side = None
+    if is_unsigned(block, laser):
+        largest = float(np.nanmax(reading.sigma))
+        side = _swing_sides(-reading.displacement, largest, time_s, reading.rest_mid_s, laser)
+    theta, sigma = np.empty((2, time_s.size))
+    sigma[:] = reading.sigma
+    for part in pieces(time_s.size):
+        of_part = None if side is None else side[part]
+        theta[part] = rotation_from_displacement(reading.displacement[part], block, laser, of_part)
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite where a beam over a corner is blind
+            sigma[part] /= sensitivity(theta[part], block, laser)
+    return Rotation(theta, sigma, zero_stderr)
+
+
+def _swing_sides(rise: Floats, sigma: float, time_s: Floats, rest_mid_s: list[float], laser: Laser) -> Floats:
+    """Sign of θ for a reading that has none: swings change side at each touch-down, anew after every rest.
+
+    A swing is where the rise exceeds 8 σ (or 1 % of its maximum), a touch-down where it falls below half of
+    that; what is smaller keeps the side of the swing before it. Where the next swing takes `LATE` times as
+    long to come as the one before, one was too faint between them, as those of the nearer corner are.
+    """
+    first = 1.0 if laser.release_side == "positive" else -1.0
+    side = np.full(rise.size, first)
+    high = max(8 * sigma, 0.01 * np.nanmax(rise))
+    smooth = np.convolve(rise, np.full(5, 0.2), "same")  # only to find the swings; θ itself is not smoothed
+    index = np.flatnonzero((smooth > high) | (smooth < high / 2))
+    swings = [(index[i], index[j]) for i, j in stretches(smooth[index] > high)]
+    sign, interval = first, math.inf
+    for (begin, last), (start, end) in pairwise(swings):
+        rested = any(time_s[last] < mid < time_s[start] for mid in rest_mid_s)
+        between = (start + end - begin - last) / 2
+        if not rested and between > LATE * interval:
+            middle = (last + start) // 2
+            side[last + int(np.nanargmin(rise[last : middle + 1])) :] = -sign
+            side[middle + int(np.nanargmin(rise[middle : start + 1])) :] = sign
+            interval = between / 2
+            continue
+        sign, interval = (first, math.inf) if rested else (-sign, between)
+        side[last + int(np.nanargmin(rise[last : start + 1])) :] = sign
+    return side

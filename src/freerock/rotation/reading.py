@@ -1,0 +1,246 @@
+"""One channel to the displacement of its target from rest, with everything the signal says about itself."""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.rotation.ac_coupling import ac_cutoff
+from freerock.rotation.arrays import Flags, Floats
+from freerock.rotation.beam import sensitivity
+from freerock.rotation.faults import Fault, flagged_faults
+from freerock.rotation.flags import FLAGS, flag_samples, shares
+from freerock.rotation.lines import other_line
+from freerock.rotation.mains import Mains
+from freerock.rotation.options import RotationOptions
+from freerock.rotation.rests import (
+    FAINT,
+    StillSignal,
+    moved_rests,
+    significant_mains,
+    still_signal,
+    wrong_rate,
+)
+from freerock.rotation.sensor import Laser, distance_from_output
+from freerock.units import BASE, in_base_units
+
+CHECK = "check the channel, the cable and the sensor's range"
+LARGEST = 1e9  # in any unit: beyond it nothing was measured
+BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
+SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
+PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
+
+
+class Reading(NamedTuple):
+    """What one channel shows.
+
+    Parameters
+    ----------
+    displacement : ndarray, shape (n_time,)
+        Of the target from rest [m], or the rotation itself [rad]; NaN where invalid.
+    sigma : float or ndarray
+        Standard error of one sample of it.
+    flags : ndarray of uint8, shape (n_time,)
+    faults : list of Fault
+    quantity : str
+        What was recorded, a key of `units.BASE`.
+    recorded : ndarray, shape (n_time,)
+        As recorded, in the unit used inside.
+    rest_mid_s : list of float
+        Middle of each rest [s].
+    zero_stderr : float
+        Standard error of the zero of the displacement.
+    per_angle : float
+        Displacement per rotation about θ = 0 [m/rad], NaN for a beam over a corner, blind to one side.
+    attrs : dict
+        Attributes of the dataset: noise, interference of the mains, zero.
+    """
+
+    displacement: Floats
+    sigma: float | Floats
+    flags: Flags
+    faults: list[Fault]
+    quantity: str
+    recorded: Floats
+    rest_mid_s: list[float]
+    zero_stderr: float
+    per_angle: float
+    attrs: dict[str, float]
+
+
+class Rotation(NamedTuple):
+    """θ(t) from one reading or two.
+
+    Parameters
+    ----------
+    theta, sigma : ndarray, shape (n_time,)
+        Rotation and the standard error of one sample of it [rad].
+    zero_stderr : float
+        Standard error of the zero of θ [rad].
+    translation : ndarray, shape (n_time,), or None
+        Of the block along the beams, away from the sensors [m]; None where one reading can't show it.
+    faults : sequence of Fault
+        Where the readings contradict each other.
+    """
+
+    theta: Floats
+    sigma: Floats
+    zero_stderr: float
+    translation: Floats | None = None
+    faults: Sequence[Fault] = ()
+
+
+class _Zero(NamedTuple):
+    """The reading at rest: middle of each rest [s], level as recorded, as a distance [m], and its slope."""
+
+    mid_s: list[float]
+    level: Floats
+    level_m: Floats
+    slope_m: Floats | float
+    stderr_m: float
+
+
+def read_channel(
+    time_s: Floats,
+    step: float,
+    values: Floats,
+    laser: Laser,
+    block: Block,
+    stated_unit: str,
+    options: RotationOptions,
+) -> Reading:
+    """Read one channel; raises as `rotation.find_rotation` does."""
+    recorded, quantity = in_base_units(values, laser.units, stated_unit)
+    unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
+    flags = _flagged(recorded, step, laser, quantity)
+    signal = still_signal(time_s, np.where(flags == 0, recorded, np.nan), step, options.window_s)
+    rate_faults = wrong_rate(signal, options.mains_hz) if options.mains_hz is not None else []
+    mains = None
+    if options.mains_hz is not None and not rate_faults:
+        mains = significant_mains(signal, options.mains_hz)
+    mains_stderr = mains.stderr * signal.noise if mains else 0.0
+    if mains:
+        without = signal.values - mains.over(time_s[0], step, time_s.size)
+        signal = still_signal(time_s, without, step, options.window_s)
+    zero = _zero(signal, laser, quantity)
+    displacement, slope = _displacement(signal, zero, laser, quantity)
+    beyond = np.isnan(displacement) & (flags == 0)
+    if beyond.any():
+        flags[beyond] = FLAGS["out_of_range"]
+    per_angle = _per_angle(block, laser, quantity)
+    per_output = float(np.mean(zero.slope_m)) / per_angle
+    removed_hz = options.mains_hz if mains else None
+    faults = flagged_faults(time_s, flags) + rate_faults
+    faults += _interference(signal, mains, removed_hz, unit, per_output)
+    faults += moved_rests(signal, unit, per_output)
+    return Reading(
+        displacement=displacement,
+        sigma=math.hypot(signal.noise, mains_stderr) * slope,
+        flags=flags,
+        faults=faults,
+        quantity=quantity,
+        recorded=recorded,
+        rest_mid_s=zero.mid_s,
+        zero_stderr=zero.stderr_m,
+        per_angle=per_angle,
+        attrs={
+            f"noise_{suffix}": signal.noise,
+            "mains_hz": mains.frequency_hz if mains else 0.0,
+            f"mains_amplitude_{suffix}": mains.amplitude if mains else 0.0,
+            f"zero_{suffix}": float(np.mean(zero.level)),
+            f"zero_drift_{suffix}": float(np.ptp(zero.level)),
+        },
+    )
+
+
+def pieces(n: int) -> Iterator[slice]:
+    """Slices of n samples, each of what fits the processor's cache."""
+    return (slice(start, start + PIECE) for start in range(0, n, PIECE))
+
+
+def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flags:
+    """The flags of a channel; refuses one from which no rotation can come."""
+    unit, limits = BASE[quantity], laser.limits(quantity)
+    finite = np.isfinite(recorded)
+    if not finite.any():
+        raise FreerockError("laser signal", "no sample is a number", CHECK)
+    numbers = recorded if finite.all() else recorded[finite]
+    low, high = float(numbers.min()), float(numbers.max())
+    largest = max(abs(low), abs(high))
+    if largest > LARGEST:
+        raise FreerockError("laser signal", f"reaches {largest:.3g} {unit}", CHECK)
+    cutoff = ac_cutoff(step, recorded)
+    if cutoff:
+        raise FreerockError(
+            "laser signal",
+            f"the channel is AC-coupled: a held angle decays (cut-off {cutoff:.2g} Hz)",
+            "set the channel to DC coupling and record again",
+        )
+    flags = flag_samples(recorded, limits, step=step)
+    if flags.all():
+        wanted = f"within {limits.low:g} to {limits.high:g} {unit}" if limits else "valid"
+        raise FreerockError("laser signal", f"no sample {wanted} ({shares(flags)})", CHECK)
+    if low == high:
+        raise FreerockError("laser signal", f"constant at {low:.6g} {unit}", CHECK)
+    return flags
+
+
+def _zero(signal: StillSignal, laser: Laser, quantity: str) -> _Zero:
+    """The reading at rest; refuses a signal without any.
+
+    Its standard error is that of the levels, and a quarter of the largest step between two.
+    """
+    rests = signal.rests
+    if not rests:
+        raise FreerockError(
+            "laser signal",
+            "the block never stands still, so θ = 0 is unknown",
+            "record the block at rest before the first or after the last release",
+        )
+    level = np.array([phase.level for phase in rests])
+    level_m, slope_m = distance_from_output(level, laser, quantity)
+    step_between = float(np.abs(np.diff(level_m)).max(initial=0.0)) / 4
+    level_stderr = max(phase.level_stderr for phase in rests) * float(np.max(slope_m))
+    stderr_m = math.hypot(level_stderr, step_between)
+    return _Zero([phase.mid_s for phase in rests], level, level_m, slope_m, stderr_m)
+
+
+def _displacement(
+    signal: StillSignal, zero: _Zero, laser: Laser, quantity: str
+) -> tuple[Floats, Floats | float]:
+    """Displacement of the target from rest, away from the sensor, and its change per unit of output."""
+    time_s = signal.time_s
+    displacement = np.empty(time_s.size)
+    slope = zero.slope_m if isinstance(zero.slope_m, float) else np.empty(time_s.size)
+    for part in pieces(time_s.size):
+        distance, slope_of_part = distance_from_output(signal.values[part], laser, quantity)
+        displacement[part] = laser.sign * (distance - np.interp(time_s[part], zero.mid_s, zero.level_m))
+        if not isinstance(slope, float):
+            slope[part] = slope_of_part
+    return displacement, slope
+
+
+def _per_angle(block: Block, laser: Laser, quantity: str) -> float:
+    """Displacement of the target per rotation about θ = 0, see `Reading`."""
+    if quantity == "rotation":
+        return 1.0
+    about_zero = float(sensitivity(np.array([-1e-12, 1e-12]), block, laser).min())
+    return about_zero if about_zero > BLIND * block.b else math.nan
+
+
+def _interference(
+    signal: StillSignal, mains: Mains | None, removed_hz: float | None, unit: str, per_output: float
+) -> list[Fault]:
+    """Sinusoids at rest: the mains, which have been removed, and the strongest that is not from them."""
+    faults, whole = [], (float(signal.time_s[0]), float(signal.time_s[-1]))
+    if mains:
+        note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
+        faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
+    line = other_line(signal.segments(), signal.step, removed_hz)
+    if line and line[1] > FAINT * signal.noise:
+        note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
+        faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
+    return faults

@@ -1,0 +1,147 @@
+"""A signal and the phases in which it stands still: noise, interference of the mains, rests that move."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from freerock.rotation.arrays import Floats
+from freerock.rotation.faults import Fault
+from freerock.rotation.lines import MOST_SEGMENTS, SEGMENT_S
+from freerock.rotation.mains import Mains, fit_mains, mains_ratio
+from freerock.rotation.still import Phase, stationary_phases
+
+SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
+NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
+MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
+RATE_SAMPLES = 1 << 18  # suffice to see the mains
+FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
+
+
+@dataclass(frozen=True)
+class StillSignal:
+    """A signal, NaN where invalid, sampled every `step` seconds, and its phases of stillness.
+
+    Samples closer than half the window to the end of a phase are not taken as still.
+    """
+
+    time_s: Floats
+    values: Floats
+    step: float
+    window_s: float
+    phases: list[Phase]
+
+    @cached_property
+    def rests(self) -> list[Phase]:
+        """The phases in which θ is zero."""
+        return [phase for phase in self.phases if phase.kind == "rest"]
+
+    @cached_property
+    def inside(self) -> tuple[Floats, Floats]:
+        """Instants of the valid samples within the phases, and their deviations from the phase's level."""
+        times, deviations, margin = [], [], self.window_s / 2
+        for phase in self.phases:
+            part = slice(*np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin)))
+            valid = np.isfinite(self.values[part])
+            kept = slice(None) if valid.all() else valid
+            times.append(self.time_s[part][kept])
+            deviations.append(self.values[part][kept] - phase.level)
+        return np.concatenate(times), np.concatenate(deviations)
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of white noise from differences of neighbours, those beyond 6 MADs left out."""
+        if not self.phases:
+            return math.nan
+        time_s, deviation = self.inside
+        i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
+        difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * self.step]
+        limit = 6 * np.median(np.abs(difference)) / 0.6745
+        return float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
+
+    def quiet(self) -> Iterator[tuple[int, int]]:
+        """First and last sample of the phases; of a rest after a motion, of its second half."""
+        margin = self.window_s / 2
+        for phase in self.phases:
+            swung = phase.kind != "held" and phase.start_s > self.time_s[0] + margin
+            start = phase.mid_s if swung else phase.start_s + margin
+            first, last = np.searchsorted(self.time_s, (start, phase.end_s - margin)).tolist()
+            yield first, last
+
+    def segments(self) -> Floats:
+        """Whole quiet stretches of one length, at most `MOST_SEGMENTS`, shape (n_segments, n_samples)."""
+        n = round(SEGMENT_S / self.step)
+        found = [slice(i, i + n) for first, last in self.quiet() for i in range(first, last - n + 1, n)]
+        kept = found[:: -(-len(found) // MOST_SEGMENTS) or 1]
+        parts = [self.values[part] for part in kept if np.isfinite(self.values[part]).all()]
+        return np.array(parts).reshape(-1, n)
+
+
+def still_signal(time_s: Floats, values: Floats, step: float, window_s: float) -> StillSignal:
+    """A signal with its phases of stillness."""
+    return StillSignal(time_s, values, step, window_s, stationary_phases(time_s, values, window_s=window_s))
+
+
+def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
+    """The interference of the mains, None where it is not significant or too faint to matter."""
+    if not (signal.phases and mains_hz * signal.step < 0.5):
+        return None
+    mains = fit_mains(*signal.inside, mains_hz, signal.step)
+    if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT) * signal.noise:
+        return mains
+    return None
+
+
+def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
+    """The mains at another frequency than theirs, by the longest quiet stretch."""
+    if not signal.phases:
+        return []
+    first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
+    part = slice(first, min(last, first + RATE_SAMPLES))
+    seen = mains_ratio(signal.time_s[part], signal.values[part], mains_hz)
+    if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
+        return []
+    line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
+    note = (
+        f"the mains at {line_hz:.2f} Hz: the sampling rate is {rate_hz / seen[0]:.5g} Hz and not "
+        f"{rate_hz:.5g} Hz, or this is not the mains"
+    )
+    return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
+
+
+def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:
+    """Rest levels that differ from the one before: by drift if the slopes at rest say so, else shifted.
+
+    per_output is the rotation per unit of the signal [rad].
+    """
+    rests = signal.rests
+    faults, slopes = [], [_slope(signal, phase) for phase in rests]
+    for (one, (slope, error)), (two, (slope_2, error_2)) in pairwise(zip(rests, slopes, strict=True)):
+        moved, span = two.level - one.level, two.mid_s - one.mid_s
+        if abs(moved) < max(SURE * math.hypot(one.level_stderr, two.level_stderr), signal.noise):
+            continue
+        by_drift = (slope + slope_2) / 2 * span
+        unsure = math.hypot(error, error_2) / 2 * span
+        drifted = abs(by_drift) > 3 * unsure and abs(moved - by_drift) < 3 * unsure + abs(by_drift)
+        name = "drift" if drifted else "rest_shift"
+        note = f"{moved:+.3g} {unit}"
+        faults.append(Fault(name, one.end_s, two.start_s, note, moved * per_output))
+    return faults
+
+
+def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
+    """Slope of the signal within a phase and its standard error, per second."""
+    trim = min(0.1, (phase.end_s - phase.start_s) / 4)
+    part = slice(*np.searchsorted(signal.time_s, (phase.start_s + trim, phase.end_s - trim)))
+    y = signal.values[part]
+    t = signal.time_s[part] - phase.mid_s
+    valid = np.isfinite(y)
+    t, y = t[valid], y[valid]
+    if t.size < 10:
+        return 0.0, math.inf
+    t = t - t.mean()
+    square = float(np.sum(t * t))
+    return float(np.sum(t * y)) / square, signal.noise / math.sqrt(square)

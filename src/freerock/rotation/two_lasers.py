@@ -1,0 +1,70 @@
+"""θ(t) and the translation of the block from two lasers with beams of one kind, on one face."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.rotation.arrays import Floats, Mask
+from freerock.rotation.beam import displacement_from_rotation, mirrored, on_target, sensitivity
+from freerock.rotation.faults import Fault
+from freerock.rotation.reading import Reading, Rotation, pieces
+from freerock.rotation.sensor import Laser
+from freerock.rotation.still import stretches
+
+SURE = 5.0  # standard errors of θ that a disagreement exceeds
+TOGETHER_S = 0.5  # disagreements this close are one fault
+
+
+def rotation_of_two(
+    time_s: Floats,
+    readings: Sequence[Reading],
+    lasers: Sequence[Laser],
+    block: Block,
+    max_disagreement_deg: float,
+) -> Rotation:
+    """Separate rotation from translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂), see `rotation.find_rotation`."""
+    first, second = readings
+    one, other = lasers
+    if "rotation" in (first.quantity, second.quantity) or (one.beam, one.face) != (other.beam, other.face):
+        raise FreerockError(
+            "laser signal", "the two beams differ in kind or in face", "use two of one kind, on one face"
+        )
+    apart = one.position - other.position
+    if apart == 0:
+        raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
+    theta, sigma, translation = np.empty((3, time_s.size))
+    wrong = np.zeros(time_s.size, bool)
+    sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
+    for part in pieces(time_s.size):
+        displacement = first.displacement[part]
+        angle = np.arctan((displacement - second.displacement[part]) / apart)
+        angle = -angle if mirrored(one) else angle
+        alone = displacement_from_rotation(angle, block, one)
+        both = np.isfinite(alone) & on_target(angle, block, other)
+        theta[part] = angle = np.where(both, angle, np.nan)
+        sigma[part] *= np.cos(angle) ** 2
+        translation[part] = displacement - alone
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.abs(translation[part]) / sensitivity(angle, block, one)
+            wrong[part] = (error > math.radians(max_disagreement_deg)) & (error > SURE * sigma[part])
+    faults = _disagreements(time_s, wrong, translation, theta, block, one) if wrong.any() else []
+    zero_stderr = float(np.hypot(first.zero_stderr, second.zero_stderr)) / abs(apart)
+    return Rotation(theta, sigma, zero_stderr, translation, faults)
+
+
+def _disagreements(
+    time_s: Floats, wrong: Mask, translation: Floats, theta: Floats, block: Block, laser: Laser
+) -> list[Fault]:
+    """A fault for every stretch in which the lasers disagree."""
+    faults, index = [], np.flatnonzero(wrong)
+    step = time_s[1] - time_s[0]
+    for i, j in stretches(np.diff(index) * step < TOGETHER_S) or [(0, index.size - 2)]:
+        part = index[i : j + 2]
+        angle = float(np.nanmax(np.abs(translation[part]) / sensitivity(theta[part], block, laser)))
+        largest = 1e3 * float(np.nanmax(np.abs(translation[part])))
+        note = f"up to {math.degrees(angle):.2f}°, {largest:.2g} mm"
+        faults.append(Fault("lasers_disagree", float(time_s[part[0]]), float(time_s[part[-1]]), note, angle))
+    return faults
