@@ -1,7 +1,7 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
 Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
-get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `rotation.find_rotation` must name it,
+get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `find_rotation` must name it,
 at the time it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock.studies.faults results/studies/faults.csv docs/signals.md
