@@ -11,9 +11,10 @@ import time as clock
 
 import numpy as np
 
-from freerock.identification.fit import Motion, fit_run
+from freerock.identification.fit import fit_run
 from freerock.models import simulate
 from freerock.models.laws import PAPER_MODELS
+from freerock.runs.motion import Motion
 from freerock.studies.methods.by_name import METHODS
 from freerock.studies.methods.problem import Problem
 from freerock.studies.virtual_run import RATE_HZ, published_truth, virtual_motion

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from freerock.errors import FreerockError
     from freerock.identification.choice import epsilon_theta
     from freerock.identification.fit import Fit, fit_record, fit_run
+    from freerock.identification.settings import FitSettings
     from freerock.models.block import Block
     from freerock.models.ground import GroundMotion, accelerogram, pulse
     from freerock.models.simulate import Response, simulate
@@ -27,6 +28,7 @@ _ROOMS = {  # module: the public names it holds
     "errors": ("FreerockError",),
     "identification.choice": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),
+    "identification.settings": ("FitSettings",),
     "models.block": ("Block",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.simulate": ("Response", "simulate"),
@@ -42,6 +44,7 @@ _ROOMS = {  # module: the public names it holds
 __all__ = [
     "Block",
     "Fit",
+    "FitSettings",
     "FreerockError",
     "GroundMotion",
     "Impacts",

@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 from freerock.identification.choice import epsilon_theta
 from freerock.identification.fit import fit_run
+from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import contact_force, static_depth
 from freerock.models.housner import housner_swings
@@ -212,7 +213,9 @@ def test_table_of_the_guided_fit(row):
     true = TABLE2["hunt_crossley", "marble"]
     theta = about_its_corner(block, true["k"], true["lambda"], theta0, time)
     moving = slice(0, 1 + np.flatnonzero(np.abs(theta) > 1e-4)[-1])
-    fit = fit_run("hunt_crossley", block, Motion(time[moving], theta[moving], 1e-4, theta0), free=())
+    fit = fit_run(
+        "hunt_crossley", block, Motion(time[moving], theta[moving], 1e-4, theta0), FitSettings(free=())
+    )
     assert fit.success
     assert fit.value == pytest.approx([k_share * true["k"], lambda_share * true["lambda"]], rel=0.02)
     assert 100 * fit.epsilon_theta == pytest.approx(epsilon, abs=0.005)
@@ -253,7 +256,7 @@ def test_fitted_restitution_is_above_that_of_every_impact():
     impacts = find_impacts(time, theta, 0.0, block, theta0=theta0).restitution[:8]
     low, high = re.search(r"Its impacts restitute ([\d.]+) to\s+([\d.]+)\.", DOCUMENT).groups()
     assert f"{impacts.min():.3f}" == low and f"{impacts.max():.3f}" == high
-    fit = fit_run("housner", block, Motion(time, theta, 1e-4, theta0), free=())
+    fit = fit_run("housner", block, Motion(time, theta, 1e-4, theta0), FitSettings(free=()))
     assert f"has r = {fit.value[0]:.3f}." in " ".join(DOCUMENT.split())
 
 

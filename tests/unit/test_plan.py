@@ -24,6 +24,7 @@ from freerock.identification.plan import (
     plan_text,
     standard_errors,
 )
+from freerock.identification.settings import FitSettings
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
@@ -42,7 +43,7 @@ TIME = np.arange(30, 4000) / 1000
 def fitted(model, block, parameters, theta0, seed, time_s=TIME, **options):
     theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, rtol=1e-10)
     noisy = theta + np.random.default_rng(seed).normal(0, SIGMA, time_s.size)
-    return fit_run(model, block, Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3), **options)
+    return fit_run(model, block, Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3), FitSettings(**options))
 
 
 @pytest.mark.parametrize(

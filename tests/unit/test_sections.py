@@ -59,8 +59,8 @@ def defaults(section, without=()):
         ),
         ("models.block.Block", "", BlockSection, "label release_angle_deg"),
         (
-            "identification.fit.fit_record",
-            "model block motions start free",
+            "identification.settings.FitSettings",
+            "free",
             FitsSection,
             "models free paper_mode pooled",
         ),

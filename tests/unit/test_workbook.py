@@ -8,6 +8,7 @@ from openpyxl import load_workbook
 
 from freerock.config.campaign import load_campaign
 from freerock.identification.fit import fit_run
+from freerock.identification.settings import FitSettings
 from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
@@ -67,7 +68,7 @@ def test_stiffness_damping_and_the_worn_width_are_recovered():
     theta, sigma = found["theta"].values, found["sigma_theta"].values
     (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
     motion = motion_of(run, time, theta)
-    fit = fit_run("hunt_crossley", block, motion, free=("theta0", "t0", "width"))
+    fit = fit_run("hunt_crossley", block, motion, FitSettings(free=("theta0", "t0", "width")))
     assert fit.success
     truth = workbook.TABLE | {"width": workbook.BLOCKS["C3"].contact_width_m}
     for parameter, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=True):

@@ -1,3 +1,17 @@
-"""Runs to parameters: fits, how well they are known, which law a run needs, what they predict, and plans."""
+"""Runs to parameters: fits, how well they are known, which law a run needs, what they predict, and plans.
 
-__all__ = ["choice", "estimate", "fit", "misfit", "plan", "population", "predict"]
+A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `resolution`) → `covariance` →
+`intervals` → `diagnosis` → `fit`.
+"""
+
+__all__ = [
+    "choice",
+    "estimate",
+    "fit",
+    "misfit",
+    "plan",
+    "population",
+    "predict",
+    "settings",
+    "standard_errors",
+]

@@ -1,119 +1,163 @@
-"""How well least-squares parameters are known, where the noise is white and where it is not."""
+"""How well parameters are known: standard errors and 95 % intervals in SI units, and profile intervals."""
 
+from dataclasses import dataclass, replace
+
+import lmfit
 import numpy as np
-from scipy.fft import next_fast_len
-from scipy.optimize import minimize
-from scipy.signal import fftconvolve
+
+from freerock.identification.covariance import covariance
+from freerock.identification.problem import FINE, Floats, Problem, Samples
+from freerock.models.laws import MODELS
 
 NORMAL_95 = 1.959963984540054
-PADDING = 4  # times the length of a run, so that slow noise does not wrap around
-SLOWEST = 0.15  # times one over the length of a run: the lowest corner of a noise's spectrum
-LINE = 30.0  # times the median of its neighbours, above which the power at a frequency is a line
-SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not tell parameters apart
+SURPRISE = 3.0  # standard errors by which the halves of a run may disagree
+STEEPEST = 3.0  # ratio of standard errors beyond which the profile has no level to find
 
 
-def covariance(residual, jacobian, lengths) -> tuple:
-    """Covariance of the least-squares estimate, and whether the residual is coloured.
-
-    White residual: s²(JᵀJ)⁻¹. Coloured residual (lag-one correlation beyond four standard errors): sandwich
-    (JᵀJ)⁻¹ S (JᵀJ)⁻¹, with S in two ways, of which the larger variance counts. S = JᵀΓJ takes the noise for
-    stationary, white with a slow part; Γ is that of the spectrum fitted to the residual (`_spectrum`). The
-    Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
-    doi:10.2307/2938229, takes nothing for granted but needs runs much longer than the noise remembers.
+@dataclass(frozen=True)
+class Uncertainty:
+    """Of all parameters of a fit, in their units; NaN where the data do not determine them.
 
     Parameters
     ----------
-    residual : ndarray, shape (n_time,)
-        Of all runs, one after the other.
-    jacobian : ndarray, shape (n_time, n_parameters)
-    lengths : sequence of int
-        Samples of each run.
-
-    Returns
-    -------
     covariance : ndarray, shape (n_parameters, n_parameters)
-        NaN where the samples do not tell the parameters apart.
+    stderr, low, high : ndarray, shape (n_parameters,)
+        Standard errors and ends of the 95 % intervals.
     coloured : bool
+        Whether neighbouring residuals correlate, and the standard errors are widened for it.
+    widened : float
+        Largest factor by which a standard error was raised because the halves of the run disagree.
     """
-    n, n_parameters = jacobian.shape
-    scale = np.sqrt(np.mean(jacobian**2, axis=0))
-    if not (n_parameters and np.all(scale > 0)):
-        return np.full((n_parameters, n_parameters), np.nan), False
-    jacobian = jacobian / scale
-    normal = jacobian.T @ jacobian
-    if not np.linalg.cond(normal) < SINGULAR:
-        return np.full((n_parameters, n_parameters), np.nan), False
-    inverse = np.linalg.inv(normal)
-    best = residual @ residual / (n - n_parameters) * inverse
-    centred = residual - residual.mean()
-    correlation = centred[1:] @ centred[:-1] / (centred @ centred)
-    coloured = abs(correlation) > 4 / np.sqrt(n)
-    if coloured:
-        for inner in (
-            _stationary(jacobian, residual, lengths),
-            _long_run(jacobian * residual[:, None], lengths),
-        ):
-            sandwich = inverse @ inner @ inverse
-            widen = np.sqrt(np.maximum(np.diag(best) / np.diag(sandwich), 1.0))
-            best = sandwich * np.outer(widen, widen)
-    return best / np.outer(scale, scale), coloured
+
+    covariance: Floats
+    stderr: Floats
+    low: Floats
+    high: Floats
+    coloured: bool
+    widened: float
+
+    def unknown(self) -> "Uncertainty":
+        """The same without any number: of a fit that is not to be used."""
+        nothing = np.full_like(self.stderr, np.nan)
+        return replace(
+            self,
+            covariance=np.full_like(self.covariance, np.nan),
+            stderr=nothing,
+            low=nothing.copy(),
+            high=nothing.copy(),
+        )
 
 
-def _stationary(jacobian, residual, lengths) -> np.ndarray:
-    """JᵀΓJ for noise of the residual's spectrum, shape (n_parameters, n_parameters)."""
-    inner = np.zeros((jacobian.shape[1],) * 2)
-    ends = np.cumsum(lengths)[:-1]
-    for columns, noise in zip(np.split(jacobian, ends), np.split(residual, ends), strict=True):
-        size = next_fast_len(PADDING * len(noise), real=True)
-        transform = np.fft.rfft(columns, size, axis=0)
-        power = _spectrum(noise)(np.fft.rfftfreq(size))
-        power[1:-1] *= 2
-        inner += np.real(np.conj(transform).T @ (power[:, None] * transform)) / size
-    return inner
+def uncertainty(
+    problem: Problem, x: Floats, residual: Floats, jacobian: Floats, apart: Floats | None
+) -> Uncertainty:
+    """Uncertainty of the fitted numbers, in SI units.
 
-
-def _spectrum(noise):
-    """Spectral density of white noise with a slow part, a + b / (1 + (f/f_0)²), by Whittle's likelihood.
-
-    Whittle 1953, doi:10.1007/BF02590998. The density takes frequencies in cycles per sample, and is the
-    variance per sample where the noise is white. Lines, such as hum, are left out.
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_parameters)
+        There, of all samples.
+    apart : ndarray, shape (n_parameters,), or None
+        What the first half of the run would change of x, where that counts.
     """
-    n = len(noise)
-    power = np.abs(np.fft.rfft(noise)[1 : (n + 1) // 2]) ** 2 / n
-    frequency = np.arange(1, len(power) + 1) / n
-    edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
-    typical = np.repeat([np.median(part) for part in np.split(power, edges[1:-1])], np.diff(edges))
-    power, frequency = (values[power < LINE * typical] for values in (power, frequency))
-    level = np.median(power) / np.log(2)
-
-    def density(x, f):
-        # what is slower than some runs is not told by one, and would grow without bounds
-        a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
-        return level * (a + b / (1 + (f / f_0) ** 2))
-
-    def misfit(x):
-        expected = density(x, frequency)
-        return np.sum(np.log(expected) + power / expected)
-
-    starts = [(0.0, np.log(ratio), np.log(f_0)) for ratio in (1.0, 100.0) for f_0 in (2 / n, 20 / n, 200 / n)]
-    best = min(starts, key=misfit)
-    x = minimize(misfit, best, method="Nelder-Mead", options={"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}).x
-    return lambda f: density(x, f)
+    free = ~problem.at_bound(x)
+    among = np.ix_(free, free)
+    of_x = np.full((len(x), len(x)), np.nan)
+    of_x[among], coloured = covariance(residual, jacobian[:, free], problem.samples().lengths)
+    of_x, widened = (of_x, 1.0) if apart is None else _widened(of_x, apart)
+    value, gradient = problem.physical(x), problem.gradient(x)
+    of_value = np.full_like(of_x, np.nan)
+    of_value[among] = gradient[among] @ of_x[among] @ gradient[among].T
+    stderr = np.sqrt(np.diag(of_value))
+    with np.errstate(over="ignore"):
+        factor = np.exp(NORMAL_95 * stderr / np.abs(value))
+        low = np.where(problem.is_logarithm, value / factor, value - NORMAL_95 * stderr)
+        high = np.where(problem.is_logarithm, value * factor, value + NORMAL_95 * stderr)
+    return Uncertainty(of_value, stderr, low, high, coloured, widened)
 
 
-def _long_run(scores, lengths) -> np.ndarray:
-    """Bartlett-weighted long-run covariance of the scores, shape (n_parameters, n_parameters)."""
-    bandwidth = _andrews_bandwidth(scores)
-    inner = np.zeros((scores.shape[1],) * 2)
-    for run in np.split(scores, np.cumsum(lengths)[:-1]):
-        lags = np.arange(-min(bandwidth, len(run) // 3), min(bandwidth, len(run) // 3) + 1)
-        weights = 1 - np.abs(lags) / (lags[-1] + 1)
-        inner += run.T @ fftconvolve(run, weights[:, None], mode="same", axes=0)
-    return inner
+def _widened(covariance_x: Floats, apart: Floats) -> tuple[Floats, float]:
+    """Covariance under which the parameters of the first half of a run are no surprise, and the factor.
+
+    Under a law that is not the whole truth, parts of a run disagree by more than the correlation of the
+    residual explains. Where they do so by more than three standard errors, the difference is the standard
+    error.
+    """
+    stderr = np.sqrt(np.diag(covariance_x))
+    factor = np.where(np.abs(apart) > SURPRISE * stderr, np.abs(apart) / stderr, 1.0)
+    return covariance_x * np.outer(factor, factor), float(np.nanmax(factor, initial=1.0))
 
 
-def _andrews_bandwidth(scores) -> int:
-    rho = np.array([s[1:] @ s[:-1] / (s @ s) for s in scores.T]).clip(-0.999, 0.999)
-    power = scores.var(axis=0) ** 2
-    alpha = np.sum(power * 4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(power / (1 - rho) ** 4)
-    return int(np.ceil(1.1447 * (alpha * len(scores)) ** (1 / 3)))
+def with_profile(problem: Problem, x: Floats, m: int, known: Uncertainty) -> tuple[Uncertainty, bool]:
+    """Uncertainty with intervals of the model's parameters by the profile likelihood, and if there are any.
+
+    Where the residual is coloured the likelihood's curvature exaggerates what is known: the level is raised
+    by the ratio of the standard errors. Beyond a ratio of three there is no level to find, and no interval.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    m : int
+        Samples averaged into one.
+    known : Uncertainty
+    """
+    problem = replace(problem, rtol=min(problem.rtol, FINE))
+    intervals = _profile(problem, x, problem.samples(m=m), known.stderr)
+    low, high = known.low.copy(), known.high.copy()
+    for name, ends in intervals.items():
+        low[problem.names.index(name)], high[problem.names.index(name)] = ends
+    return replace(known, low=low, high=high), bool(intervals)
+
+
+def _profile(problem: Problem, x: Floats, samples: Samples, stderr: Floats) -> dict[str, Floats]:
+    """Ends of the intervals, by the name of the model's parameter."""
+    names = MODELS[problem.model]
+    value = problem.physical(x)[: len(names)]
+    logarithms = problem.is_logarithm[: len(names)]
+    spread = stderr[: len(names)] / np.where(logarithms, value, 1.0)
+    minimizer, best = _in_standard_errors(problem, x, samples, stderr, spread)
+    intervals = {}
+    for i, name in enumerate(names):
+        of_name = f"u{i}"
+        ratio = max(1.0, 1 / (best.params[of_name].stderr or np.inf))
+        if best.errorbars and ratio < STEEPEST:
+            found = lmfit.conf_interval(minimizer, best, p_names=[of_name], sigmas=[NORMAL_95 * ratio])
+            ends = spread[i] * (np.array([found[of_name][0][1], found[of_name][-1][1]]) - 10.0)
+            intervals[name] = value[i] * np.exp(ends) if logarithms[i] else value[i] + ends
+    return intervals
+
+
+def _in_standard_errors(
+    problem: Problem, x: Floats, samples: Samples, stderr: Floats, spread: Floats
+) -> tuple[lmfit.Minimizer, lmfit.minimizer.MinimizerResult]:
+    """The problem with its numbers in standard errors, the best at 10, and its minimum.
+
+    lmfit walks and finds the ends of an interval in shares of the value. Profiled are ln k and ln λ; fitted
+    were ln k and ln λ/k.
+    """
+    to_fitted = np.eye(len(x))
+    to_fitted[problem.is_ratio, 0] = -1.0
+    unit = np.where(np.isfinite(stderr), stderr, 1.0)
+    unit[: len(spread)] = spread
+    to_fitted *= unit
+    parameters = lmfit.Parameters()
+    for i, pinned in enumerate(problem.at_bound(x)):
+        parameters.add(f"u{i}", value=10.0, vary=not pinned)
+
+    def fitted(p: lmfit.Parameters) -> Floats:
+        return np.asarray(x + to_fitted @ [p[name].value - 10.0 for name in parameters])
+
+    def residual(p: lmfit.Parameters) -> Floats:
+        return problem.residual(fitted(p), samples)
+
+    def jacobian(p: lmfit.Parameters) -> Floats:
+        columns = samples.averaged(problem.jacobian(fitted(p), samples)) @ to_fitted
+        return np.asarray(columns[:, [p[name].vary for name in parameters]])
+
+    minimizer = lmfit.Minimizer(residual, parameters, Dfun=jacobian)
+    return minimizer, minimizer.leastsq()

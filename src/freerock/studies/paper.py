@@ -29,6 +29,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from freerock.identification.fit import fit_run
+from freerock.identification.settings import FitSettings
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
@@ -77,7 +78,7 @@ def _reidentified(block: str, foundation: str, final_time_s: float) -> Iterator[
     theta = _published_theta("hunt_crossley", block, foundation, time_s)
     motion = Motion(time_s, theta, SIGMA_RAD, theta0)
     for model in ("housner", "winkler"):
-        fit = fit_run(model, shape, motion, free=())
+        fit = fit_run(model, shape, motion, FitSettings(free=()))
         found = dict(zip(fit.parameters, fit.value, strict=True)) | {"epsilon_theta": fit.epsilon_theta}
         for quantity, value in found.items():
             yield {

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
 from freerock.identification.fit import fit_run
+from freerock.identification.settings import FitSettings
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
 from freerock.studies.atlas.cells import (
@@ -69,7 +70,12 @@ def _restitution(problem: Problem, time: Floats) -> dict[str, tuple[float, float
         return float(np.mean((modelled - theta) ** 2))
 
     plain = minimize_scalar(mean_square, bounds=(0.05, 1.0), method="bounded")
-    fit = fit_run("housner", BLOCK, Motion(time, theta, SIGMA_RAD, THETA0, theta0_stderr=SIGMA_RAD), free=())
+    fit = fit_run(
+        "housner",
+        BLOCK,
+        Motion(time, theta, SIGMA_RAD, THETA0, theta0_stderr=SIGMA_RAD),
+        FitSettings(free=()),
+    )
     return {
         "bounded minimisation": (plain.x, plain.nfev, ""),
         "freerock": (fit.value[0], fit.diagnostics["evaluations"], "" if fit.success else fit.message),
@@ -110,7 +116,7 @@ def fit_map(size: str) -> list[Row]:
 def _scanned(time: Floats, theta: Floats) -> bool:
     """Whether the identification reaches the noise."""
     motion = Motion(time, theta, SIGMA_RAD, THETA0, theta0_stderr=SIGMA_RAD)
-    fit = fit_run("hunt_crossley", BLOCK, motion, free=("theta0",))
+    fit = fit_run("hunt_crossley", BLOCK, motion, FitSettings(free=("theta0",)))
     return bool(np.std(fit.residual) < FLOOR * SIGMA_RAD)
 
 

@@ -1,0 +1,68 @@
+"""What speaks for or against a fit: its held-out discrepancy, the damping it lacks, and why it may fail."""
+
+import numpy as np
+
+from freerock.identification.choice import epsilon_theta
+from freerock.identification.covariance import covariance
+from freerock.identification.intervals import Uncertainty
+from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.problem import FINE, Floats, Problem
+from freerock.models.laws import LAWS, PARAMETERS, extended_by
+
+
+def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
+    """Fitted numbers of the first half of a run, and ε_θ of its second half under them.
+
+    ε_θ is NaN where the first half has too few samples.
+    """
+    motion = problem.motions[0]
+    half = motion.time_s[-1] / 2
+    samples = problem.samples(half, m=m)
+    if sum(samples.lengths) <= 2 * m * len(x):
+        return x, float("nan")
+    x = least_squares(problem, x, samples).x
+    later = motion.time_s > half
+    theta = problem.motion(x, 0, motion.time_s)
+    return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
+
+
+def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Floats) -> float | None:
+    """How many standard errors the damping that the law lacks would be away from zero, by a score test.
+
+    The standard errors are those of `covariance.covariance`. A negative number is a damping that would have
+    to drive the block. None where the law lacks no damping, or debonding is not worked out for two.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_free)
+        There, of all samples; without the columns of parameters held at a bound.
+    """
+    wider = extended_by(problem.model)
+    if wider is None or not LAWS[wider[0]].allows(problem.debonding, len(LAWS[wider[0]].dampings)):
+        return None
+    samples, (_, other) = problem.samples(), wider
+    # the trough of the misfit is bent: a larger trace gives no derivative
+    trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
+    column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)
+    jacobian = np.column_stack([jacobian, column])
+    step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
+    spread, _ = covariance(residual, jacobian, samples.lengths)
+    return float(step / np.sqrt(spread[-1, -1]))
+
+
+def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:
+    """Why the fit is not to be used; "" when it is. A nuisance of a run held at its bound is no failure."""
+    n_common = len(problem.common)
+    if not solution.success:
+        return f"not converged: {solution.message}"
+    for name, pinned in zip(problem.common, problem.at_bound(solution.x), strict=False):
+        if pinned:
+            return f"{name} lies at its bound"
+    if not np.all(np.isfinite(np.diag(known.covariance)[:n_common])):
+        return "the data do not determine the parameters"
+    if epsilon >= 1:
+        return "worse than a block at rest (ε_θ ≥ 1)"
+    return ""

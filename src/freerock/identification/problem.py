@@ -1,0 +1,300 @@
+"""The least-squares problem: which samples count, which numbers are fitted, residual and derivatives.
+
+Positive parameters are fitted as logarithms, damping as the logarithm of its ratio to k, the width as its
+ratio to the nominal one (`models.laws.PARAMETERS`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from freerock.errors import FreerockError
+from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
+from freerock.identification.settings import NUISANCES, FitSettings
+from freerock.models.block import Block
+from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, extended_by, parameter_of
+from freerock.models.simulate import simulate_fitted
+from freerock.runs.motion import Motion
+
+Floats = NDArray[np.float64]
+
+COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Samples that count, of one run after the other.
+
+    Parameters
+    ----------
+    time_s, theta : ndarray, shape (n_samples,)
+        Time since the release [s] and measured rotation [rad].
+    lengths : tuple of int
+        Samples of each run.
+    m : int
+        How many samples are averaged into one.
+    """
+
+    time_s: Floats
+    theta: Floats
+    lengths: tuple[int, ...]
+    m: int = 1
+
+    @property
+    def runs(self) -> list[slice]:
+        """Where the samples of each run lie."""
+        ends = np.cumsum(self.lengths)
+        return [slice(end - n, end) for n, end in zip(self.lengths, ends, strict=True)]
+
+    def averaged(self, values: Floats) -> Floats:
+        """Means of m samples each, times √m: their noise is that of one sample."""
+        if self.m == 1:
+            return values
+        parts = [values[run][: n // self.m * self.m] for run, n in zip(self.runs, self.lengths, strict=True)]
+        means = [part.reshape(-1, self.m, *values.shape[1:]).mean(axis=1) for part in parts]
+        return np.asarray(np.sqrt(self.m) * np.concatenate(means))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A model, the runs it is fitted to, and what is freed.
+
+    Parameters
+    ----------
+    model : str
+    blocks : tuple of Block
+        That of each run.
+    motions : tuple of Motion
+    free : tuple of str
+        Nuisances, in the order of `settings.NUISANCES`.
+    debonding : str
+    r_low : float
+        Least r: a block that stops too soon is out of step for less time. That false minimum is shut out.
+    n_impacts : int
+        Impacts that have a restitution of their own; the last one's is that of all further ones.
+    rtol : float
+        Of the integrator.
+    """
+
+    model: str
+    blocks: tuple[Block, ...]
+    motions: tuple[Motion, ...]
+    free: tuple[str, ...]
+    debonding: str
+    r_low: float
+    n_impacts: int = 0
+    rtol: float = COARSE
+
+    @property
+    def common(self) -> tuple[str, ...]:
+        """Parameters that all runs share."""
+        return (*MODELS[self.model], *(name for name in self.free if name == "width"))
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Parameters of each run."""
+        further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
+        return (*(name for name in self.free if name in PER_RUN), *further)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All parameters; those of a run are numbered where there are several."""
+        numbered = [
+            name if len(self.motions) == 1 else f"{name}_{i}"
+            for i in range(1, len(self.motions) + 1)
+            for name in self.own
+        ]
+        return (*self.common, *numbered)
+
+    @cached_property
+    def is_logarithm(self) -> NDArray[np.bool_]:
+        """Which of the fitted numbers are logarithms."""
+        return np.array([parameter_of(name).is_logarithm for name in self.names])
+
+    @cached_property
+    def is_ratio(self) -> NDArray[np.bool_]:
+        """Which of them are ratios to the stiffness, the first parameter."""
+        return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
+
+    def physical(self, x: Floats) -> Floats:
+        """Parameters in SI units from the fitted numbers."""
+        value = np.array(x, dtype=float)
+        value[self.is_ratio] += value[0]
+        value[self.is_logarithm] = np.exp(value[self.is_logarithm])
+        if "width" in self.common:
+            value[self.common.index("width")] *= self.blocks[0].width_m
+        return value
+
+    def gradient(self, x: Floats) -> Floats:
+        """Derivatives of the parameters in SI units by the fitted numbers."""
+        gradient = np.eye(len(x))
+        gradient[self.is_ratio, 0] = 1.0
+        scale = np.where(self.is_logarithm, self.physical(x), 1.0)
+        if "width" in self.common:
+            scale[self.common.index("width")] = self.blocks[0].width_m
+        return scale[:, None] * gradient
+
+    def fitted(self, values: Sequence[float]) -> list[float]:
+        """The fitted numbers of the model's parameters from those in SI units, the inverse of `physical`."""
+        return [
+            fitted(name, value / values[0] if PARAMETERS[name].fitted_as == "ratio" else value)
+            for name, value in zip(MODELS[self.model], values, strict=True)
+        ]
+
+    def start(self, model_values: Sequence[float]) -> Floats:
+        """All fitted numbers to start from, with those of the model's parameters given."""
+        shared = [1.0] * (len(self.common) - len(MODELS[self.model]))
+        own = [
+            {"theta0": motion.theta0, "t0": 0.0}.get(name, model_values[0])  # else r of a further impact
+            for motion in self.motions
+            for name in self.own
+        ]
+        return np.array([*model_values, *shared, *own])
+
+    def alone(self) -> "Problem":
+        """The same problem on the first run only."""
+        return replace(self, blocks=self.blocks[:1], motions=self.motions[:1])
+
+    def bounds(self) -> list[tuple[float, float]]:
+        """Lower and upper bound of each fitted number."""
+        least = 1e-4 if LAWS[self.model].cases else 1.0  # one of its dampings may be a trace
+        bounds = []
+        for name in self.common:
+            low, high = PARAMETERS[name].bounds or (self.r_low, R_GRID[0])
+            if PARAMETERS[name].fitted_as == "ratio":
+                low *= least
+            bounds.append((fitted(name, low), fitted(name, high)))
+        for motion in self.motions:
+            half = {
+                "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
+                "t0": max(6 * motion.t0_stderr, 1e-3),
+            }
+            centre = {"theta0": motion.theta0, "t0": 0.0}
+            bounds += [
+                (centre[name] - half[name], centre[name] + half[name])
+                if name in PER_RUN
+                else (R_GRID[-1], R_GRID[0])
+                for name in self.own
+            ]
+        return bounds
+
+    def at_bound(self, x: Floats) -> NDArray[np.bool_]:
+        """Which of the fitted numbers lie at a bound."""
+        low, high = np.array(self.bounds()).T
+        return np.asarray(np.minimum(x - low, high - x) < 1e-4 * (high - low))
+
+    def samples(self, horizon_s: float = np.inf, most: float = np.inf, m: int = 1) -> Samples:
+        """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
+        times, thetas = [], []
+        for motion in self.motions:
+            counts = np.isfinite(motion.theta) & (motion.time_s >= motion.fit_start_s)
+            index = np.flatnonzero(counts & (motion.time_s <= horizon_s))
+            index = index[:: max(1, int(len(index) // most))]
+            times.append(motion.time_s[index])
+            thetas.append(motion.theta[index])
+        return Samples(np.concatenate(times), np.concatenate(thetas), tuple(map(len, times)), m)
+
+    def motion(
+        self,
+        x: Floats,
+        i: int,
+        time_s: Floats,
+        rtol: float | None = None,
+        added: Mapping[str, float] | None = None,
+        rate: Floats | None = None,
+    ) -> Floats:
+        """Modelled θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2.
+
+        `added` is a damping that the law lacks [SI]; `rate`, if given, receives θ̇ [rad/s].
+        """
+        value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
+        own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
+        values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
+        if self.n_impacts > 1:
+            values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
+        wider = extended_by(self.model) if added else None
+        return simulate_fitted(
+            wider[0] if wider else self.model,
+            self.blocks[i],
+            {**values, **(added or {})},
+            time_s,
+            debonding=self.debonding,
+            rtol=rtol or self.rtol,
+            theta_rate=rate,
+        )
+
+    def curve(
+        self,
+        x: Floats,
+        samples: Samples,
+        rtol: float | None = None,
+        added: Mapping[str, float] | None = None,
+    ) -> Floats:
+        """Modelled θ of all runs at the samples [rad]."""
+        return np.concatenate(
+            [self.motion(x, i, samples.time_s[run], rtol, added) for i, run in enumerate(samples.runs)]
+        )
+
+    def residual(self, x: Floats, samples: Samples) -> Floats:
+        """Modelled minus measured θ [rad]."""
+        return samples.averaged(self.curve(x, samples) - samples.theta)
+
+    def jacobian(self, x: Floats, samples: Samples, central: bool = False) -> Floats:
+        """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
+
+        The steps are as small as the standard errors may be, hence the tolerance.
+        """
+        rtol = min(self.rtol, FINE)
+        jacobian = np.zeros((len(samples.time_s), len(x)))
+        n_common, n_own = len(self.common), len(self.own)
+        for i, run in enumerate(samples.runs):
+            rate = np.empty(samples.lengths[i])
+            theta = self.motion(x, i, samples.time_s[run], rtol, rate=rate)
+            for j, name in enumerate((*self.common, *self.own)):
+                column = j if j < n_common else j + i * n_own
+                if name == "t0":
+                    jacobian[run, column] = -rate
+                    continue
+                up, step = np.array(x, dtype=float), parameter_of(name).step
+                up[column] += step
+                quotient = self.motion(up, i, samples.time_s[run], rtol)
+                if central:
+                    up[column] -= 2 * step
+                    quotient -= self.motion(up, i, samples.time_s[run], rtol)
+                else:
+                    quotient -= theta
+                jacobian[run, column] = quotient / (2 * step if central else step)
+        return jacobian
+
+
+def fitted(name: str, value: float) -> float:
+    """The number that is fitted, of a value or of a ratio to k."""
+    return float(np.log(value)) if PARAMETERS[name].is_logarithm else value
+
+
+def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settings: FitSettings) -> Problem:
+    """The problem of fitting a model to runs.
+
+    Raises
+    ------
+    FreerockError
+        A run has no more valid samples than there are parameters.
+    """
+    rigid = not LAWS[model].is_foundation
+    problem = Problem(
+        model,
+        tuple(blocks),
+        tuple(motions),
+        tuple(name for name in NUISANCES if name in settings.free),
+        settings.debonding,
+        r_low=rocking_for(blocks[0], motions[0], moving_s(motions[0]) / 2) if rigid else 0.0,
+    )
+    if min(problem.samples().lengths, default=0) <= len(problem.names):
+        what = "fewer valid samples than parameters"
+        raise FreerockError("fit", what, "exclude the run or widen it by an override")
+    if "r_per_impact" in settings.free:
+        problem = replace(problem, n_impacts=count_impacts(motions[0]))
+    return problem

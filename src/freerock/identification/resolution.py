@@ -1,0 +1,75 @@
+"""How exact a fit must be: the integrator's tolerance and the averaging that the standard errors can bear."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from freerock.identification.problem import Floats, Problem, Samples
+from freerock.models.laws import LAWS
+
+FINEST = 1e-12  # least rtol
+WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
+LEAST = 20  # averaged samples per parameter
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What the last fit of a run takes.
+
+    Parameters
+    ----------
+    rtol : float
+        Tolerance of the integrator.
+    m : int
+        Samples averaged into one.
+    shift : float
+        Largest shift of a parameter by the integrator's error, as a share of its standard error.
+    """
+
+    rtol: float
+    m: int
+    shift: float
+
+
+def find_resolution(problem: Problem, x: Floats, integrator_error: float) -> Resolution:
+    """Loosest tolerance and coarsest averaging that the standard errors can bear.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers, near their best.
+    integrator_error : float
+        Largest shift allowed, as a share of a standard error.
+    """
+    samples = problem.samples()
+    theta = problem.curve(x, samples)
+    noise = np.sqrt(np.mean((theta - samples.theta) ** 2))
+    jacobian = problem.jacobian(x, samples)
+    jacobian /= np.maximum(np.sqrt(np.mean(jacobian**2, axis=0)), 1e-300)
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    spread = np.sqrt(np.diag(inverse))
+    m = _averaging(samples, jacobian, spread)
+    if not LAWS[problem.model].is_foundation:
+        return Resolution(problem.rtol, m, 0.0)
+    rtol = problem.rtol
+    while True:
+        exact = problem.curve(x, samples, rtol / 100)
+        shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
+        shift = float(np.max(shifts, initial=0.0))
+        if not shift > integrator_error or rtol <= FINEST:
+            return Resolution(rtol, m, shift)
+        rtol /= 10
+        theta = problem.curve(x, samples, rtol)
+
+
+def _averaging(samples: Samples, jacobian: Floats, spread: Floats) -> int:
+    """How many samples may be averaged into one: a power of two."""
+    m = 1
+    while 2 * m * LEAST * jacobian.shape[1] < min(samples.lengths):
+        means = replace(samples, m=2 * m).averaged(jacobian)
+        wider = np.sqrt(np.diag(np.linalg.pinv(means.T @ means, hermitian=True)))
+        if np.any(wider > (1 + WORTH) * spread):
+            break
+        m *= 2
+    return m

@@ -1,0 +1,39 @@
+"""Housner's r before its fit: the grid it is sought on, and what the measured motion says of it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from freerock.models.block import Block
+from freerock.models.housner import housner_swings
+from freerock.runs.motion import Motion
+
+R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
+R_CELL = 0.06  # spacing of the grid relative to 1 - r
+
+
+def rocking_for(block: Block, motion: Motion, time_s: float) -> float:
+    """Least r of the grid with which the rigid block rocks for longer than a time."""
+    few, many = 0, len(R_GRID) - 1  # the grid falls, and with it the time to rest
+    while few < many:
+        middle = (few + many + 1) // 2
+        if housner_swings(block, R_GRID[middle], motion.theta0, until=time_s).rest_time > time_s:
+            few = middle
+        else:
+            many = middle - 1
+    return float(R_GRID[few])
+
+
+def count_impacts(motion: Motion) -> int:
+    """Changes of sign of θ while the block moves."""
+    return int(np.count_nonzero(np.diff(np.sign(motion.theta[_moves(motion)]))))
+
+
+def moving_s(motion: Motion) -> float:
+    """Last instant at which the block moves [s]; 0 where it never does."""
+    moves = _moves(motion)
+    return float(motion.time_s[moves][-1]) if moves.any() else 0.0
+
+
+def _moves(motion: Motion) -> NDArray[np.bool_]:
+    """Which samples stand out of the noise, and of the ringing of a base in full contact."""
+    return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))

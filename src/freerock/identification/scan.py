@@ -1,0 +1,101 @@
+"""Where to start: the error over a grid of the model's parameters, on the first swings."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from scipy.ndimage import minimum_filter
+
+from freerock.identification.problem import Floats, Problem, fitted
+from freerock.identification.rigid import R_GRID, moving_s, rocking_for
+from freerock.models.laws import LAWS, MODELS, PARAMETERS
+
+SCAN_SAMPLES = 250  # per run
+SWING_SAMPLES = 1000  # among which the first impact is sought
+RTOL = 1e-4
+CANDIDATES = 3
+
+
+def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
+    """Starts of the model's fitted numbers: lowest local minima of the error over the model's grid.
+
+    Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
+    block that stops early is out of step for less time. A law with cases starts from the minima of these,
+    with a trace of the damping that each lacks.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a single run.
+    horizon_s : float
+        End of the samples that count, but for Housner's r [s].
+    """
+    law = LAWS[problem.model]
+    if not law.is_foundation:
+        return [[_scan_r(problem)]]
+    if law.cases:
+        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.dampings}
+        return [
+            [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
+            for case in law.cases
+            for found in scan(replace(problem, model=case), horizon_s)[:2]
+        ]
+    samples = problem.samples(horizon_s, SCAN_SAMPLES)
+    coarse = replace(problem, rtol=RTOL)
+    grids = [_grid(name) for name in law.parameters]
+    middle = [fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
+    grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
+    points = [
+        [fitted(name, value) for name, value in zip(law.parameters, point, strict=True)]
+        for point in product(*grids)
+    ]
+    errors = np.array([np.mean(coarse.residual(problem.start(point), samples) ** 2) for point in points])
+    cells = errors.reshape([len(grid) for grid in grids])
+    minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
+    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:CANDIDATES]]
+
+
+def _grid(name: str) -> Floats:
+    """Values of a parameter, or of its ratio to k."""
+    grid = PARAMETERS[name].grid
+    if grid is None:
+        raise ValueError(f"{name} has no grid")
+    return np.geomspace(*grid)
+
+
+def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) -> float:
+    """Stiffness that puts the first impact where it was measured; near overturning the grid is too coarse.
+
+    `others` are the fitted numbers of the law's further parameters.
+    """
+    motion = problem.motions[0]
+    time_s = np.linspace(0.0, horizon_s, SWING_SAMPLES)
+
+    def first_impact(theta: Floats) -> int:
+        crossed = np.flatnonzero(theta * motion.theta0 < 0)
+        return int(crossed[0]) if len(crossed) else len(theta)
+
+    measured = first_impact(np.interp(time_s, motion.time_s, np.nan_to_num(motion.theta, nan=motion.theta0)))
+    low, high = _grid("k")[[0, -1]]
+    while high > 1.001 * low:
+        k = np.sqrt(low * high)
+        theta = problem.motion(problem.start([np.log(k), *others]), 0, time_s)
+        if first_impact(theta) > measured:
+            low = k
+        else:
+            high = k
+    return float(high)
+
+
+def _scan_r(problem: Problem) -> float:
+    """Restitution of the lowest inner minimum, among those that let it rock about as long as it did."""
+    motion, high = problem.motions[0], R_GRID[0]
+    samples = problem.samples(np.inf, SCAN_SAMPLES)
+    moving = moving_s(motion)
+    if moving < 0.95 * motion.time_s[-1]:
+        high = rocking_for(problem.blocks[0], motion, 4 * moving)
+    grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
+    errors = np.array([np.mean(problem.residual(problem.start([r]), samples) ** 2) for r in grid])
+    inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
+    return float(grid[inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)])

@@ -1,0 +1,67 @@
+"""What a fit is asked for, and what is refused."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.models.laws import LAWS, PER_RUN
+
+NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """How a model is fitted.
+
+    Parameters
+    ----------
+    free : sequence of str
+        What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
+        was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
+        rocks about; "r_per_impact" of one run of the Housner model: r, r_2, r_3 and so on.
+    debonding : str
+        "geometric" or "tensionless".
+    integrator_error : float
+        Largest shift of a parameter by the integrator's error, as a share of its standard error.
+    profile : bool
+        Whether the intervals of the model's parameters are those of the profile likelihood.
+    """
+
+    free: Sequence[str] = PER_RUN
+    debonding: str = "geometric"
+    integrator_error: float = 0.2
+    profile: bool = False
+
+
+def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
+    """Refuse a fit that has no meaning.
+
+    Parameters
+    ----------
+    model : str
+    blocks : sequence of Block
+        The block of each run that is fitted jointly.
+    settings : FitSettings
+
+    Raises
+    ------
+    FreerockError
+        Unknown model or nuisance; debonding that is not worked out for the model; one width for several
+        blocks; a restitution per impact of several runs, or of a foundation.
+    """
+    if model not in LAWS:
+        raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")
+    law, key = LAWS[model], f"fits.free.{model}"
+    unknown = set(settings.free) - set(NUISANCES)
+    if unknown:
+        remedy = f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}"
+        raise FreerockError(key, f"unknown nuisance {min(unknown)!r}", remedy)
+    if not law.allows(settings.debonding, len(law.dampings)):
+        what = "the tensionless rule is not worked out for both dampings at once"
+        raise FreerockError("fits.debonding", what, f"use geometric or remove {model} from fits.models")
+    if "width" in settings.free and len(set(blocks)) > 1:
+        raise FreerockError(key, "one width for several blocks", "remove width")
+    if "r_per_impact" in settings.free and ("r_per_impact" not in law.nuisances or len(blocks) > 1):
+        what = "a restitution per impact belongs to one run of the Housner model"
+        raise FreerockError(key, what, "remove r_per_impact or set fits.pooled: false")
