@@ -3,11 +3,13 @@
 Record files are opened for their channels only, and nothing is computed.
 """
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.errors import FreerockError
@@ -22,6 +24,32 @@ if TYPE_CHECKING:
     Contents = dict[str, Channel] | FreerockError
 
 NAME_IT = "name one in the channel column of the campaign's CSV"
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock check palermo_virtual\n"
+        "\n"
+        "Shows every mistake of the configuration at once, and whether record files, channels, units,\n"
+        "calibrations and checksums are as it says. Nothing is computed or written."
+    )
+    parser.add_argument(
+        "campaign",
+        metavar="CAMPAIGN",
+        nargs="?",
+        help="its name or YAML file; left out, the campaigns of config/config.yaml",
+    )
+
+
+def run(chosen: Namespace) -> None:
+    """Print what is sound; raise all problems together."""
+    sound, problems = check_config(campaign=chosen.campaign)
+    for line in sound:
+        print(f"{line}: nothing to correct")
+    if problems:
+        raise ConfigError(problems)
 
 
 def check_config(

@@ -2,6 +2,7 @@
 
 import json
 import math
+from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -11,7 +12,7 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
-from freerock.tables.csvfile import read_csv
+from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.text import quantity, with_unit
 
 KEY = ["test", "run", "model", "parameter"]
@@ -36,6 +37,24 @@ class Comparison(NamedTuple):
     only_a: list
     only_b: list
     provenance: pd.DataFrame
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv"
+    )
+    parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
+    parser.add_argument("b", metavar="B", help="results to compare with them")
+    parser.add_argument("--csv", metavar="FILE", help="write every parameter of either to a table")
+
+
+def run(chosen: Namespace) -> None:
+    """Print what changed."""
+    found = compare_results(chosen.a, chosen.b)
+    print(comparison_text(found, chosen.a, chosen.b))
+    if chosen.csv:
+        write_csv(found.parameters, chosen.csv)
 
 
 def compare_results(a, b) -> Comparison:

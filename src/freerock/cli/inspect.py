@@ -1,7 +1,8 @@
 """What is in a record file, channel by channel, before anything is known about it."""
 
 import math
-from collections.abc import Sequence
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,8 +15,31 @@ from freerock.records.read import list_channels, read_record
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
     from numpy.typing import NDArray
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock inspect raw/palermo_virtual/config2_marble.tdms\n"
+        "\n"
+        "Formats: docs/records.md. The record file is only read."
+    )
+    parser.add_argument("file", metavar="FILE", help="a record file")
+    parser.add_argument("--no-plot", action="store_true", help="print only")
+    parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="where the picture goes")
+
+
+def run(chosen: Namespace) -> None:
+    """Print what is in a record file, and draw it."""
+
+    look = look_into(chosen.file)
+    print(look_text(look))
+    if not chosen.no_plot:
+        picture = Path(chosen.into) / f"{look.path.name}.png"
+        draw_looks([look], picture)
+        print(f"\nwritten: {picture}")
 
 
 @dataclass(frozen=True)
@@ -133,30 +157,13 @@ def look_text(look: RecordLook) -> str:
     return "\n".join([*lines, *told])
 
 
-def quick_look(looks: Sequence[RecordLook]) -> "Figure":
-    """A panel per readable channel over time."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
+def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:
+    """Draw the readable channels of some records over time, as PNG."""
+    from freerock.figures.quick_look import Panel, quick_look, save_picture
 
-    from freerock.figures.style import styled
-
-    panels = [(look, channel) for look in looks for channel in look.readable]
-    with styled(), rc_context({"text.parse_math": False}):  # a $ in a name is a $
-        figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")
-        axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
-        for ax, (look, channel) in zip(axes, panels, strict=False):
-            ax.plot(channel.time_s, channel.values, color="black", linewidth=0.7)
-            ax.set_title(look.path.name, loc="left")
-            ax.set_ylabel(f"{channel.name} / {channel.units or '?'}")
-        axes[-1].set_xlabel("time / s")
-    return figure
-
-
-def save_picture(figure: "Figure", path: Path) -> None:
-    """Write a figure as PNG, the same bytes each time."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    from freerock.files import atomic
-
-    with atomic(path) as partial:
-        FigureCanvasAgg(figure).print_png(partial, metadata={"Software": None})
+    panels = [
+        Panel(look.path.name, f"{channel.name} / {channel.units or '?'}", channel.time_s, channel.values)
+        for look in looks
+        for channel in look.readable
+    ]
+    save_picture(quick_look(panels), path)

@@ -10,12 +10,14 @@ import io
 import os
 import re
 import shutil
+import sys
 import tempfile
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from freerock.cli.inspect import ChannelLook, RecordLook, look_into, quick_look, save_picture
+from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into, look_text
 from freerock.config.campaign import RESERVED
 from freerock.config.keys import NAME
 from freerock.config.mistakes import FILL_IN
@@ -34,6 +36,34 @@ SENSORS = {  # what a sensor of each quantity needs: keys and their meaning
     "rotation": "units: {unit}",
     "": "units: {fill}, beam: {fill}, position_m: {fill}, range_m: {fill}",
 }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock new-campaign marble_2026 --from /media/usb/marble\n"
+        "\n"
+        "Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and\n"
+        "NAME.csv, where what only you know is marked FILL_IN. Nothing that exists is overwritten."
+    )
+    parser.add_argument("name", metavar="NAME", help="name of the campaign: letters, digits and _")
+    parser.add_argument(
+        "--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files"
+    )
+
+
+def run(chosen: Namespace) -> None:
+    """Begin a campaign; print what is to be done next."""
+    made = new_campaign(chosen.name, chosen.folder)
+    print("\n\n".join(map(look_text, made.looks)))
+    for error in made.refused:
+        print(f"left out: {error}", file=sys.stderr)
+    print(f"\nwritten: {made.raw}, {made.csv}, {made.yaml}, {made.picture}")
+    print(f"next:    replace each {FILL_IN} in {made.yaml} and {made.csv}")
+    print(f"         freerock check {chosen.name}")
+    print(f"         snakemake --config campaigns={chosen.name}")
+    print("To analyse it with every `snakemake`, add its name to campaigns in config/config.yaml.")
 
 
 @dataclass(frozen=True)
@@ -88,7 +118,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
         raise FreerockError(folder, f"holds no record that can be read{told}", remedy)
 
     picture = root / "results" / name / "quick_look.png"
-    save_picture(quick_look(_first_panels(looks)), picture)
+    draw_looks(_first_panels(looks), picture)
     files = [look.path.name for look in looks]
     if not in_place:
         _copy(looks, raw)

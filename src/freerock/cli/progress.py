@@ -1,12 +1,15 @@
 """How far the analysis of a campaign is, what has failed, and when it will be done."""
 
 import math
+import time
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
+from freerock.config.campaign import load_config
 from freerock.products.netcdf import verdict_of
 from freerock.runs.verdict import in_one_line
 
@@ -15,6 +18,22 @@ STEPS = {  # products of a record, and their share of the work on it
     "fits": ("fits/{}.nc", 0.45),
     "quality pages": ("figures/qc_{}.csv", 0.30),
 }
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n  freerock progress palermo_virtual\n\nRun it beside snakemake, in another terminal."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="left out, those of config.yaml")
+
+
+def run(chosen: Namespace) -> None:
+    """Print the state of each campaign."""
+    started = newest_run()
+    for name, campaign in load_config(campaigns=chosen.campaign or None).campaigns.items():
+        tests = [record.test for record in campaign.records]
+        print(progress_text(name, progress(f"results/{name}", tests, started, time.time())))
 
 
 @dataclass(frozen=True)

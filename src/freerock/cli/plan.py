@@ -1,0 +1,44 @@
+"""How well each parameter will be known, predicted before any test."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from freerock.config.campaign import load_campaign
+from freerock.config.steps import labels as labels_of
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock plan palermo_virtual\n"
+        "\n"
+        "The campaign's section `plan` says what is expected and what may be chosen: see config/README.md."
+    )
+    parser.add_argument(
+        "campaign", metavar="CAMPAIGN", help="its name or YAML file, with its CSV file beside"
+    )
+    parser.add_argument(
+        "--into",
+        metavar="FOLDER",
+        help="where plan.csv, plan.pdf and plan.png go; left out, results/<campaign>/plan",
+    )
+
+
+def run(chosen: Namespace) -> None:
+    """Predict, print and draw."""
+    named = chosen.campaign.endswith((".yaml", ".yml"))
+    path = Path(chosen.campaign) if named else Path("config/campaigns") / f"{chosen.campaign}.yaml"
+    campaign = load_campaign(path)  # refused before the numerical libraries are loaded
+
+    from freerock.figures.plan import draw
+    from freerock.figures.style import save
+    from freerock.identification.plan import plan_campaign, plan_text
+
+    frame = plan_campaign(campaign)
+    labels = labels_of(campaign)
+    folder = Path(chosen.into or f"results/{campaign.name}/plan")
+    pages, drawn = draw(frame, labels)
+    save(pages, drawn, folder / "plan")
+    print(plan_text(frame, labels))
+    print(f"\nwritten: {folder / 'plan'}.csv, .pdf, .png")

@@ -1,0 +1,40 @@
+"""A scene simulated: a virtual record, or θ(t) of models on a moving ground or a resting one."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from freerock.config.scene import load_scene
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock simulate examples/shake_table.yaml\n"
+        "  freerock simulate examples/virtual_record.yaml\n"
+        "\n"
+        "A scene with a laser becomes a record file (TDMS), as the virtual laboratory records it; any other\n"
+        "becomes θ(t) of each model (CSV, PDF, PNG), on a moving ground or a resting one."
+    )
+    parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
+    parser.add_argument("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
+
+
+def run(chosen: Namespace) -> None:
+    """Simulate a scene, as a record or as θ(t)."""
+    path = Path(chosen.scene)
+    scene = load_scene(path)  # refused before the numerical libraries are loaded
+    stem = Path(chosen.into) / path.stem
+
+    from freerock.figures.scene import draw
+    from freerock.figures.style import save
+    from freerock.virtual_lab.scene import scene_text, simulate_scene, write_scene_record
+
+    if scene.laser:
+        write_scene_record(scene, stem.with_suffix(".tdms"))
+        print(f"written: {stem}.tdms (simulated)")
+        return
+    frame, responses = simulate_scene(scene, path.parent)
+    save(draw(frame), frame, stem, origin="simulated")
+    print(scene_text(scene, responses))
+    print(f"\nwritten: {stem}.csv, .pdf, .png (simulated)")
