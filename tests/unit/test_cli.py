@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from freerock import cli
+from freerock.cli import progress
 
 ROOT = Path(__file__).parents[2]
 PALERMO = ROOT / "config/campaigns/palermo_virtual.yaml"
@@ -102,16 +103,15 @@ def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, mo
     def run(chosen):
         raise ZeroDivisionError("division\nby zero")
 
-    arguments = lambda parser: parser.set_defaults(run=run)  # noqa: E731
-    monkeypatch.setitem(cli.COMMANDS, "plan", ("plan", arguments))
+    monkeypatch.setattr(progress, "run", run)
     monkeypatch.chdir(tmp_path)
-    assert cli.main(["plan"]) == 3
-    line = "freerock plan: ZeroDivisionError: division; report it with freerock.log\n"
+    assert cli.main(["progress"]) == 3
+    line = "freerock progress: ZeroDivisionError: division; report it with freerock.log\n"
     assert capsys.readouterr().err == line
     log = (tmp_path / "freerock.log").read_text(encoding="utf-8")
     assert line in log
     assert "Traceback (most recent call last)" in log
-    assert cli.main(["plan", "--debug"]) == 3
+    assert cli.main(["progress", "--debug"]) == 3
     assert capsys.readouterr().err.startswith("Traceback (most recent call last)")
 
 

@@ -3,7 +3,7 @@
 import math
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(chosen: Namespace) -> None:
     """Print what is in a record file, and draw it."""
-
     look = look_into(chosen.file)
     print(look_text(look))
     if not chosen.no_plot:
@@ -58,7 +57,7 @@ class ChannelLook:
         Extremes [units], NaN without any number.
     time_s, values : ndarray, shape (n_drawn,)
         Samples that show the course: the extremes of each of some hundreds of stretches.
-    told : tuple of str
+    remarks : tuple of str
         What the reader found out by itself.
     fault : str
         Why the channel can't be read, and what to do; "" where it can.
@@ -72,9 +71,9 @@ class ChannelLook:
     rate_hz: float = math.nan
     low: float = math.nan
     high: float = math.nan
-    time_s: "NDArray[np.float64] | None" = None
-    values: "NDArray[np.float64] | None" = None
-    told: tuple[str, ...] = ()
+    time_s: "NDArray[np.float64]" = field(default_factory=lambda: np.empty(0))
+    values: "NDArray[np.float64]" = field(default_factory=lambda: np.empty(0))
+    remarks: tuple[str, ...] = ()
     fault: str = ""
 
     @property
@@ -137,7 +136,7 @@ def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
         high=float(known.max()) if known.size else math.nan,
         time_s=times[drawn],
         values=values[drawn],
-        told=tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs),
+        remarks=tuple(str(record.attrs[key]) for key in ("reading", "time_base") if key in record.attrs),
     )
 
 
@@ -153,8 +152,8 @@ def look_text(look: RecordLook) -> str:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
-    told = dict.fromkeys(text for channel in look.readable for text in channel.told)
-    return "\n".join([*lines, *told])
+    remarks = dict.fromkeys(text for channel in look.readable for text in channel.remarks)
+    return "\n".join([*lines, *remarks])
 
 
 def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:

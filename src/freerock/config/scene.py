@@ -1,4 +1,4 @@
-"""A scene to be simulated: a block, models, a release or a moving ground, and a laser that watches or none."""
+"""A scene to simulate: a block, models, a release or a moving ground, and a laser that watches or none."""
 
 from pathlib import Path
 from typing import Literal, Self
@@ -31,7 +31,8 @@ class GroundSection(Section):
     file: str = Field(
         "",
         validate_default=True,
-        description=f"a CSV file beside the scene with columns {', '.join(GROUND_COLUMNS)} (the last optional)",
+        description=f"a CSV file beside the scene with columns {', '.join(GROUND_COLUMNS)} "
+        "(the last optional)",
     )
 
     @field_validator("file")
