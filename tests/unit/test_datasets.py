@@ -35,6 +35,7 @@ from freerock.products.runs import impacts_in, runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
+from freerock.tables import restitution
 from freerock.tables import tidy as tables
 
 ATTRS = {
@@ -387,7 +388,7 @@ def test_every_variable_is_documented(folder):
     "columns",
     [
         *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
-        *(predict.PREDICTIONS, population.FOUNDATIONS),
+        *(predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
     ],
     ids="|".join,
 )

@@ -12,7 +12,9 @@ from matplotlib.text import Text
 
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
 from freerock.identification.predict import PREDICTIONS
+from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
+from freerock.products.misfit_maps import open_misfit_maps
 from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
@@ -303,9 +305,13 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
         assert (np.nanmin(shown), np.nanmax(shown)) == (min(finite), max(finite))
 
 
-def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets):
+def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_path, monkeypatch):
     tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
-    figure, data = misfit_map.draw([tree, failed], BLOCKS, "simulated", LABELS)
+    files = {"good.nc": tree, "failed.nc": failed}
+    monkeypatch.setattr("freerock.jobs.misfit.open_fits", files.__getitem__)
+    settings = {"blocks": {name: vars(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
+    make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
+    figure, data = misfit_map.draw(*open_misfit_maps(tmp_path / "misfit_map.nc"), LABELS)
     identified = data[data["quantity"] == "identified"]
     assert identified["run"].tolist() == ["1", "2", "pooled"]
     assert identified["correlation"].abs().max() <= 1

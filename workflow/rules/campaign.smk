@@ -193,9 +193,31 @@ rule recovered:
         "../scripts/recovered.py"
 
 
-rule figure_misfit_map:
+rule misfit_map:
     input:
         fits=products("fits"),
+    output:
+        maps="results/{campaign}/misfit_map.nc",
+    log:
+        "results/{campaign}/logs/misfit_map.log",
+    benchmark:
+        "results/{campaign}/benchmarks/misfit_map.tsv"
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        code=code("misfit_map"),
+        scenes=scenes,
+        blocks=of_campaign(settings.geometries),
+        debonding=lambda w: campaign(w).fits.debonding,
+    message:
+        "{wildcards.campaign}: misfit maps"
+    script:
+        "../scripts/misfit_map.py"
+
+
+rule figure_misfit_map:
+    input:
+        maps=rules.misfit_map.output.maps,
     output:
         pdf="results/{campaign}/figures/misfit_map.pdf",
         png=report(
@@ -214,10 +236,7 @@ rule figure_misfit_map:
         "../envs/freerock.yaml"
     params:
         code=code("figure_misfit_map"),
-        scenes=scenes,
-        blocks=of_campaign(settings.geometries),
         labels=of_campaign(settings.labels),
-        debonding=lambda w: campaign(w).fits.debonding,
     message:
         "{wildcards.campaign}: figure of the misfit maps"
     script:

@@ -21,9 +21,8 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
-from freerock.identification.misfit import SPAN, misfit_map
-from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.products.estimates import estimates_in
+from freerock.identification.misfit import SPAN
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.text import quantity
 
 MODEL = "hunt_crossley"
@@ -33,24 +32,20 @@ COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "eps
 
 
 @printed
-def draw(fits, blocks, origin, labels=None, debonding="geometric"):
+def draw(maps, origin, labels=None):
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
-    Angle and instant of release are those identified on the run; their own part in the valley is in the
-    covariances of the fit datasets.
+    Angle and instant of release are those identified on the run; their own part is in the covariances of the
+    fit datasets.
 
     Parameters
     ----------
-    fits : iterable of xarray.DataTree
-        Fit datasets.
-    blocks : mapping of str to freerock.models.block.Block
-        The campaign's blocks by name.
+    maps : sequence of freerock.products.misfit_maps.RecordMap
+        As `open_misfit_maps` gives them.
     origin : str
         "simulated" or "measured".
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
-    debonding : str
-        "geometric" or "tensionless".
 
     Returns
     -------
@@ -59,23 +54,21 @@ def draw(fits, blocks, origin, labels=None, debonding="geometric"):
         Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
         correlation of ln k and ln λ; SI units.
     """
-    shown = [(tree, _identified(tree)) for tree in fits]
-    shown = [(tree, found) for tree, found in shown if found]
     width, _ = size(1)
-    beside = 2 if len(shown) > 1 and width > 2 * NARROWEST_IN else 1
-    rows = max(1, math.ceil(len(shown) / beside))
+    beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
+    rows = max(1, math.ceil(len(maps) / beside))
     figure = Figure(figsize=size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     parts = []
-    for i, (ax, (tree, found)) in enumerate(zip(axes, shown, strict=False)):
-        parts += _panel(ax, tree, found, blocks[tree.attrs["block"]], debonding)
-        block, foundation = (label(labels, tree.attrs[key]) for key in ("block", "foundation"))
-        test, run = tree.attrs["test"], found[0].run
+    for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
+        parts += _panel(ax, each)
+        block, foundation = label(labels, each.block), label(labels, each.foundation)
+        test, run = each.test, each.identified[0].run
         told = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
-        title = panel(i, len(shown), f"{block}, {foundation}: {told}")
+        title = panel(i, len(maps), f"{block}, {foundation}: {told}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
-    for ax in axes[len(shown) :]:
+    for ax in axes[len(maps) :]:
         ax.set_axis_off()
     handles = [
         Line2D(
@@ -100,27 +93,13 @@ def draw(fits, blocks, origin, labels=None, debonding="geometric"):
     ]
     names = [handle.get_label() for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
-    if shown:
+    if maps:
         footer(figure, origin)
     return figure, gathered(parts, COLUMNS)
 
 
-def has_map(tree):
-    """Whether a fit dataset holds a fit to be shown."""
-    return bool(_identified(tree))
-
-
-def _identified(tree):
-    """The estimates to be shown."""
-    return [each for each in estimates_in(tree) if each.model == MODEL]
-
-
-def _panel(ax, tree, found, block, debonding):
-    names = MODELS[MODEL]
-    own = found[0]
-    node = tree["pooled" if own.run == "pooled" else f"run_{own.run}"]
-    time_s, theta = node["time"].values, node["theta"].values
-    found_map = misfit_map(MODEL, block, own.values, time_s, theta, debonding)
+def _panel(ax, record):
+    found_map = record.map
     k, damping = found_map.first, found_map.second
     # √ε_θ is nearly linear on the slopes: smoother contours
     lines = ax.contour(
@@ -134,11 +113,11 @@ def _panel(ax, tree, found, block, debonding):
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     small = 0.85 * matplotlib.rcParams["legend.fontsize"]
     labels = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
-    identity = {key: tree.attrs[key] for key in ("test", "block", "foundation")}
-    for each in found:
+    identity = {"test": record.test, "block": record.block, "foundation": record.foundation}
+    for each in record.identified:
         pooled = each.run == "pooled"
         style = {"marker": "x", "color": "#d55e00"} if pooled else {"marker": "o", "color": "black"}
-        ax.plot(*each.parameters.values(), linestyle="", markersize=scaled(4), **style)
+        ax.plot(each.k, each.damping, linestyle="", markersize=scaled(4), **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
@@ -147,7 +126,7 @@ def _panel(ax, tree, found, block, debonding):
         axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
     for text in labels:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
-        marked = (np.log([e.values[names[0]] / k[0], e.values[names[1]] / damping[0]]) for e in found)
+        marked = (np.log([each.k / k[0], each.damping / damping[0]]) for each in record.identified)
         gaps = [np.hypot(*(at - marker)) for marker in marked]
         text.set_visible(min(gaps) > 0.2 * SPAN)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
@@ -155,7 +134,7 @@ def _panel(ax, tree, found, block, debonding):
     yield pd.DataFrame(
         {
             **identity,
-            "run": str(own.run),
+            "run": record.identified[0].run,
             "quantity": "grid",
             "k": grid[0].ravel(),
             "lambda": grid[1].ravel(),
@@ -166,11 +145,12 @@ def _panel(ax, tree, found, block, debonding):
         [
             {
                 **identity,
-                "run": str(each.run),
+                "run": each.run,
                 "quantity": "identified",
-                **each.parameters,
+                "k": each.k,
+                "lambda": each.damping,
                 "correlation": each.correlation,
             }
-            for each in found
+            for each in record.identified
         ]
     )

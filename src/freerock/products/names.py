@@ -1,11 +1,17 @@
 """The one vocabulary of the datasets: each variable with its unit, content and long name."""
 
-from collections.abc import Container
+from collections.abc import Container, Mapping
+from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from freerock.rotation.flags import FLAGS
+
+ORIGINS = {
+    "simulated": "simulated laser record of a free-rocking test",
+    "measured": "laser record of a free-rocking test",
+}
 
 # Field of Run and of Impacts -> variable of the dataset.
 RUN = {
@@ -79,6 +85,19 @@ VARIABLES = {
     "bic": ("1", "quality", "Bayesian information criterion"),
     "n_parameters": ("1", "auxiliary", "number of fitted parameters"),
     "success": ("", "quality", "whether the fit may be used"),
+    "k": ("N m-2", "coordinate", "stiffness of the Hunt–Crossley law"),
+    "lambda": ("N s m-3", "coordinate", "damping of the Hunt–Crossley law"),
+    "k_finer": ("N m-2", "coordinate", "stiffness on the finer grid"),
+    "lambda_finer": ("N s m-3", "coordinate", "damping on the finer grid"),
+    "epsilon_finer": (
+        "1",
+        "quality",
+        "epsilon_theta on the finer grid, theta(t) between the cells",
+    ),
+    "identified_run": ("", "auxiliary", "run of the identified values, pooled for all runs jointly"),
+    "identified_k": ("N m-2", "model", "identified stiffness"),
+    "identified_lambda": ("N s m-3", "model", "identified damping"),
+    "correlation": ("1", "quality", "correlation of the two identified parameters"),
 }
 CONTENT = {
     "coordinate": "coordinate",
@@ -119,3 +138,22 @@ def describe(name: str, present: Container[object], simulated: bool) -> dict[str
     if beside:
         attrs["ancillary_variables"] = " ".join(beside)
     return attrs | EXTRA.get(name, {})
+
+
+def root_attributes(product: str, done: str, attrs: Mapping[Any, Any]) -> dict[str, Any]:
+    """Root attributes of a product; git is left to provenance.json: equal results are equal files."""
+    made_by = attrs.get("provenance")
+    if isinstance(made_by, Mapping):
+        attrs = {**attrs, "provenance": {key: made_by[key] for key in made_by if key != "git"}}
+    of = [attrs[key] for key in ("campaign", "test") if key in attrs]
+    return {
+        "Conventions": "CF-1.11, ACDD-1.3",
+        "title": ": ".join(of),
+        "keywords": "rocking, rigid block, free rocking test, restitution, Housner, Winkler, Hunt-Crossley",
+        **attrs,
+        "summary": attrs.get("summary") or f"A {ORIGINS[attrs['origin']]}.",
+        "id": "/".join([*of, product]),
+        "freerock_product": product,
+        "source": ORIGINS[attrs["origin"]],
+        "history": f"freerock {version('freerock')}: {done}",
+    }

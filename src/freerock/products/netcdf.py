@@ -1,28 +1,21 @@
 """Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
 
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
-from freerock.errors import FreerockError
 from freerock.products.groups import Attrs, reasons_in
-from freerock.products.names import IMPACTS, RUN
-from freerock.products.storage import groups_in, readable, write_groups
+from freerock.products.names import IMPACTS, RUN, root_attributes
+from freerock.products.storage import open_product, readable, write_groups
 from freerock.runs.verdict import Level, Reason
 
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.runs.impacts import Impacts
     from freerock.runs.segment import Run
-
-ORIGINS = {
-    "simulated": "simulated laser record of a free-rocking test",
-    "measured": "laser record of a free-rocking test",
-}
 
 
 def write_record(
@@ -56,7 +49,7 @@ def write_record(
         {str(name): (_dims(variable), variable.values) for name, variable in record.data_vars.items()},
         {"time": ("time", record["time"].values, _clock(start_time))}
         | {name: (_dims(record[name]), record[name].values) for name in record.coords if name != "time"},
-        _root("record", "volts to rotation, runs and impacts", attrs)
+        root_attributes("record", "volts to rotation, runs and impacts", attrs)
         | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
     )
     groups = {"/": root}
@@ -77,7 +70,7 @@ def write_record(
 def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:
     """Write the dataset of a record without runs: why it could not be processed, or was left out by hand."""
     outcome = {"verdict": reason.verdict, "reasons": [reason]}
-    write_groups(path, {"/": xr.Dataset(attrs=_root("record", "not processed", attrs) | outcome)})
+    write_groups(path, {"/": xr.Dataset(attrs=root_attributes("record", "not processed", attrs) | outcome)})
 
 
 def write_fits(
@@ -102,7 +95,7 @@ def write_fits(
     FreerockError
         The file can't be written.
     """
-    groups = {"/": xr.Dataset(attrs=_root("fits", "models identified", attrs))}
+    groups = {"/": xr.Dataset(attrs=root_attributes("fits", "models identified", attrs))}
     for number, models in fits.items():
         groups |= _fits(f"run_{number}", models, {"run": number})
     if pooled:
@@ -119,36 +112,18 @@ def open_record(path: str | Path, samples: bool = True) -> xr.DataTree:
     FreerockError
         No such file, damaged, or not the dataset of a record.
     """
-    return _open(path, "record", samples)
+    return open_product(path, "record", samples)
 
 
 def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:
     """Read the dataset of a record's fits into memory, as `open_record` does."""
-    return _open(path, "fits", samples)
+    return open_product(path, "fits", samples)
 
 
 def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
     """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
     with readable(path) as file:
         return file.getncattr("verdict"), reasons_in({"reasons": file.getncattr("reasons")})
-
-
-def _root(product: str, done: str, attrs: Attrs) -> dict[str, Any]:
-    """Root attributes of a product; git is left to provenance.json: equal results are equal files."""
-    made_by = attrs.get("provenance")
-    if isinstance(made_by, Mapping):
-        attrs = {**attrs, "provenance": {key: made_by[key] for key in made_by if key != "git"}}
-    return {
-        "Conventions": "CF-1.11, ACDD-1.3",
-        "title": f"{attrs['campaign']}: {attrs['test']}",
-        "keywords": "rocking, rigid block, free rocking test, restitution, Housner, Winkler, Hunt-Crossley",
-        **attrs,
-        "summary": attrs.get("summary") or f"A {ORIGINS[attrs['origin']]}.",
-        "id": f"{attrs['campaign']}/{attrs['test']}/{product}",
-        "freerock_product": product,
-        "source": ORIGINS[attrs["origin"]],
-        "history": f"freerock {version('freerock')}: {done}",
-    }
 
 
 def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
@@ -218,13 +193,3 @@ def _clock(start_time: str | None) -> dict[str, str]:
     origin = start_time or "1970-01-01 00:00:00"
     comment = "counted from the start of the record" + ("" if start_time else "; its date is not known")
     return {"standard_name": "time", "units": f"seconds since {origin}", "comment": comment}
-
-
-def _open(path: str | Path, product: str, samples: bool = True) -> xr.DataTree:
-    with readable(path) as file:
-        file.set_auto_maskandscale(False)
-        tree = xr.DataTree.from_dict(dict(groups_in(file, samples)))
-    if tree.attrs.get("freerock_product") != product:
-        remedy = "delete the file and run snakemake again"
-        raise FreerockError(path, f"is not the {product} dataset of a record", remedy)
-    return tree

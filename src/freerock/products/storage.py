@@ -121,3 +121,20 @@ def groups_in(
     yield group.path, xr.Dataset(data, present, attrs)
     for inner in group.groups.values():
         yield from groups_in(inner, samples, axis)
+
+
+def open_product(path: str | Path, product: str, samples: bool = True, of: str = "a record") -> xr.DataTree:
+    """Read a product into memory; without samples, all but what runs over time.
+
+    Raises
+    ------
+    FreerockError
+        No such file, damaged, or another product.
+    """
+    with readable(path) as file:
+        file.set_auto_maskandscale(False)
+        tree = xr.DataTree.from_dict(dict(groups_in(file, samples)))
+    if tree.attrs.get("freerock_product") != product:
+        remedy = "delete the file and run snakemake again"
+        raise FreerockError(path, f"is not the {product} dataset of {of}", remedy)
+    return tree

@@ -1,0 +1,57 @@
+"""Misfit maps of a campaign: one for each block and foundation."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from freerock.identification.estimate import Estimate
+from freerock.identification.misfit import misfit_map
+from freerock.models.block import Block
+from freerock.products.estimates import estimates_in
+from freerock.products.groups import one_of_each
+from freerock.products.misfit_maps import RecordMap, record_map, write_misfit_maps
+from freerock.products.netcdf import open_fits
+
+MODEL = "hunt_crossley"
+
+
+def make_misfit_maps(
+    settings: Mapping[str, Any],
+    fit_files: Sequence[str | Path],
+    scenes: Iterable[str],
+    output: str | Path,
+) -> None:
+    """Write the misfit maps of a campaign.
+
+    Parameters
+    ----------
+    settings : mapping
+        blocks and debonding: sections of the configuration as plain values.
+    fit_files : sequence of path
+        Datasets of the fits of all records.
+    scenes : iterable of str
+        What each record shows, such as block and foundation: one record of each is mapped.
+    output : path
+        netCDF file to write.
+    """
+    fits = one_of_each(fit_files, scenes, open_fits, _estimates)
+    blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
+    maps = [_map(tree, found, blocks, settings["debonding"]) for tree in fits if (found := _estimates(tree))]
+    attrs = fits[0].attrs
+    write_misfit_maps(output, maps, attrs["campaign"], attrs["origin"])
+
+
+def _estimates(tree: xr.DataTree) -> list[Estimate]:
+    return [each for each in estimates_in(tree) if each.model == MODEL]
+
+
+def _map(
+    tree: xr.DataTree, estimates: list[Estimate], blocks: Mapping[str, Block], debonding: str
+) -> RecordMap:
+    first = estimates[0]
+    run = tree.children["pooled" if first.run == "pooled" else f"run_{first.run}"].dataset
+    time_s, theta = run["time"].values, run["theta"].values
+    found = misfit_map(MODEL, blocks[first.block], first.values, time_s, theta, debonding)
+    return record_map(found, estimates)

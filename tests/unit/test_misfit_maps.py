@@ -1,0 +1,50 @@
+import numpy as np
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.identification.estimate import Estimate
+from freerock.identification.misfit import MisfitMap
+from freerock.products.misfit_maps import open_misfit_maps, record_map, write_misfit_maps
+
+
+def made_up(test="a"):
+    grid, finer = np.array([1.0, 2.0, 3.0]), np.linspace(1.0, 3.0, 5)
+    found = MisfitMap(("k", "lambda"), grid, 2 * grid, np.eye(3), finer, 2 * finer, np.full((5, 5), 1 / 3))
+    covariance = np.array([[4.0, 1.0], [1.0, 1.0]])
+    estimates = [
+        Estimate("lab", test, run, "tall", "mat", "hunt_crossley", {"k": 2.0, "lambda": 4.0}, covariance)
+        for run in (1, "pooled")
+    ]
+    return record_map(found, estimates)
+
+
+def test_maps_come_back(tmp_path):
+    write_misfit_maps(tmp_path / "maps.nc", [made_up(), made_up("b")], "lab", "simulated")
+    maps, origin = open_misfit_maps(tmp_path / "maps.nc")
+    assert origin == "simulated"
+    assert [(each.test, each.block, each.foundation) for each in maps] == [
+        ("a", "tall", "mat"),
+        ("b", "tall", "mat"),
+    ]
+    written = made_up()
+    assert maps[0].identified == written.identified
+    assert [one.run for one in written.identified] == ["1", "pooled"]
+    assert written.identified[0].correlation == 0.5
+    for name in ("first", "second", "epsilon_theta", "first_finer", "second_finer", "epsilon_finer"):
+        np.testing.assert_array_equal(getattr(maps[0].map, name), getattr(written.map, name))
+
+
+def test_a_campaign_without_fits_has_no_map(tmp_path):
+    write_misfit_maps(tmp_path / "maps.nc", [], "lab", "measured")
+    assert open_misfit_maps(tmp_path / "maps.nc") == ([], "measured")
+
+
+def test_same_maps_same_bytes(tmp_path):
+    for name in ("one.nc", "other.nc"):
+        write_misfit_maps(tmp_path / name, [made_up()], "lab", "simulated")
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "other.nc").read_bytes()
+
+
+def test_another_file_is_refused(tmp_path):
+    with pytest.raises(FreerockError, match=r"maps\.nc: there is no such file"):
+        open_misfit_maps(tmp_path / "maps.nc")
