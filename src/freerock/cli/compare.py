@@ -3,9 +3,9 @@
 import json
 import math
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -21,6 +21,7 @@ COLUMNS += ["stderr", "ratio", "same_record", "verdict"]
 SAME_RECORD = 1.0  # standard errors by which values from the same record may differ
 OTHER_RECORD = 2.0  # combined standard errors by which values from two records may differ
 UNCOMPARED = ("logs", "benchmarks")
+Provenance = dict[str, Any]  # as in provenance.json
 
 JUDGED = f"""\
 How a difference is judged: two values from the same record file carry the same noise, so that their standard
@@ -34,8 +35,8 @@ class Comparison(NamedTuple):
 
     parameters: pd.DataFrame
     outcomes: pd.DataFrame
-    only_a: list
-    only_b: list
+    only_a: list[str]
+    only_b: list[str]
     provenance: pd.DataFrame
 
 
@@ -57,12 +58,12 @@ def run(chosen: Namespace) -> None:
         write_csv(found.parameters, chosen.csv)
 
 
-def compare_results(a, b) -> Comparison:
+def compare_results(a: str | Path, b: str | Path) -> Comparison:
     """Compare the products of two analyses.
 
     Parameters
     ----------
-    a, b : path-like
+    a, b : path
         Results of a campaign, as `results/palermo_virtual`.
 
     Returns
@@ -95,14 +96,14 @@ def compare_results(a, b) -> Comparison:
     )
 
 
-def comparison_text(found, a, b) -> str:
+def comparison_text(found: Comparison, a: str | Path, b: str | Path) -> str:
     """What a comparison prints: only what differs, and how it was judged."""
     frame = found.parameters
     counts = ", ".join(f"{n} {verdict}" for verdict, n in frame["verdict"].value_counts(sort=False).items())
     parts = [f"a: {a}\nb: {b}", f"Parameters: {counts or 'none'}."]
-    told = frame[~frame["verdict"].isin(["identical", "within"])]
-    if len(told):
-        parts.append(_aligned(_parameter_cells(told)))
+    differing = frame[~frame["verdict"].isin(["identical", "within"])]
+    if len(differing):
+        parts.append(_aligned(_parameter_cells(differing)))
     if not frame["verdict"].isin(["identical"]).all():
         parts.append(JUDGED)
     outcomes = [(row.test, row.run, row.what, f"{row.a} → {row.b}") for row in found.outcomes.itertuples()]
@@ -119,17 +120,18 @@ def comparison_text(found, a, b) -> str:
     return "\n\n".join(parts)
 
 
-def _table(folder, name) -> pd.DataFrame:
+def _table(folder: Path, name: str) -> pd.DataFrame:
     path = folder / f"tables/{name}.csv"
     if not path.is_file():
         raise FreerockError(path, "there is no such table", "name the results of a campaign, as results/NAME")
     return read_csv(path)
 
 
-def _provenance(folder) -> dict:
+def _provenance(folder: Path) -> Provenance:
     path = folder / "provenance.json"
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        found: Provenance = json.loads(path.read_text(encoding="utf-8"))
+        return found
     except (OSError, ValueError) as error:
         what = (
             "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
@@ -137,26 +139,26 @@ def _provenance(folder) -> dict:
         raise FreerockError(path, what, "name the results of a campaign, as results/NAME") from error
 
 
-def _products(folder) -> set:
+def _products(folder: Path) -> set[str]:
     inside = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     return {path.as_posix() for path in inside if path.parts[0] not in UNCOMPARED}
 
 
-def _settings(made_by) -> dict:
+def _settings(made_by: Provenance) -> dict[str, str]:
     """All of a provenance by dotted key, records by their test instead of their place in the list."""
     records = {each["test"]: each for each in made_by["config"]["records"]}
     by_name = made_by | {"config": made_by["config"] | {"records": records}}
     return {".".join(key): value for key, value in _flat(by_name)}
 
 
-def _checksums(made_by) -> dict:
+def _checksums(made_by: Provenance) -> dict[str, str]:
     """Checksum of the record file by test."""
     config = made_by["config"]
     paths = {each["test"]: f"{config['raw']}/{each['file']}" for each in config["records"]}
     return {test: made_by["inputs"].get(path, "") for test, path in paths.items()}
 
 
-def _parameters(frames, checksums) -> pd.DataFrame:
+def _parameters(frames: Sequence[pd.DataFrame], checksums: Sequence[Mapping[str, str]]) -> pd.DataFrame:
     kept = [frame[[*KEY, "unit", "value", "stderr", "success"]] for frame in frames]
     frame = kept[0].merge(kept[1], on=[*KEY, "unit"], how="outer", suffixes=("_a", "_b"), sort=False)
     same = [checksums[0].get(test, "a") == checksums[1].get(test, "b") for test in frame["test"]]
@@ -173,11 +175,11 @@ def _parameters(frames, checksums) -> pd.DataFrame:
     return frame.assign(verdict=[_verdict(row) for row in frame.itertuples()])[COLUMNS]
 
 
-def _equal(a, b) -> bool:
+def _equal(a: float, b: float) -> bool:
     return a == b or (math.isnan(a) and math.isnan(b))
 
 
-def _verdict(row) -> str:
+def _verdict(row: Any) -> str:
     if pd.isna(row.value_a) or pd.isna(row.value_b):
         return "only b" if pd.isna(row.value_a) else "only a"
     if (
@@ -191,7 +193,7 @@ def _verdict(row) -> str:
     return "failed"
 
 
-def _outcomes(a, b, table, what) -> pd.DataFrame:
+def _outcomes(a: Path, b: Path, table: str, what: str) -> pd.DataFrame:
     key = ["test", "run"]
     frames = [
         _table(folder, table)[[*key, what]].rename(columns={what: name})
@@ -201,7 +203,7 @@ def _outcomes(a, b, table, what) -> pd.DataFrame:
     return frame[frame["a"] != frame["b"]].assign(what=what)[[*key, "what", "a", "b"]]
 
 
-def _differences(a, b) -> pd.DataFrame:
+def _differences(a: Mapping[str, str], b: Mapping[str, str]) -> pd.DataFrame:
     names = dict.fromkeys([*a, *b])
     rows = [
         (name, a.get(name, "–"), b.get(name, "–")) for name in names if a.get(name, "–") != b.get(name, "–")
@@ -209,7 +211,7 @@ def _differences(a, b) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["what", "a", "b"])
 
 
-def _flat(value, key=()):
+def _flat(value: Any, key: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
     """Nested mappings and lists as pairs of a key's parts and text."""
     inner = (
         value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else None
@@ -221,7 +223,7 @@ def _flat(value, key=()):
             yield from _flat(each, (*key, str(name)))
 
 
-def _parameter_cells(frame) -> list:
+def _parameter_cells(frame: pd.DataFrame) -> Sequence[tuple[str, ...]]:
     cells = [("record", "run", "model", "parameter", "a", "b", "b − a / %", "over s.e.", "")]
     for row in frame.itertuples():
         kind, _, number = row.parameter.partition("_")
@@ -236,7 +238,7 @@ def _parameter_cells(frame) -> list:
     return cells
 
 
-def _aligned(rows) -> str:
+def _aligned(rows: Sequence[Sequence[str]]) -> str:
     """Rows of text as columns."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]

@@ -158,11 +158,11 @@ def look_text(look: RecordLook) -> str:
 
 def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:
     """Draw the readable channels of some records over time, as PNG."""
-    from freerock.figures.quick_look import Panel, quick_look, save_picture
+    from freerock.figures.quick_look import Panel, draw, save_picture
 
     panels = [
         Panel(look.path.name, f"{channel.name} / {channel.units or '?'}", channel.time_s, channel.values)
         for look in looks
         for channel in look.readable
     ]
-    save_picture(quick_look(panels), path)
+    save_picture(draw(panels), path)

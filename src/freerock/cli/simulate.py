@@ -35,6 +35,6 @@ def run(chosen: Namespace) -> None:
         print(f"written: {stem}.tdms (simulated)")
         return
     frame, responses = simulate_scene(scene, path.parent)
-    save(draw(frame), frame, stem, origin="simulated")
+    save(*draw(frame), stem, origin="simulated")
     print(scene_text(scene, responses))
     print(f"\nwritten: {stem}.csv, .pdf, .png (simulated)")

@@ -12,7 +12,9 @@ __all__ = [
     "plan",
     "predictions",
     "quality",
+    "quick_look",
     "restitution",
+    "scene",
     "studies",
     "style",
 ]

@@ -23,7 +23,7 @@ class Panel(NamedTuple):
     values: NDArray[np.float64]
 
 
-def quick_look(panels: Sequence[Panel]) -> Figure:
+def draw(panels: Sequence[Panel]) -> Figure:
     """A panel per channel over time."""
     with styled(), rc_context({"text.parse_math": False}):  # a $ in a name is a $
         figure = Figure(figsize=(7.0, 0.6 + 1.3 * max(1, len(panels))), layout="constrained")

@@ -11,7 +11,7 @@ DIRECTIONS = {"ground_x_m_s2": "horizontal", "ground_z_m_s2": "vertical"}
 
 
 @styled()
-def draw(frame: pd.DataFrame) -> Figure:
+def draw(frame: pd.DataFrame) -> tuple[Figure, pd.DataFrame]:
     """θ(t) of each model, below the acceleration of the ground where it moves.
 
     Parameters
@@ -33,4 +33,4 @@ def draw(frame: pd.DataFrame) -> Figure:
     axes[-1].set(xlabel="time / s", ylabel="θ / °")
     legend_above(axes[-1])
     footer(figure, "simulated")
-    return figure
+    return figure, frame
