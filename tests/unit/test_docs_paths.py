@@ -1,6 +1,8 @@
-"""Every path that the documents name is there."""
+"""Every path and every name of the package that the documents give is there."""
 
 import re
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,7 @@ DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("do
 SUFFIXES = "py|smk|md|lock|toml|mplstyle|j2|js|rst"
 NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*.-]+)+)(?:::\w+)?`")
 LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
+DOTTED = re.compile(r"\bfreerock(?:\.[A-Za-z_]\w*)+\b(?!/)")
 MADE = re.compile(  # products, places for a name of your own, names of channels
     r"^(results|raw)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|\*)$|report\.html"
     r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/|^fits/$"
@@ -35,6 +38,18 @@ def test_paths_are_there(document):
     }
     gone |= {path for path in linked if not (document.parent / path).exists()}
     assert not gone
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.name)
+def test_names_of_the_package_are_there(document):
+    for name in set(DOTTED.findall(document.read_text(encoding="utf-8"))):
+        module, _, member = name.rpartition(".")
+        assert find_spec(name) if is_module(name) else hasattr(import_module(module), member), name
+
+
+def is_module(name):
+    path = ROOT / "src" / name.replace(".", "/")
+    return path.is_dir() or path.with_name(f"{path.name}.py").is_file()
 
 
 def test_paths_are_found():
