@@ -129,12 +129,6 @@ class Campaign(CampaignFile):
     name: Name = Field(description="the name of the campaign")
     records: tuple[Record, ...] = Field(description="the records")
 
-    @property
-    def batches(self) -> list[tuple[Record, ...]]:
-        """The records job by job, in the order of the CSV file."""
-        n = self.records_per_job
-        return [self.records[start : start + n] for start in range(0, len(self.records), n)]
-
     def record(self, test: str) -> Record:
         """The record of a test."""
         return next(record for record in self.records if record.test == test)
