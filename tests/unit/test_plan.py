@@ -15,21 +15,15 @@ from freerock.errors import FreerockError
 from freerock.figures.plan import draw
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import (
-    CASE,
-    COLUMNS,
-    Sensor,
-    plan,
-    plan_campaign,
-    plan_text,
-    standard_errors,
-)
+from freerock.identification.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan, plan_campaign
 from freerock.identification.settings import FitSettings
+from freerock.identification.standard_errors import standard_errors
 from freerock.models.simulate import simulate_theta
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
+from freerock.tables.plan import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
@@ -152,15 +146,8 @@ def test_a_record_of_rotations_is_planned_by_the_noise_of_the_rotation():
 
 
 def table(expected, angles=(10,), **options):
-    return plan(
-        [("b", "f", "l"), ("b", "f", "l")],
-        {"b": CONFIG2},
-        {"l": Laser("horizontal", 0.2, 0.1)},
-        expected={"f": expected},
-        sensors={"s": Sensor(noise_v=0.002)},
-        release_angles_deg={"b": angles},
-        **options,
-    )
+    setup = Setup("b", "f", "l", CONFIG2, Laser("horizontal", 0.2, 0.1), expected, angles)
+    return plan([setup, setup], Choices({"s": Sensor(noise_v=0.002)}, **options))
 
 
 def test_plan_has_a_row_per_case_and_parameter():

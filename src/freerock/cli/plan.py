@@ -33,7 +33,8 @@ def run(chosen: Namespace) -> None:
 
     from freerock.figures.plan import draw
     from freerock.figures.style import save
-    from freerock.identification.plan import plan_campaign, plan_text
+    from freerock.identification.plan import plan_campaign
+    from freerock.tables.plan import plan_text
 
     frame = plan_campaign(campaign)
     labels = labels_of(campaign)

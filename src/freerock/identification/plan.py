@@ -1,33 +1,24 @@
-"""Standard errors before any test: what a sensor, a rate, a block and a release angle will tell (Cramér-Rao).
-
-No unbiased estimate from samples θ_i with independent normal noise of standard deviation σ has a covariance
-below (JᵀJ)⁻¹σ², J = ∂θ_i/∂(parameters), the nuisances θ₀ and t₀ among them as in
-`freerock.identification.fit` (Rao 1945, doi:10.1007/978-1-4612-0919-5_16).
-The least-squares fits reach it where the model is true and the noise white.
-"""
+"""A campaign before any test: how well each block, angle, sensor and sampling rate will determine a law."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
+from freerock.identification.standard_errors import standard_errors
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, MODELS, PARAMETERS, SYMBOLS, unit_of
-from freerock.models.simulate import simulate_theta
+from freerock.models.laws import MODELS, PER_RUN, unit_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.sensor import Laser
 
 if TYPE_CHECKING:
     from freerock.config.campaign import Campaign
 
-RTOL = 1e-10
-UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information
 CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
 CASE += ["model"]
 COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "note"]
@@ -80,121 +71,70 @@ class Sensor:
         return sigma, ""
 
 
-def standard_errors(
-    model: str,
-    block: Block,
-    parameters: Mapping[str, float],
-    time_s: NDArray[np.float64],
-    theta0: float,
-    sigma_theta: float,
-    *,
-    free: Sequence[str] = ("theta0", "t0"),
-    debonding: str = "geometric",
-) -> dict[str, float]:
-    """Smallest standard errors with which a run can tell the parameters of a model.
+@dataclass(frozen=True)
+class Setup:
+    """Block, foundation and laser that stand together, and what is expected of them.
 
     Parameters
     ----------
-    model : str
-        A key of `freerock.models.laws.LAWS`.
+    block_name, foundation, laser_name : str
     block : Block
-    parameters : mapping
-        The true parameters [SI].
-    time_s : ndarray, shape (n_time,)
-        Instants of the samples since the release [s].
-    theta0 : float
-        Release angle [rad].
-    sigma_theta : float
-        Standard deviation of the white noise of one sample [rad].
-    free : sequence of str
-        What is fitted besides the parameters, of "theta0", "t0" and "width" (of the corners it rocks about).
-    debonding : str
-        "geometric" or "tensionless".
-
-    Returns
-    -------
-    dict of str to float
-        Standard error of each parameter and freed nuisance, in its unit; inf where the samples do not
-        determine them.
-
-    Raises
-    ------
-    FreerockError
-        The block overturns, or the motion can't be integrated.
+    laser : Laser
+    expected : mapping of str to mapping of str to float
+        model: parameter: value [SI].
+    release_angles_deg : sequence of float
+        Release angles of the block [°].
     """
-    names = (*MODELS[model], *free)
-    if len(time_s) <= len(names):
-        return dict.fromkeys(names, np.inf)
-    width = block.contact_width_m or block.width_m
-    values = {**parameters, "width": width, "theta0": theta0, "t0": 0.0}
-    steps = {name: abs(PARAMETERS[name].step) for name in names}
-    for name in names:
-        if PARAMETERS[name].fitted_as != "value":
-            steps[name] *= values[name]
 
-    def theta(values: Mapping[str, float]) -> NDArray[np.float64]:
-        own = replace(block, contact_width_m=values["width"]) if "width" in free else block
-        given = {name: values[name] for name in MODELS[model]}
-        instants, start = time_s - values["t0"], values["theta0"]
-        found, outcome = simulate_theta(
-            model, own, given, instants, theta0=start, debonding=debonding, rtol=RTOL
-        )
-        if outcome not in ("completed", "at_rest"):
-            what = f"{model} released at {math.degrees(theta0):g}°: {outcome}"
-            raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
-        return found
+    block_name: str
+    foundation: str
+    laser_name: str
+    block: Block
+    laser: Laser
+    expected: Mapping[str, Mapping[str, float]]
+    release_angles_deg: Sequence[float]
 
-    def derivative(name: str) -> NDArray[np.float64]:
-        above, below = (values | {name: values[name] + side * steps[name]} for side in (1, -1))
-        return (theta(above) - theta(below)) / (2 * steps[name])
 
-    jacobian = np.column_stack([derivative(name) for name in names])
-    scale = np.linalg.norm(jacobian, axis=0)
-    if not np.all(scale > 0):
-        return dict.fromkeys(names, np.inf)
-    eigenvalues, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
-    if eigenvalues[0] < UNDETERMINED * eigenvalues[-1]:
-        return dict.fromkeys(names, np.inf)
-    variances = (vectors**2 / eigenvalues).sum(axis=1) * (sigma_theta / scale) ** 2
-    return dict(zip(names, np.sqrt(variances).tolist(), strict=True))
+@dataclass(frozen=True)
+class Choices:
+    """What a campaign may choose.
+
+    Parameters
+    ----------
+    sensors : mapping of str to Sensor
+        By name; each takes the place of a setup's laser.
+    sampling_rates_hz : sequence of float
+        Sampling rates [Hz].
+    durations_s : sequence of float
+        Lengths of a run from its release [s].
+    finger_s : float
+        Time the finger takes to leave the block, whose samples don't count [s].
+    """
+
+    sensors: Mapping[str, Sensor]
+    sampling_rates_hz: Sequence[float] = (2000.0,)
+    durations_s: Sequence[float] = (8.0,)
+    finger_s: float = 0.03
 
 
 def plan(
-    setups: Iterable[tuple[str, str, str]],
-    blocks: Mapping[str, Block],
-    lasers: Mapping[str, Laser],
+    setups: Iterable[Setup],
+    choices: Choices,
     *,
-    expected: Mapping[str, Mapping[Any, Mapping[str, float]]],
-    sensors: Mapping[str, Sensor],
-    release_angles_deg: Mapping[str, Sequence[float]],
-    sampling_rates_hz: Sequence[float] = (2000.0,),
-    durations_s: Sequence[float] = (8.0,),
     free: Mapping[str, Sequence[str]] | None = None,
     debonding: str = "geometric",
-    finger_s: float = 0.03,
 ) -> pd.DataFrame:
     """Predicted standard errors of a campaign, for every combination of what it may choose.
 
     Parameters
     ----------
-    setups : iterable of (str, str, str)
-        Names of block, foundation and laser that stand together.
-    blocks, lasers : mapping
-        By their names.
-    expected : mapping
-        foundation: model: parameter: value [SI].
-    sensors : mapping of str to Sensor
-        Each takes the place of the setup's laser.
-    release_angles_deg : mapping of str to sequence of float
-        Release angles of each block [°].
-    sampling_rates_hz, durations_s : sequence of float
-        Sampling rates [Hz] and lengths of a run from its release [s].
+    setups : iterable of Setup
+        Those with the names of an earlier one are left out.
+    choices : Choices
     free : mapping of str to sequence of str, optional
-        Nuisances fitted besides the parameters of each model; both by default.
+        Nuisances fitted besides the parameters of each model; θ₀ and t₀ by default.
     debonding : str
         "geometric" or "tensionless".
-    finger_s : float
-        Time the finger takes to leave the block, whose samples don't count [s].
 
     Returns
     -------
@@ -203,42 +143,44 @@ def plan(
         release_angle_deg, model, sigma_theta_deg (of one sample, at the release angle), parameter, value,
         stderr, unit, note (why there is no standard error).
     """
-    rows = []
-    for block_name, foundation, laser_name in dict.fromkeys(setups):
-        block, laser = blocks[block_name], lasers[laser_name]
-        choices = product(
-            expected[foundation].items(), release_angles_deg[block_name], sampling_rates_hz, durations_s
-        )
-        for (model, parameters), angle, rate, duration in choices:
-            time_s = np.arange(np.ceil(finger_s * rate), np.floor(duration * rate) + 1) / rate
-            nuisances = ("theta0", "t0") if free is None else free[model]
-            theta0 = math.radians(angle)
-            try:
-                unit_errors = standard_errors(
-                    model, block, parameters, time_s, theta0, 1.0, free=nuisances, debonding=debonding
-                )
-                fault = "" if np.isfinite([*unit_errors.values()]).all() else "not determined by such a run"
-            except FreerockError as error:
-                unit_errors, fault = dict.fromkeys(parameters, np.nan), error.what
-            for sensor_name, sensor in sensors.items():
-                sigma, off = sensor.sigma_theta(theta0, block, laser)
-                case = (block_name, foundation, laser_name, sensor_name, duration, rate, angle, model)
-                for name in MODELS[model]:
-                    stderr = np.nan if off else unit_errors[name] * sigma
-                    rows.append(
-                        (
-                            *case,
-                            math.degrees(sigma),
-                            name,
-                            parameters[name],
-                            stderr,
-                            unit_of(name),
-                            fault or off,
-                        )
-                    )
+    rows: list[tuple[Any, ...]] = []
+    seen = set()
+    for setup in setups:
+        names = setup.block_name, setup.foundation, setup.laser_name
+        if names in seen:
+            continue
+        seen.add(names)
+        for model in setup.expected:
+            nuisances = PER_RUN if free is None else free[model]
+            rows += _rows(setup, model, choices, nuisances, debonding)
     frame = pd.DataFrame(rows, columns=COLUMNS)
     appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE)]
     return frame.iloc[np.lexsort(appearance)].reset_index(drop=True)
+
+
+def _rows(
+    setup: Setup, model: str, choices: Choices, free: Sequence[str], debonding: str
+) -> Iterator[tuple[Any, ...]]:
+    """Rows of one model on one setup."""
+    parameters = setup.expected[model]
+    cases = product(setup.release_angles_deg, choices.sampling_rates_hz, choices.durations_s)
+    for angle, rate, duration in cases:
+        time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
+        theta0 = math.radians(angle)
+        try:
+            unit_errors = standard_errors(
+                model, setup.block, parameters, time_s, theta0, 1.0, free=free, debonding=debonding
+            )
+            fault = "" if np.isfinite([*unit_errors.values()]).all() else "not determined by such a run"
+        except FreerockError as error:
+            unit_errors, fault = dict.fromkeys(parameters, np.nan), error.what
+        for sensor_name, sensor in choices.sensors.items():
+            sigma, off = sensor.sigma_theta(theta0, setup.block, setup.laser)
+            names = setup.block_name, setup.foundation, setup.laser_name
+            case = (*names, sensor_name, duration, rate, angle, model, math.degrees(sigma))
+            for name in MODELS[model]:
+                stderr = np.nan if off else unit_errors[name] * sigma
+                yield (*case, name, parameters[name], stderr, unit_of(name), fault or off)
 
 
 def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
@@ -256,61 +198,30 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
         remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
         raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
     nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
-    free = {
-        model: [name for name in names if name != "r_per_impact"]
-        for model, names in campaign.fits.freed.items()
-    }
     angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
-    return plan(
-        [(each.block, each.foundation, laser) for each in campaign.records for laser in each.lasers],
-        {name: block.block for name, block in campaign.blocks.items()},
-        {name: Laser(**laser.model_dump(exclude={"calibration"})) for name, laser in campaign.lasers.items()},
-        expected=section.expected,
-        sensors={name: Sensor(**sensor.model_dump()) for name, sensor in section.sensors.items()},
-        release_angles_deg=angles | section.release_angles_deg,
-        sampling_rates_hz=section.sampling_rates_hz,
-        durations_s=section.durations_s,
-        free=free,
-        debonding=campaign.fits.debonding,
-        finger_s=campaign.processing.runs.finger_s,
-    )
-
-
-def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
-    """The plan as a reader sees it: standard errors in per cent of the values, and why some are missing.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `plan`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-
-    Returns
-    -------
-    str
-        A line per case with a column per parameter; then a line per reason.
-    """
-    frame = frame.replace({"block": labels or {}, "foundation": labels or {}})
-    rows = frame.assign(
-        duration=frame["duration_s"].map("{:g} s".format),
-        rate=frame["sampling_rate_hz"].map("{:g} Hz".format),
-        angle=frame["release_angle_deg"].map("{:g}°".format),
-        parameter=frame["model"].map(MODEL_LABELS) + " " + frame["parameter"].map(SYMBOLS),
-        percent=[_percent(*pair) for pair in zip(frame["stderr"], frame["value"], strict=True)],
-    )
-    case = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
-    alike = [name for name in case if rows[name].nunique() == 1]
-    shown = [name for name in case if name not in alike] or ["angle"]
-    table = rows.set_index([*shown, "parameter"])["percent"].unstack(sort=False)
-    title = ", ".join(["Standard errors in %", *rows[alike].iloc[0]])
-    reasons = [
-        f"{row.block} on {row.foundation} from {row.angle}: {row.note}"
-        for row in rows.itertuples()
-        if row.note
+    angles |= section.release_angles_deg
+    lasers = {
+        name: Laser(**laser.model_dump(exclude={"calibration"})) for name, laser in campaign.lasers.items()
+    }
+    setups = [
+        Setup(
+            each.block,
+            each.foundation,
+            laser,
+            campaign.blocks[each.block].block,
+            lasers[laser],
+            section.expected[each.foundation],
+            angles[each.block],
+        )
+        for each in campaign.records
+        for laser in each.lasers
     ]
-    return "\n".join([title, table.to_string(), *dict.fromkeys(reasons)])
-
-
-def _percent(stderr: float, value: float) -> str:
-    return f"{100 * stderr / value:.2g}" if np.isfinite(stderr) else "–"
+    choices = Choices(
+        {name: Sensor(**sensor.model_dump()) for name, sensor in section.sensors.items()},
+        section.sampling_rates_hz,
+        section.durations_s,
+        campaign.processing.runs.finger_s,
+    )
+    freed = campaign.fits.freed.items()
+    free = {model: [name for name in names if name != "r_per_impact"] for model, names in freed}
+    return plan(setups, choices, free=free, debonding=campaign.fits.debonding)

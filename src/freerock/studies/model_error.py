@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from freerock.identification.choice import LOUDER
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import standard_errors
+from freerock.identification.standard_errors import standard_errors
 from freerock.models.block import GRAVITY
 from freerock.models.contact import accelerations, contact_force, static_depth
 from freerock.models.laws import MODELS

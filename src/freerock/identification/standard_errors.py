@@ -1,0 +1,124 @@
+"""Standard errors before any test: what a run can tell of the parameters of a model (Cramér-Rao).
+
+No unbiased estimate from samples θ_i with independent normal noise of standard deviation σ has a covariance
+below (JᵀJ)⁻¹σ², J = ∂θ_i/∂(parameters), the nuisances θ₀ and t₀ among them as in
+`freerock.identification.fit` (Rao 1945, doi:10.1007/978-1-4612-0919-5_16).
+The least-squares fits reach it where the model is true and the noise white.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.models.laws import MODELS, PARAMETERS, PER_RUN
+from freerock.models.simulate import simulate_theta
+
+Floats = NDArray[np.float64]
+
+RTOL = 1e-10
+UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information
+
+
+def standard_errors(
+    model: str,
+    block: Block,
+    parameters: Mapping[str, float],
+    time_s: Floats,
+    theta0: float,
+    sigma_theta: float,
+    *,
+    free: Sequence[str] = PER_RUN,
+    debonding: str = "geometric",
+) -> dict[str, float]:
+    """Smallest standard errors with which a run can determine the parameters of a model.
+
+    Parameters
+    ----------
+    model : str
+        A key of `freerock.models.laws.LAWS`.
+    block : Block
+    parameters : mapping
+        The true parameters [SI].
+    time_s : ndarray, shape (n_time,)
+        Instants of the samples since the release [s].
+    theta0 : float
+        Release angle [rad].
+    sigma_theta : float
+        Standard deviation of the white noise of one sample [rad].
+    free : sequence of str
+        What is fitted besides the parameters, of "theta0", "t0" and "width" (of the corners it rocks about).
+    debonding : str
+        "geometric" or "tensionless".
+
+    Returns
+    -------
+    dict of str to float
+        Standard error of each parameter and freed nuisance, in its unit; inf where the samples do not
+        determine them.
+
+    Raises
+    ------
+    FreerockError
+        The block overturns, or the motion can't be integrated.
+    """
+    names = (*MODELS[model], *free)
+    if len(time_s) <= len(names):
+        return dict.fromkeys(names, np.inf)
+    width = block.contact_width_m or block.width_m
+    values = {**parameters, "width": width, "theta0": theta0, "t0": 0.0}
+
+    def derivative(name: str) -> Floats:
+        row = PARAMETERS[name]
+        step = abs(row.step) * (1.0 if row.fitted_as == "value" else values[name])
+        above, below = (
+            _rotation(model, block, values | {name: values[name] + side * step}, time_s, free, debonding)
+            for side in (1, -1)
+        )
+        return (above - below) / (2 * step)
+
+    deviations = _deviations(np.column_stack([derivative(name) for name in names]), sigma_theta)
+    return dict(zip(names, deviations.tolist(), strict=True))
+
+
+def _rotation(
+    model: str,
+    block: Block,
+    values: Mapping[str, float],
+    time_s: Floats,
+    free: Sequence[str],
+    debonding: str,
+) -> Floats:
+    """θ at the samples [rad]; an error where the block does not come to rest."""
+    if "width" in free:
+        block = replace(block, contact_width_m=values["width"])
+    theta, outcome = simulate_theta(
+        model,
+        block,
+        {name: values[name] for name in MODELS[model]},
+        time_s - values["t0"],
+        theta0=values["theta0"],
+        debonding=debonding,
+        rtol=RTOL,
+    )
+    if outcome not in ("completed", "at_rest"):
+        what = f"{model} released at {math.degrees(values['theta0']):g}°: {outcome}"
+        raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
+    return theta
+
+
+def _deviations(jacobian: Floats, sigma: float) -> Floats:
+    """Standard deviation of each parameter under white noise; inf where they are not determined."""
+    undetermined = np.full(jacobian.shape[1], np.inf)
+    scale = np.linalg.norm(jacobian, axis=0)
+    if not np.all(scale > 0):
+        return undetermined
+    eigenvalues, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
+    if eigenvalues[0] < UNDETERMINED * eigenvalues[-1]:
+        return undetermined
+    variances = (vectors**2 / eigenvalues).sum(axis=1) * (sigma / scale) ** 2
+    return np.asarray(np.sqrt(variances))
