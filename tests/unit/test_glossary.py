@@ -6,9 +6,9 @@ from pathlib import Path
 import pandas as pd
 
 from freerock.config.campaign import CampaignFile, ConfigFile
-from freerock.config.keys import section_in
 from freerock.config.record import Record
 from freerock.config.scene import Scene
+from freerock.config.values import section_in
 from freerock.identification import plan, population, predict
 from freerock.models.block import Block
 from freerock.products.names import VARIABLES

@@ -9,7 +9,6 @@ from typing import get_args
 import pytest
 
 from freerock.config.campaign import CampaignFile, ConfigFile
-from freerock.config.keys import Model, Unit, section_in
 from freerock.config.record import Record
 from freerock.config.sections import (
     BlockSection,
@@ -20,6 +19,7 @@ from freerock.config.sections import (
     RunsSection,
 )
 from freerock.config.sensor import LaserSection
+from freerock.config.values import Model, Unit, section_in
 from freerock.models.laws import LAWS, MODELS
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS

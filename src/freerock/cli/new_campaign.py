@@ -19,9 +19,9 @@ from pathlib import Path
 
 from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into, look_text
 from freerock.config.campaign import RESERVED
-from freerock.config.keys import NAME
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
+from freerock.config.values import NAME
 from freerock.errors import FreerockError
 from freerock.files import sha256, write_manifest
 from freerock.records.read import READERS

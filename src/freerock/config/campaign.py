@@ -12,7 +12,6 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from freerock.config.keys import NAME, Invalid, Name, Section, check_inside, check_name, closest, did_you_mean
 from freerock.config.lines import Lines, place, read_yaml
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
@@ -25,6 +24,16 @@ from freerock.config.sections import (
     PublishedSection,
 )
 from freerock.config.sensor import LaserSection
+from freerock.config.values import (
+    NAME,
+    Invalid,
+    Name,
+    Section,
+    check_inside,
+    check_name,
+    closest,
+    did_you_mean,
+)
 from freerock.errors import FreerockError
 
 OPTIONS = ("campaigns", "studies")  # of snakemake --config

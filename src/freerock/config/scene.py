@@ -6,9 +6,9 @@ from typing import Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from freerock.config.campaign import load_section
-from freerock.config.keys import Debonding, Invalid, Model, Number, Positive, Section, Whole
 from freerock.config.sections import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
+from freerock.config.values import Debonding, Invalid, Model, Number, Positive, Section, Whole
 
 GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
 

@@ -9,7 +9,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
-from freerock.config.keys import (
+from freerock.config.values import (
     Debonding,
     Invalid,
     Model,

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from freerock.config.keys import Invalid, Number, Section, Unit, check_inside
+from freerock.config.values import Invalid, Number, Section, Unit, check_inside
 from freerock.units import CHANNEL_UNITS
 
 

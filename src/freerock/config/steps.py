@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freerock.config.campaign import Campaign
-from freerock.config.keys import Section
 from freerock.config.record import Record
+from freerock.config.values import Section
 
 Settings = dict[str, Any]
 

@@ -25,16 +25,9 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab import faults as spoil
+from freerock.virtual_lab.noise import Fault, Floats, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import (
-    Fault,
-    Floats,
-    Noise,
-    Recording,
-    Release,
-    VirtualRecord,
-    simulate_record,
-)
+from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
 NOISE_V, MAINS_V = 2e-3, 5e-3

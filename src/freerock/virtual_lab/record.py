@@ -7,7 +7,7 @@ centre, as the models do; for the laser the block turns by the same θ about its
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -19,10 +19,7 @@ from freerock.models.contact import accelerations, contact_force, static_depth
 from freerock.models.simulate import simulate
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.sensor import Laser
-
-Floats = NDArray[np.float64]
-Fault = Callable[[Floats, Floats, Any], Floats]
-"""A fault of the signal: (time_s, volts, generator) → volts, between sensor and converter."""
+from freerock.virtual_lab.noise import Fault, Floats, Noise, converted
 
 # Motion is integrated to 1e-12 and kept to 1 µrad: no byte depends on a processor's last digit.
 THETA_DECIMALS = 6
@@ -31,22 +28,6 @@ VOLTS = (  # what the truth says of a laser: all its outputs are volts
     *("beam", "position_m", "range_m", "face", "sign", "release_side", "volts_at_start", "volts_at_end"),
     *("valid_low_v", "valid_high_v", "error_level_v", "error_tolerance_v"),
 )
-
-
-@dataclass(frozen=True)
-class Noise:
-    """What sensor and converter add: white noise, mains interference, slow drift, the converter's resolution.
-
-    Amplitudes and the span of the converter in V.
-    """
-
-    white_v: float = 2e-3
-    mains_v: float = 1e-3
-    mains_hz: float = 50.0
-    drift_v: float = 1e-3
-    drift_period_s: float = 120.0
-    bits: int = 24
-    span_v: float = 10.5
 
 
 @dataclass(frozen=True)
@@ -96,7 +77,7 @@ class Recording:
     rest_s: float = 2.0
     longest_s: float = 20.0
     zero_v: float = 5.0
-    noise: Noise = Noise()
+    noise: Noise = field(default_factory=Noise)
 
 
 @dataclass(frozen=True)
@@ -158,7 +139,7 @@ def simulate_record(
     rotation: Floats = np.concatenate(theta).round(THETA_DECIMALS)
     time_s = np.arange(rotation.size) / rate_hz
     volts = _volts(block, laser, time_s, rotation, runs, recording.zero_v)
-    counts = _converted(time_s, volts, noise, np.random.RandomState(seed), faults)
+    counts = converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
         "origin": "simulated",
         "model": model,
@@ -173,7 +154,7 @@ def simulate_record(
         "duration_s": rotation.size / rate_hz,
         "runs": runs,
     }
-    return VirtualRecord(time_s, rotation, counts, noise.span_v / _top(noise), truth)
+    return VirtualRecord(time_s, rotation, counts, noise.volts_per_count, truth)
 
 
 def _volts(
@@ -190,28 +171,6 @@ def _volts(
     for start, end in (blocked for run in runs for blocked in run["blocked_s"]):
         volts[(time_s >= start) & (time_s < end)] = laser.error_level_v
     return volts
-
-
-def _converted(
-    time_s: Floats, volts: Floats, noise: Noise, generator: Any, faults: Sequence[Fault]
-) -> NDArray[np.int32]:
-    """The converter's counts, with noise and faults.
-
-    `generator` is a RandomState: its streams, unlike a Generator's, never change with NumPy.
-    """
-    phases = generator.uniform(0, 2 * np.pi, 2)
-    volts += noise.mains_v * np.sin(2 * np.pi * noise.mains_hz * time_s + phases[0])
-    volts += noise.drift_v * np.sin(2 * np.pi * time_s / noise.drift_period_s + phases[1])
-    volts += noise.white_v * generator.standard_normal(time_s.size)
-    for fault in faults:
-        volts = fault(time_s, volts, generator)
-    top = _top(noise)
-    return np.clip(np.rint(volts * (top / noise.span_v)), -top, top - 1).astype(np.int32)
-
-
-def _top(noise: Noise) -> int:
-    """Counts of the converter's whole span."""
-    return int(2 ** (noise.bits - 1))
 
 
 def _release(

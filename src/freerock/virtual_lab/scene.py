@@ -12,8 +12,9 @@ from freerock.errors import FreerockError
 from freerock.models.ground import GroundMotion, accelerogram, pulse
 from freerock.models.simulate import Response, simulate
 from freerock.rotation.sensor import Laser
+from freerock.virtual_lab.noise import Noise
 from freerock.virtual_lab.palermo import palermo_releases
-from freerock.virtual_lab.record import Noise, Recording, simulate_record
+from freerock.virtual_lab.record import Recording, simulate_record
 from freerock.virtual_lab.tdms import write_record
 
 

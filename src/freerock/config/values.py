@@ -1,4 +1,4 @@
-"""What a key may hold: numbers, names, choices; and `Section`, a group of keys."""
+"""What the value of a key may be: a number, a name, a choice; and `Section`, a group of keys."""
 
 import difflib
 import re
