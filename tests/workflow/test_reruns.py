@@ -79,7 +79,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/figures/qc.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
         ("src/freerock/report/report.html.j2", REPORT),
-        ("src/freerock/tables/tidy.py", AFTER_FITS | FIGURES),
+        ("src/freerock/tables/tidy.py", REPORT | AFTER_TABLES | {"tables": 1}),
         ("src/freerock/tables/paper.py", {"printed_tables": 1, "recovered": 1} | REPORT),
         ("src/freerock/tables/latex.py", {"printed_tables": 1, "recovered": 1, "complete": 1}),
         ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),
