@@ -1,11 +1,13 @@
-"""Checksums of raw files."""
+"""Files written whole or not at all, and checksums of raw files."""
 
 import hashlib
+import subprocess
+import sys
 
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.files import check_manifest, listed_checksums, main, sha256, write_manifest
+from freerock.files import atomic, check_manifest, listed_checksums, main, sha256, write_json, write_manifest
 
 
 @pytest.fixture
@@ -91,3 +93,34 @@ def test_renewing_lists_the_files_that_are_there_now(folder, listed, capsys):
     names = ["day1/b.tdms", "day2/c.tdms"]
     assert listed_checksums(folder) == {name: sha256(folder / name) for name in names}
     check_manifest(folder)
+
+
+def test_atomic_leaves_all_or_nothing(tmp_path):
+    path = tmp_path / "tables" / "a.csv"
+    with atomic(path) as partial:
+        partial.write_text("new")
+        assert not path.exists()
+        assert partial.parent == path.parent
+    assert path.read_text() == "new"
+    with pytest.raises(KeyboardInterrupt), atomic(path) as partial:
+        partial.write_text("half")
+        raise KeyboardInterrupt
+    assert [each.read_text() for each in path.parent.iterdir()] == ["new"]
+
+
+def test_atomic_writes_over_what_a_killed_process_left(tmp_path):
+    code = (
+        "import os, sys; from freerock.files import atomic\n"
+        "with atomic(sys.argv[1]) as partial: partial.write_text('half'); os._exit(9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code, tmp_path / "a.txt"]).returncode == 9
+    assert len(list(tmp_path.iterdir())) == 1
+    with atomic(tmp_path / "a.txt") as partial:
+        partial.write_text("whole")
+    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_unwritable_folder_is_told(tmp_path):
+    (tmp_path / "results").write_text("a file, not a folder")
+    with pytest.raises(FreerockError, match=r"results/a\.json: cannot be written \(.*\); free some space"):
+        write_json(tmp_path / "results" / "a.json", {})

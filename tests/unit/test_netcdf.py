@@ -1,11 +1,9 @@
 """netCDF in and out: what is written comes back, described, and always in the same bytes."""
 
 import json
-import os
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,12 +14,10 @@ import pytest
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.files import atomic, sha256, write_json
-from freerock.identification import population, predict
+from freerock.files import sha256
 from freerock.models.laws import MODELS, unit_of
 from freerock.products import names
-from freerock.products import provenance as made
-from freerock.products.groups import one_of_each, reasons_in
+from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
     open_record,
@@ -30,13 +26,10 @@ from freerock.products.netcdf import (
     write_fits,
     write_record,
 )
-from freerock.products.provenance import provenance
 from freerock.products.runs import impacts_in, runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
-from freerock.tables import restitution
-from freerock.tables import tidy as tables
 
 ATTRS = {
     "campaign": "lab",
@@ -315,56 +308,6 @@ def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
         open_fits(folder / "record_a.nc")
 
 
-def test_atomic_leaves_all_or_nothing(tmp_path):
-    path = tmp_path / "tables" / "a.csv"
-    with atomic(path) as partial:
-        partial.write_text("new")
-        assert not path.exists()
-        assert partial.parent == path.parent
-    assert path.read_text() == "new"
-    with pytest.raises(KeyboardInterrupt), atomic(path) as partial:
-        partial.write_text("half")
-        raise KeyboardInterrupt
-    assert [each.read_text() for each in path.parent.iterdir()] == ["new"]
-
-
-def test_atomic_writes_over_what_a_killed_process_left(tmp_path):
-    code = (
-        "import os, sys; from freerock.files import atomic\n"
-        "with atomic(sys.argv[1]) as partial: partial.write_text('half'); os._exit(9)"
-    )
-    assert subprocess.run([sys.executable, "-c", code, tmp_path / "a.txt"]).returncode == 9
-    assert len(list(tmp_path.iterdir())) == 1
-    with atomic(tmp_path / "a.txt") as partial:
-        partial.write_text("whole")
-    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
-
-
-def test_unwritable_folder_is_told(tmp_path):
-    (tmp_path / "results").write_text("a file, not a folder")
-    with pytest.raises(FreerockError, match=r"results/a\.json: cannot be written \(.*\); free some space"):
-        write_json(tmp_path / "results" / "a.json", {})
-
-
-def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.tdms").write_bytes(b"volts")
-    made_by = provenance(["a.tdms"], {"window_s": 0.25})
-    assert made_by["inputs"] == {"a.tdms": sha256("a.tdms")}
-    assert made_by["config"] == {"window_s": 0.25}
-    assert made_by["software"]["numpy"] == np.__version__
-    assert set(made_by["software"]) == {"python", *made.SOFTWARE}
-    assert made_by["git"]
-    write_json("provenance.json", made_by)
-    assert json.loads((tmp_path / "provenance.json").read_text()) == made_by
-
-
-def test_git_state_is_unknown_without_git(monkeypatch):
-    monkeypatch.setitem(os.environ, "PATH", "")
-    monkeypatch.setattr(made, "_git_state", made._git_state.__wrapped__)
-    assert provenance([], {})["git"] == "unknown"
-
-
 def test_example_of_the_documentation_runs(folder, tmp_path, monkeypatch, capsys):
     text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
     for kind, product in (("records", "record"), ("fits", "fits")):
@@ -382,19 +325,6 @@ def test_every_variable_is_documented(folder):
     for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
         written = {str(name).removesuffix("_stderr") for node in tree.subtree for name in node.variables}
         assert written <= documented
-
-
-@pytest.mark.parametrize(
-    "columns",
-    [
-        *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
-        *(predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
-    ],
-    ids="|".join,
-)
-def test_every_column_of_the_tidy_tables_is_documented(columns):
-    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
-    assert set(columns) <= set(re.findall(r"`(\w+)`", text.split("## tables")[1]))
 
 
 def test_plain_xarray_opens_the_products(folder):
@@ -434,18 +364,3 @@ def test_every_field_of_runs_and_impacts_is_written():
     in_attributes = {"number", "verdict", "excluded", "overridden"}
     assert {field.name for field in fields(Run)} == set(names.RUN) | in_attributes
     assert {field.name for field in fields(Impacts)} == set(names.IMPACTS)
-
-
-def test_one_product_of_each_scene_is_opened_the_first_that_is_usable():
-    opened = []
-
-    def open_product(path):
-        opened.append(path)
-        return xr.DataTree(name=path)
-
-    def usable(tree):
-        return tree.name not in "ae"
-
-    found = one_of_each(["a", "b", "c", "d", "e"], ["x", "x", "x", "y", "z"], open_product, usable)
-    assert opened == ["a", "b", "d", "e"]
-    assert [tree.name for tree in found] == ["b", "d", "e"]

@@ -1,107 +1,16 @@
-import base64
 import json
 import re
-from html.parser import HTMLParser
-from pathlib import Path
 
-import numpy as np
 import pytest
 from fabricated import campaign, failed_record, fits, record
-from matplotlib.image import imsave
+from reported import BLOCKS, make, settings
 
-from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
-from freerock.report.charts import BINS, MISSING, packed, run_curves
-from freerock.report.page import write_report
-from freerock.report.records import charted
-from freerock.tables.csvfile import read_csv, write_csv
-from freerock.tables.paper import PUBLISHED_NOTE
-from freerock.tables.restitution import restitution_comparison
+from freerock.tables.paper import PUBLISHED_NOTE, table1_text, table2_text, table3_text
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import parameters_table, restitution_table, runs_table, tidy_tables
+from freerock.tables.tidy import epsilon_table, parameters_table
 
-BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
-VOID = {"img", "meta", "br", "hr", "link", "input"}
-SHIPPED = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
 HOSTILE = "<script>alert(1)</script>&\"'"
-
-
-class Outline(HTMLParser):
-    """Tags, attributes and text of a page; complains about tags that do not pair."""
-
-    def __init__(self, html):
-        super().__init__()
-        self.html, self.open, self.tags, self.words, self.scripts = html, [], [], [], []
-        self.feed(html)
-        assert not self.open
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append((tag, dict(attrs)))
-        if tag not in VOID and not self.get_starttag_text().endswith("/>"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        self.handle_starttag(tag, attrs)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
-
-    def handle_data(self, data):
-        if self.open[-1:] == ["script"]:
-            self.scripts.append(data)
-        elif self.open[-1:] != ["style"]:
-            self.words.append(data)
-
-    @property
-    def text(self):
-        return " ".join(" ".join(self.words).split())
-
-
-def settings(trees, **changes):
-    """The shipped campaign's section, for made-up records."""
-    config = load_campaign(SHIPPED).model_dump(mode="json")
-    shape = {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84, "release_angle_deg": 10.0}
-    names = [tree.attrs["test"] for tree in trees]
-    line = dict.fromkeys(("channel", "exclude", "override", "reason", "note"), "") | {"laser": "at_200mm"}
-    config |= {
-        "title": "Marble & <mats>",
-        "summary": "Two blocks.",
-        "raw": "raw",
-        "blocks": {"b1": {**shape, "label": "Slender"}, "b2": {**shape, "label": "Squat"}},
-        "foundations": {"marble": {"label": "Marble"}, "mat": {"label": "Soft mat"}},
-        "records": [line | {"test": test, "file": f"{test}.tdms"} for test in names],
-    }
-    return config | changes
-
-
-def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
-    records, fitted = datasets
-    pairs = {pair[0].attrs["test"]: pair for pair in zip(records, fitted, strict=True)}
-    image = folder / "image.png"
-    imsave(image, np.zeros((24, 30, 3)))
-    tidy = tidy_tables(records, fitted)
-    frames = {name: tidy[name] for name in ("runs", "choice")}
-    known = (tidy[name] for name in ("runs", "parameters", "restitution"))
-    frames["restitution_comparison"] = restitution_comparison(*known, shapes)
-    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["parameters"])}
-    frames["table3"] = table3(tidy["epsilon"])
-    for name, frame in frames.items():
-        write_csv(frame, folder / f"{name}.csv")
-    write_report(
-        folder / "report.html",
-        provenance={
-            "inputs": {"raw/b1_marble.tdms": "0a1b"},
-            "config": settings(records, **changes),
-            "software": {"numpy": "2.0"},
-            "git": "abc-dirty",
-        },
-        tables={name: read_csv(folder / f"{name}.csv") for name in frames},
-        blocks=shapes,
-        opened=lambda test, samples: pairs[test],
-        figures=[("Figure 2", image)] if figures is None else figures,
-        pages={records[0].attrs["test"]: folder / "figures/qc.png"},
-    )
-    return Outline((folder / "report.html").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
@@ -162,53 +71,6 @@ def test_a_number_of_table_2_leads_to_file_samples_and_settings(page):
     )
 
 
-def test_curves_of_a_run_hold_its_highest_and_lowest_angle():
-    tree = record()
-    run = fits(tree)["run_1"]
-    curves = run_curves(tree, 1, run)
-    whole = np.frombuffer(base64.b64decode(curves["theta"]["measured"]["data"]), "<i2").astype(float)
-    theta = np.where(whole == MISSING, np.nan, whole) * curves["theta"]["measured"]["scale"]
-    measured = np.degrees(run["theta"].values)
-    assert len(theta) <= 2 * BINS
-    assert np.nanmax(theta) == pytest.approx(np.nanmax(measured), abs=1e-3)
-    assert np.nanmin(theta) == pytest.approx(np.nanmin(measured), abs=1e-3)
-    assert (
-        list(curves["theta"]) == list(curves["rate"]) == ["measured", "housner", "winkler", "hunt_crossley"]
-    )
-    assert [len(each) for each in curves["impacts"].values()] == [4] * 4
-    assert curves["impacts"]["measured"][0][:2] == pytest.approx([0.3, 0.94])
-
-
-def test_rate_of_a_model_is_the_derivative_of_its_angle():
-    tree = record()
-    run = fits(tree)["run_1"]
-    rate = run_curves(tree, 1, run)["rate"]["housner"]
-    peak = np.abs(np.frombuffer(base64.b64decode(rate["data"]), "<i2")).max() * rate["scale"]
-    model = np.degrees(np.gradient(run["housner"]["theta_model"].values, run["time"].values))
-    assert peak == pytest.approx(np.abs(model).max(), rel=0.02)
-
-
-def test_a_run_without_fits_has_its_measured_curve_alone():
-    assert list(run_curves(record(), 3)["theta"]) == ["measured"]
-
-
-def test_packing_keeps_gaps_and_five_digits():
-    values = np.array([1.0, np.nan, -20.0, 0.001])
-    got = packed(values)
-    whole = np.frombuffer(base64.b64decode(got["data"]), "<i2")
-    assert whole[1] == MISSING
-    np.testing.assert_allclose(whole[[0, 2, 3]] * got["scale"], values[[0, 2, 3]], atol=20 / 32000)
-    assert packed(np.zeros(2))["scale"] == 1.0
-
-
-def test_charts_are_for_the_worst_runs_then_for_the_first_of_each_record():
-    runs = runs_table(campaign()[0])
-    assert charted(runs, 1) == {("b1_marble", 3)}
-    some = charted(runs, 4)
-    assert {("b1_marble", 3), ("b1_mat", 3), ("b1_marble", 1), ("b1_mat", 1)} == some
-    assert len(charted(runs, 100)) == 9
-
-
 def test_runs_beyond_the_limit_are_told_and_linked(tmp_path, monkeypatch):
     monkeypatch.setattr("freerock.report.page.MOST_CHARTED", 2)
     page = make(tmp_path, campaign())
@@ -265,31 +127,6 @@ def test_report_shows_nested_provenance(page):
     assert "state of the code: abc-dirty" in page.text
 
 
-def test_first_impact_is_compared_with_that_of_a_rigid_block():
-    records = [record(n_runs=1, theta0_deg=9.9)]
-    fitted = [fits(tree) for tree in records]
-    tables = (runs_table(records), parameters_table(fitted), restitution_table(records, fitted))
-    row = restitution_comparison(*tables, BLOCKS).iloc[0]
-    assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)  # quarter period of this block from 10°
-    assert row["first_impact_s"] == pytest.approx(0.3)
-    assert row["r_fitted"] == pytest.approx(0.957)
-    assert (row["r_first"], row["r_median"]) == pytest.approx((0.94, 0.9445))
-    assert (row["r_low"], row["r_high"]) == pytest.approx((0.94, 0.949))
-
-
-@pytest.mark.parametrize("run", [None, str])  # numbers, and texts as of the written tables
-def test_a_run_without_impacts_is_in_neither_mean(run):
-    records = [record(n_runs=2, theta0_deg=9.9)]
-    fitted = [fits(tree) for tree in records]
-    restitution = restitution_table(records, fitted).query("run == 1")
-    tables = [runs_table(records), parameters_table(fitted), restitution]
-    if run:
-        tables = [table.astype({"run": run}) for table in tables]
-    row = restitution_comparison(*tables, BLOCKS).iloc[0]
-    assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)
-    assert row["first_impact_s"] == pytest.approx(0.3)
-
-
 def test_each_of_two_lasers_leads_to_its_settings(tmp_path):
     trees = campaign()[0]
     lines = [line | {"laser": "at_200mm; at_100mm"} for line in settings(trees)["records"]]
@@ -343,3 +180,47 @@ def test_same_report_same_bytes_and_nothing_half_written(tmp_path):
     with pytest.raises(FileNotFoundError):
         make(tmp_path, campaign(), figures=[("Missing", tmp_path / "missing.png")])
     assert (tmp_path / "report.html").read_bytes() == first
+
+
+def test_a_channel_of_rotations_and_no_mains(tmp_path):
+    shipped = settings([])
+    sensor = shipped["lasers"]["at_200mm"] | {
+        "beam": None,
+        "position_m": None,
+        "range_m": None,
+        "units": "deg",
+    }
+    processing = shipped["processing"] | {"rotation": shipped["processing"]["rotation"] | {"mains_hz": None}}
+    page = make(tmp_path, campaign(), lasers={"at_200mm": sensor}, processing=processing)
+    assert "Sensor at_200mm: the channel holds the rotation itself, in deg." in page.text
+    assert "mains frequency" not in page.text
+    assert "Displacement became θ" not in page.text
+
+
+def test_a_laser(tmp_path):
+    page = make(tmp_path, campaign())
+    assert "Laser at_200mm: horizontal beam at 0.2 m, range 0.1 m." in page.text
+    assert "Lines at the mains frequency (50 Hz)" in page.text
+
+
+def test_numbers_of_the_report_are_those_of_the_printed_tables(page):
+    records, fitted = campaign()
+    parameters, epsilon = parameters_table(fitted), epsilon_table(fitted)
+    for caption, text, head in (
+        ("Table 2.", table2_text(table2(parameters)), "Identified"),
+        ("Table 3.", table3_text(table3(epsilon)), "ε_θ / %"),
+    ):
+        body = re.search(rf"{caption}.*?<tbody>(.*?)</tbody>", page.html, re.S)[1]
+        rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in body.split("<tr>")[1:]]
+        printed = [cell for cell in text[head] if cell]
+        column = 3 + [name for name in text if name != "Foundation"].index(head)
+        assert [row[column] for row in rows] == printed
+    block = re.search(r"Table 1..*?<tbody>(.*?)</tbody>", page.html, re.S)[1].split("<tr>")[1]
+    cells = [re.sub("<.*?>", "", cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", block)]
+    assert cells[1:-1] == table1_text(table1(records, BLOCKS))["b1"].tolist()
+
+
+def test_single_runs_have_no_column_run_by_run(page, tmp_path):
+    one = record(n_runs=1)
+    assert "Run by run" in page.text
+    assert "Run by run" not in make(tmp_path, ([one], [fits(one)])).text

@@ -1,0 +1,97 @@
+import re
+import shutil
+import subprocess
+
+import pandas as pd
+import pytest
+from fabricated import campaign
+
+from freerock.models.block import Block
+from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.paper import recovered_text, table1_text, table2_text, table3_text
+from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
+
+PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    return campaign()
+
+
+def has_latex():
+    return (
+        shutil.which("pdflatex")
+        and not subprocess.run(["kpsewhich", "booktabs.sty"], stdout=subprocess.DEVNULL).returncode
+    )
+
+
+def test_latex_translates_every_sign():
+    frame = pd.DataFrame({"λ / (N s m⁻³)": ["(6.880 ± 0.012)·10⁶"], "ε_θ / %": ["−1 & _x"]})
+    text = latex(frame, "Angles θ₀", ["50 %"])
+    assert r"$\lambda$ / (N s m$^{-3}$) & $\varepsilon_\theta$ / \%" in text
+    assert r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ & $-$1 \& \_x \\" in text
+    assert text.isascii()
+
+
+def test_latex_leaves_names_alone():
+    text = latex(pd.DataFrame({"Record": ["wet_felt"], "t_f / s": ["3.20"]}), "Felt")
+    assert r"Record & $t_f$ / s \\" in text
+    assert r"wet\_felt & 3.20 \\" in text
+
+
+def test_numbers_are_macros_of_letters_alone(datasets):
+    tidy = tidy_tables(*datasets)
+    tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
+    lines = numbers_tex(tidy).splitlines()
+    assert lines[0].startswith("% The records are simulated")
+    names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
+    assert len(set(names)) == len(names) == 2 + len(tidy["parameters"]) + 2 * len(tidy["epsilon"])
+    assert r"\newcommand{\frRuns}{9}" in lines
+    assert r"\newcommand{\frBOneMarbleHousnerR}{0.9570 $\pm$ 0.0012}" in lines
+    k = r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ N m$^{-2}$"
+    assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines
+    assert r"\newcommand{\frBTwoMatHousnerR}{failed fit}" in lines
+
+
+def test_names_that_differ_by_signs_alone_get_macros_of_their_own(datasets):
+    tidy = tidy_tables(*datasets)
+    for frame in (tidy["parameters"], tidy["epsilon"]):
+        frame["test"] = frame["test"].replace({"b1_marble": "b_1", "b1_mat": "b1"})
+    names = re.findall(r"\\newcommand\{(.*?)\}", numbers_tex(tidy))
+    assert len(set(names)) == len(names)
+    assert r"\frBOneHousnerRX" in names
+
+
+@pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
+def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
+    records, fitted = datasets
+    parameters = parameters_table(fitted)
+    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    recovered = recovered_table(parameters, truth)
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+    first, second = table1(records, blocks), table2(parameters, PUBLISHED)
+    third = table3(epsilon_table(fitted), PUBLISHED)
+    labels = {"b1": "Configuration #2", "mat": "Mat 100 % & more"}
+    for name, text in (
+        ("table1", table1_text(first, labels)),
+        ("table2", table2_text(second, labels)),
+        ("table3", table3_text(third, labels)),
+        ("recovered", recovered_text(recovered)),
+        ("empty", table2_text(second[:0])),
+    ):
+        (tmp_path / f"{name}.tex").write_text(latex(text, "Of θ₀ ± 5 %", ["A note."]), encoding="utf-8")
+    names = ("numbers", "table1", "table2", "table3", "recovered", "empty")
+    (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
+    inputs = "\n".join(rf"\input{{{name}}}" for name in names) + r"\frBOneMarbleRunTwoHuntCrossleyK"
+    (tmp_path / "all.tex").write_text(
+        rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{inputs}\end{{document}}"
+    )
+    done = subprocess.run(
+        ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "all.tex"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout[-2000:]

@@ -1,0 +1,107 @@
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from fabricated import campaign, fits, record
+
+from freerock.models.block import Block
+from freerock.tables.latex import latex
+from freerock.tables.paper import recovered_text, table1_text, table2_text, table3_text
+from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
+
+PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    return campaign()
+
+
+def test_table1_averages_the_usable_runs(datasets):
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98), "b3": Block(1.0, 0.5, 9.0)}
+    table = table1(datasets[0], blocks, {"b1": 10.0}).set_index("block")
+    assert table.loc["b1", "slenderness"] == pytest.approx(4)
+    assert table.loc["b1", "release_angle_deg"] == pytest.approx(10.15)
+    assert table.loc["b1", "n_runs"] == 4
+    assert table.loc["b2", "release_angle_deg"] == pytest.approx(np.mean([19.9, 19.8, 19.9]))
+    assert math.isnan(table.loc["b3", "release_angle_deg"])
+    text = table1_text(table.reset_index(), {"b1": "Configuration #2"})
+    assert text["Configuration #2"].tolist() == ["0.28", "0.07", "4", "5.84", "10", "10.150 ± 0.058"]
+    assert text["b3"].tolist()[-2:] == ["–", "–"]
+
+
+def test_table2_prints_value_and_published_side_by_side(datasets):
+    table = table2(parameters_table(datasets[1]), PUBLISHED)
+    text = table2_text(table[table["block"] == "b1"], {"marble": "Marble", "mat": "Mat"})
+    assert list(text) == ["Foundation", "Model", "Parameter", "Identified", "Run by run", "Published"]
+    assert text["Foundation"].tolist() == ["Marble", "", "", "", "", "Mat", "", "", "", ""]
+    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.957", "0.958"]
+    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "1.30·10⁸", "–"]
+    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "0.957", "–"]
+
+
+def test_table2_shows_how_far_runs_differ():
+    def rows(test, run, value):
+        known = {"block": "b", "foundation": "f", "model": "winkler", "parameter": "k", "unit": "N m-2"}
+        return known | {"test": test, "run": run, "value": value, "stderr": 1.0, "success": True}
+
+    parameters = pd.DataFrame(
+        [
+            rows("a", 1, 100.0),
+            rows("a", 2, 120.0),
+            rows("a", 3, 140.0),
+            rows("a", "pooled", 119.0),
+            rows("alone", 1, 90.0),
+            rows("alone", "pooled", 90.0),
+        ]
+    )
+    parameters.loc[2, "success"] = False
+    table = table2(parameters)
+    assert table["run_mean"].tolist() == [110.0, 90.0]
+    assert table["run_scatter"].tolist() == pytest.approx([math.sqrt(200), math.nan], nan_ok=True)
+    assert table2_text(table)["Run by run"].tolist() == ["110 ± 14", "–"]
+    assert "Run by run" not in table2_text(table[1:])
+
+
+def test_table3_prints_percent_and_final_time(datasets):
+    table = table3(epsilon_table(datasets[1]), PUBLISHED)
+    text = table3_text(table[table["block"] == "b1"])
+    assert text.iloc[0].tolist() == ["marble", "Housner", "24.6", "15.25", "4.00"]
+    assert text["ε_θ / %"].tolist()[:3] == ["24.6", "2.60", "1.30·10⁻⁴"]
+    assert text["Published / %"].tolist() == ["15.25", "–", "–", "–", "–", "–"]
+
+
+def test_several_blocks_stand_under_their_names(datasets):
+    text = table3_text(table3(epsilon_table(datasets[1])), {"b2": "Squat block"})
+    assert text["Foundation"].tolist()[::7] == ["b1", "Squat block"]
+    assert text.iloc[7].tolist() == ["Squat block", "", "", "", ""]
+
+
+def test_second_record_of_a_scene_is_told_apart():
+    fitted = [fits(record("first")), fits(record("second"))]
+    text = table3_text(table3(epsilon_table(fitted)))
+    assert text["Foundation"].tolist() == ["marble (first)", "", "", "marble (second)", "", ""]
+
+
+def test_recovered_compares_runs_with_the_truth(datasets):
+    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    table = recovered_table(parameters_table(datasets[1]), truth)
+    assert table["parameter"].tolist() == ["k", "lambda"]
+    assert table["inside"].tolist() == [True, False]
+    assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
+    text = recovered_text(table)
+    assert text["In 95 %"].tolist() == ["yes", "no"]
+    assert text["Identified"].tolist() == ["(6.880 ± 0.012)·10⁶", "(1.3000 ± 0.0040)·10⁸"]
+
+
+def test_without_joint_fits_the_tables_keep_their_columns(datasets):
+    tidy = tidy_tables(*datasets)
+    alone = {name: frame[frame["run"] != "pooled"] for name, frame in tidy.items()}
+    second = table2_text(table2(alone["parameters"]))
+    third = table3_text(table3(alone["epsilon"]))
+    assert list(second) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
+    assert list(third) == ["Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
+    assert second.empty and third.empty
+    assert r"\begin{tabular}{lllll}" in latex(second, "Nothing")

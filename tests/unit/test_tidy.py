@@ -1,0 +1,133 @@
+import json
+import re
+from pathlib import Path
+
+import pytest
+from fabricated import campaign, failed_record, fits, record
+
+from freerock.identification import population, predict
+from freerock.tables import restitution
+from freerock.tables import tidy as tables
+from freerock.tables.paper import table2_text, table3_text
+from freerock.tables.summary import table2, table3
+from freerock.tables.tidy import epsilon_table, parameters_table, restitution_table, runs_table
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    return campaign()
+
+
+def test_runs_have_the_columns_of_the_contract(datasets):
+    assert ",".join(runs_table(datasets[0])) == (
+        "campaign,test,run,block,foundation,origin,theta0_deg,release_s,duration_s,n_impacts,sigma_theta_deg,"
+        "verdict,reasons,excluded"
+    )
+
+
+def test_runs_in_degrees_and_seconds(datasets):
+    row = runs_table(datasets[0]).iloc[1]
+    assert (row["test"], row["run"], row["origin"], row["n_impacts"]) == ("b1_marble", 2, "simulated", 4)
+    assert row["theta0_deg"] == pytest.approx(10.2)
+    assert (row["release_s"], row["duration_s"]) == pytest.approx((8.0, 4.0))
+    assert row["sigma_theta_deg"] == pytest.approx(0.01)
+
+
+def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
+    records = [record(), record("b2_marble")]
+    one, other = map(fits, records)
+    missed = [[1, "winkler not fitted: too short; hold longer"], ["pooled", "winkler not fitted: so"]]
+    one.attrs["not_fitted"] = json.dumps(missed)
+    unforeseen = json.dumps([[None, "unforeseen: ZeroDivisionError"]])
+    other.attrs |= {"verdict": "fail", "not_fitted": unforeseen}
+    for number in (1, 2):
+        del other[f"run_{number}"]
+    runs = runs_table(records, [one, other])
+    told = list(zip(runs["test"], runs["run"], runs["verdict"], runs["reasons"], strict=True))
+    joint = "all runs: winkler not fitted: so"
+    left_out = "excluded: the block slid & turned <1°"
+    assert told == [
+        ("b1_marble", 1, "warn", f"winkler not fitted: too short, hold longer; {joint}"),
+        ("b1_marble", 2, "warn", joint),
+        ("b1_marble", 3, "warn", left_out),
+        ("b2_marble", 1, "fail", "not fitted: unforeseen: ZeroDivisionError"),
+        ("b2_marble", 2, "fail", "not fitted: unforeseen: ZeroDivisionError"),
+        ("b2_marble", 3, "warn", left_out),
+    ]
+
+
+def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
+    runs = runs_table(datasets[0])
+    excluded = runs[(runs["test"] == "b1_marble") & (runs["run"] == 3)]
+    assert "slid" in excluded["reasons"].item()
+    assert set(runs.loc[runs["excluded"], "run"]) == {3}
+    failed = runs[runs["test"] == "b1_broken"]
+    assert failed["run"].isna().all()
+    assert failed["verdict"].item() == "fail"
+    assert "truncated" in failed["reasons"].item()
+
+
+def test_runs_are_ordered_by_number():
+    assert runs_table([record(n_runs=11)])["run"].tolist() == list(range(1, 12))
+
+
+def test_parameters_per_run_and_pooled(datasets):
+    table = parameters_table(datasets[1])
+    assert ",".join(table) == (
+        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,unit,success"
+    )
+    own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
+    assert own["run"].tolist() == [1] * 3 + [2] * 3 + ["pooled"] * 4
+    assert own["parameter"].tolist()[-4:] == ["k", "lambda", "theta0_1", "theta0_2"]
+    assert own["unit"].tolist()[-4:] == ["N m-2", "N s m-3", "rad", "rad"]
+    assert own["value"].tolist()[:2] == [6.88e6, 1.30e8]
+    assert set(table2(table)["parameter"]) == {"r", "k", "c", "lambda"}
+
+
+def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
+    table = epsilon_table(datasets[1])
+    assert ",".join(table) == (
+        "campaign,test,run,block,foundation,model,epsilon_theta,final_time_s,epsilon_holdout,n_parameters,"
+        "aic,bic,selected,success"
+    )
+    assert set(table[table["selected"]]["model"]) == {"hunt_crossley"}
+    assert table.groupby(["test", "run"])["selected"].sum().eq(1).all()
+
+    table = epsilon_table([fits(record(), failed=["hunt_crossley"])])
+    assert set(table[table["selected"]]["model"]) == {"winkler"}
+
+
+def test_restitution_of_experiment_and_models_since_release(datasets):
+    table = restitution_table(*datasets)
+    assert ",".join(table) == (
+        "campaign,test,run,source,impact,time_s,r,r_stderr,block,foundation,peak_before_deg"
+    )
+    first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
+    assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
+    assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]
+    assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
+    assert set(table["run"]) == {1, 2, 3}
+
+
+def test_campaign_without_any_run():
+    broken = failed_record()
+    records, fitted = [broken], [fits(broken)]
+    assert len(runs_table(records)) == 1
+    assert parameters_table(fitted).empty
+    assert epsilon_table(fitted).empty
+    assert restitution_table(records, fitted).empty
+    assert table2_text(table2(parameters_table(fitted))).empty
+    assert table3_text(table3(epsilon_table(fitted))).empty
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
+        *(predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
+    ],
+    ids="|".join,
+)
+def test_every_column_of_the_tidy_tables_is_documented(columns):
+    text = (Path(__file__).parents[2] / "docs/datasets.md").read_text(encoding="utf-8")
+    assert set(columns) <= set(re.findall(r"`(\w+)`", text.split("## tables")[1]))
