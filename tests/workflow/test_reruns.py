@@ -76,7 +76,7 @@ def test_edited_line(checkout, path, old, new, jobs):
     [
         ("src/freerock/virtual_lab/record.py", {}),
         ("src/freerock/config/campaign.py", {}),
-        ("src/freerock/figures/qc.py", PAGES),
+        ("src/freerock/figures/quality.py", PAGES),
         ("src/freerock/figures/freerock.mplstyle", AFTER_STYLE),
         ("src/freerock/report/report.html.j2", REPORT),
         ("src/freerock/tables/tidy.py", REPORT | AFTER_TABLES | {"tables": 1}),
