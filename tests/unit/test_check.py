@@ -168,13 +168,13 @@ FILES = {
 
 
 @pytest.mark.parametrize("mistake", FILES)
-def test_a_problem_of_the_files_is_told_with_its_line(lab, mistake):
+def test_a_problem_of_the_files_is_reported_with_its_line(lab, mistake):
     spoil, line = FILES[mistake]
     spoil(lab)
     assert problems() == [line]
 
 
-def test_a_changed_record_is_told_by_its_checksum(lab):
+def test_a_changed_record_is_reported_by_its_checksum(lab):
     listed = sha256(lab / "a.tdms")
     write_volts(lab / "a.tdms", "V", "laser", "laser_2")
     found = sha256(lab / "a.tdms")
@@ -185,15 +185,15 @@ def test_a_changed_record_is_told_by_its_checksum(lab):
     ]
 
 
-def test_problems_of_configuration_and_files_are_told_together(lab, capsys):
+def test_problems_of_configuration_and_files_are_reported_together(lab, capsys):
     edit("config/campaigns/lab.yaml", "mass_kg: 5.84", "mass_kg: -5.84")
     edit("config/campaigns/lab.csv", "top", "tip")
     (lab / "table.csv").write_text("")
     missing_record(lab)
     assert cli.main(["check"]) == 1
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert [line.split(": ")[:2] for line in told.err.splitlines()] == [
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert [line.split(": ")[:2] for line in printed.err.splitlines()] == [
         ["config/campaigns/lab.yaml:5", "blocks.tall.mass_kg"],
         ["config/campaigns/lab.csv:2", "file"],
         ["config/campaigns/lab.csv:3", "channel"],

@@ -43,14 +43,14 @@ def least_time_of(*arguments):
 
 
 def test_help_answers_at_once_and_documents_the_exit_codes():
-    spent, told = least_time_of("--help")
-    assert cli.EXIT_CODES in told
+    spent, answer = least_time_of("--help")
+    assert cli.EXIT_CODES in answer
     assert spent <= 0.3
 
 
 def test_check_of_the_shipped_campaign_takes_a_moment():
-    spent, told = least_time_of("check", "palermo_virtual")
-    assert told == "palermo_virtual: 6 records, 3 blocks, 2 foundations: nothing to correct\n"
+    spent, answer = least_time_of("check", "palermo_virtual")
+    assert answer == "palermo_virtual: 6 records, 3 blocks, 2 foundations: nothing to correct\n"
     assert spent <= 1.5
 
 
@@ -82,7 +82,7 @@ def test_plan_prints_its_table_and_writes_the_same_bytes_each_time(small, capsys
     assert written[0] == written[1]
 
 
-def test_a_refused_file_is_told_in_lines_without_a_traceback(small):
+def test_a_refused_file_is_reported_in_lines_without_a_traceback(small):
     (small / "lab.yaml").write_text((small / "lab.yaml").read_text().replace("noise_v", "noise_volt"))
     done = freerock("plan", "lab.yaml", folder=small)
     assert done.returncode == 1

@@ -71,7 +71,7 @@ def test_a_difference_is_over_the_error_it_can_have(a, tables, tmp_path, checksu
     assert row["same_record"] == (checksum == "0a")
 
 
-def test_failed_fits_and_what_one_lacks_are_told(a, tables, tmp_path):
+def test_failed_fits_and_what_one_lacks_are_reported(a, tables, tmp_path):
     fewer = changed(tables, housner=1.1)
     lost = fewer["parameters"].query("model == 'winkler' and test == 'b1_marble' and run == 2").index
     fewer["parameters"] = fewer["parameters"].drop(lost)
@@ -114,7 +114,7 @@ def test_the_command_prints_and_writes_every_parameter(a, tables, tmp_path, caps
 
 
 @pytest.mark.parametrize("lost", ["provenance.json", "tables/parameters.csv"])
-def test_a_folder_without_results_is_told(a, tmp_path, lost, capsys):
+def test_a_folder_without_results_is_reported(a, tmp_path, lost, capsys):
     (a / lost).unlink()
     with pytest.raises(FreerockError, match="name the results of a campaign"):
         compare_results(a, a)

@@ -276,7 +276,7 @@ YAML_MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", YAML_MISTAKES)
-def test_mistake_in_yaml_is_told_in_one_line(campaign, mistake):
+def test_mistake_in_yaml_is_reported_in_one_line(campaign, mistake):
     change, line = YAML_MISTAKES[mistake]
     assert campaign(yaml_change=change) == [line]
 
@@ -406,7 +406,7 @@ CSV_MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", CSV_MISTAKES)
-def test_mistake_in_csv_is_told_in_one_line(campaign, mistake):
+def test_mistake_in_csv_is_reported_in_one_line(campaign, mistake):
     change, line = CSV_MISTAKES[mistake]
     assert campaign(csv_change=change) == [line]
 
@@ -417,7 +417,7 @@ def test_there_are_mistakes_of_many_kinds():
     )
 
 
-def test_all_mistakes_of_all_files_are_told_at_once(campaign):
+def test_all_mistakes_of_all_files_are_reported_at_once(campaign):
     lines = campaign(yaml_change=("_m: 0.", "_m: -0."), csv_change=("a,a.tdms,,tall", "a b,,,tal"))
     assert [line.split(": ")[:2] for line in lines] == [
         ["lab.yaml:5", "blocks.tall.height_m"],
@@ -444,7 +444,7 @@ def test_two_lasers_whose_beams_differ_are_refused(campaign, other):
     ]
 
 
-def test_a_file_that_is_not_utf8_is_told_with_its_line(campaign):
+def test_a_file_that_is_not_utf8_is_reported_with_its_line(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/campaigns/lab.csv").write_bytes(CSV.replace(",\n", ",Ä\n").encode("latin-1"))
     with pytest.raises(ConfigError, match=r"lab\.csv:2: is not UTF-8 text; save the file as UTF-8"):
@@ -457,7 +457,7 @@ def test_endless_nesting_is_refused(campaign, text):
     assert line == "lab.yaml: keys are nested without end; correct the YAML; put texts in quotes"
 
 
-def test_missing_campaign_is_told_with_the_nearest_name(campaign):
+def test_missing_campaign_is_reported_with_the_nearest_name(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/config.yaml").write_text("campaigns: [lap]\n")
     with pytest.raises(ConfigError) as caught:
@@ -478,7 +478,7 @@ def test_a_campaign_named_as_the_studies_is_refused(tmp_path, monkeypatch):
     )
 
 
-def test_missing_files_are_told(campaign):
+def test_missing_files_are_reported(campaign):
     campaign(csv_change=("near", "far"))
     Path("config/campaigns/lab.csv").unlink()
     Path("config/config.yaml").write_text("campaigns: [lab]\n")
@@ -488,7 +488,7 @@ def test_missing_files_are_told(campaign):
         load_config("nowhere.yaml")
 
 
-def test_the_errors_of_several_campaigns_are_told_together(campaign):
+def test_the_errors_of_several_campaigns_are_reported_together(campaign):
     campaign(csv_change=("near", "far"))
     for suffix in ("yaml", "csv"):
         Path(f"config/campaigns/two.{suffix}").write_text(Path(f"config/campaigns/lab.{suffix}").read_text())

@@ -1,4 +1,4 @@
-"""freerock inspect and new-campaign: what a folder of records tells, and what it leaves to be filled in."""
+"""freerock inspect and new-campaign: what a folder of records shows, and what it leaves to be filled in."""
 
 import re
 from pathlib import Path
@@ -104,9 +104,9 @@ def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder
 
 def test_a_new_campaign_lists_proposes_and_marks_what_is_to_be_filled_in(folder, capsys):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
-    told = capsys.readouterr()
-    assert f"left out: {folder}/broken.tdms: " in told.err
-    assert "freerock check lab" in told.out
+    printed = capsys.readouterr()
+    assert f"left out: {folder}/broken.tdms: " in printed.err
+    assert "freerock check lab" in printed.out
     assert Path("results/lab/quick_look.png").stat().st_size > 0
     records = {path.name for path in folder.glob("*.tdms")} - {"broken.tdms"}
     assert {path.name for path in Path("raw/lab").iterdir()} == {*records, "manifest.csv"}

@@ -129,7 +129,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
-def test_a_mistake_is_told_in_one_line(here, capsys, mistake):
+def test_a_mistake_is_reported_in_one_line(here, capsys, mistake):
     (old, new), line = MISTAKES[mistake]
     text = SCENE.replace(old, new)
     assert text != SCENE

@@ -1,6 +1,6 @@
 """A campaign begun from a folder of record files: its two configuration files and its raw folder.
 
-What the files tell is written down; what only the laboratory knows is marked FILL_IN, which is refused until
+What is in the files is written down. What only the laboratory knows is marked FILL_IN, which is refused until
 it is filled in. Records are copied, never linked, so that nothing that happens to the folder they came from
 changes a result; each copy is compared with its original by checksum.
 """
@@ -114,8 +114,8 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     looks, refused = _look_through(folder)
     if not looks:
         remedy = refused[0].remedy if refused else f"put files of {', '.join(READERS)} there"
-        told = f": {refused[0].where}: {refused[0].what}" if refused else ""
-        raise FreerockError(folder, f"holds no record that can be read{told}", remedy)
+        why = f": {refused[0].where}: {refused[0].what}" if refused else ""
+        raise FreerockError(folder, f"holds no record that can be read{why}", remedy)
 
     picture = root / "results" / name / "quick_look.png"
     draw_looks(_first_panels(looks), picture)
@@ -216,7 +216,7 @@ def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) ->
         lasers.append(f"  {laser}: {{{keys}}}  # {quantity or 'the files state no unit'}")
     return f"""\
 # yaml-language-server: $schema=../campaign.schema.json
-# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` tells what is left.
+# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` shows what is left.
 # All keys are explained in config/README.md. What the records look like: {picture.as_posix()}
 
 title: {FILL_IN}  # of the campaign, as printed in the report
@@ -252,7 +252,7 @@ def _csv_text(
     taken: set[str] = set()
     for look in looks:
         among = _proposed(look)
-        out.write(_comment(f"{look.path.name}: {', '.join(map(_told, look.readable))}"))
+        out.write(_comment(f"{look.path.name}: {', '.join(map(_in_words, look.readable))}"))
         if len({(each.n_samples, each.rate_hz, each.start_s) for each in among}) > 1:
             tests = [(f"{look.path.stem}_{each.name}", each.name, each) for each in among]  # a test each
         else:
@@ -271,7 +271,7 @@ def _comment(text: str) -> str:
     return f"# {' '.join(text.split())}\n"
 
 
-def _told(channel: ChannelLook) -> str:
+def _in_words(channel: ChannelLook) -> str:
     unit = channel.units or "no unit"
     return f"{channel.name} ({unit}, {channel.rate_hz:g} Hz, {channel.duration_s:.1f} s)"
 

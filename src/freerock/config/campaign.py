@@ -69,7 +69,7 @@ class CampaignFile(Section):
         4, ge=1, description="records that a job takes on; with hundreds of records 25 saves start-up time"
     )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
-        (), description="what else figures are drawn for, beside the double column of a paper"
+        (), description="further targets of the figures, beside the double column of a paper"
     )
     processing: ProcessingSection = Field(ProcessingSection(), description="the steps from volts to impacts")
     fits: FitsSection = Field(FitsSection(), description="the identification of the models")

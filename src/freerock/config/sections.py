@@ -89,7 +89,9 @@ class RotationSection(Section):
     """Volts to θ(t)."""
 
     mains_hz: Number | None = Field(
-        50.0, gt=0, description="the mains frequency in hertz, whose hum is taken out; empty to leave it in"
+        50.0,
+        gt=0,
+        description="the mains frequency in hertz; its interference is removed; empty to leave it in",
     )
     window_s: Number = Field(
         0.25, gt=0, description="the window in which a still signal is sought, in seconds"
@@ -105,9 +107,7 @@ class RunsSection(Section):
     window_s: Number = Field(
         0.25, gt=0, description="the window in which a still block is sought, in seconds"
     )
-    held_s: Number = Field(
-        1.0, gt=0, description="how long before the release the held angle is read, in seconds"
-    )
+    held_s: Number = Field(1.0, gt=0, description="how long before the release its angle is read, in seconds")
     finger_s: Number = Field(
         0.03, ge=0, description="the time the finger takes to leave, in seconds; its samples are not fitted"
     )
@@ -119,7 +119,7 @@ class RunsSection(Section):
         0.02, ge=0, description="the largest push at the release without a warning, as a share of θ0"
     )
     max_hold_drift_deg: Number = Field(
-        0.05, ge=0, description="the largest creep of the held angle without a warning, in degrees"
+        0.05, ge=0, description="the largest creep of the held block without a warning, in degrees"
     )
     max_rest_shift_deg: Number = Field(
         0.05, ge=0, description="the largest shift of the rest position without a warning, in degrees"
@@ -127,7 +127,7 @@ class RunsSection(Section):
     max_growth_fraction: Number = Field(
         0.05,
         ge=0,
-        description="how much higher than the one before a swing may be, as a share, before it is a fail",
+        description="how much a swing may exceed the one before, as a share of it; beyond that the run is a fail",
     )
 
 

@@ -43,7 +43,7 @@ class LaserSection(Section):
     release_side: Literal["positive", "negative"] = Field(
         "positive",
         description="positive (clockwise) or negative: the side of the first swing after a rest, "
-        "for a vertical beam between the corners, which can't tell",
+        "for a vertical beam between the corners, whose reading has no sign",
     )
     volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
     volts_at_end: Number = Field(
