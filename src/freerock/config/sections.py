@@ -127,7 +127,7 @@ class RunsSection(Section):
     max_growth_fraction: Number = Field(
         0.05,
         ge=0,
-        description="how much a swing may exceed the one before, as a share of it; beyond that the run is a fail",
+        description="how much a swing may exceed the one before, as a share; beyond that the run fails",
     )
 
 
