@@ -1,5 +1,8 @@
 """The one error class a user meets."""
 
+import sys
+from collections.abc import Callable
+
 
 class FreerockError(Exception):
     """Bad input in one line: where it is, what is wrong, what to do.
@@ -29,3 +32,13 @@ class FreerockError(Exception):
 
 class DamagedProduct(FreerockError):
     """A product, `where`, that can't be read: what made it makes it again."""
+
+
+def exit_code(task: Callable[[], object]) -> int:
+    """Run a task of the command line: 0, or 1 where a `FreerockError` refuses it, whose line is printed."""
+    try:
+        task()
+    except FreerockError as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0

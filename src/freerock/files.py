@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, exit_code
 
 COLUMNS = ["file", "sha256", "bytes"]
 
@@ -149,15 +149,14 @@ def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
 
 def main(arguments: Sequence[str]) -> int:
     """Renew the manifest of the folder given on the command line; returns the exit code."""
-    try:
+
+    def renew() -> None:
         if len(arguments) != 1 or not Path(arguments[0]).is_dir():
             raise FreerockError("freerock.files", "no folder given", "name one, as raw/palermo_virtual")
         folder = Path(arguments[0])
         print(write_manifest(folder, raw_files(folder)))
-    except FreerockError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+
+    return exit_code(renew)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, exit_code
 from freerock.virtual_lab import palermo, workbook
 
 CAMPAIGNS = {"palermo_virtual": palermo.write_campaign, "wooden_blocks": workbook.write_campaign}
@@ -16,16 +16,15 @@ CAMPAIGNS = {"palermo_virtual": palermo.write_campaign, "wooden_blocks": workboo
 
 def main(arguments: Sequence[str]) -> int:
     """Write the campaign that the folder on the command line is named after; returns the exit code."""
-    folder = Path(arguments[0]) if len(arguments) == 1 else Path()
-    try:
+
+    def write() -> None:
+        folder = Path(arguments[0]) if len(arguments) == 1 else Path()
         if folder.name not in CAMPAIGNS:
             what = f"no folder {' or '.join(CAMPAIGNS)} given"
             raise FreerockError("freerock.virtual_lab", what, "name one, as raw/palermo_virtual")
         CAMPAIGNS[folder.name](folder)
-    except FreerockError as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
+
+    return exit_code(write)
 
 
 if __name__ == "__main__":
