@@ -91,19 +91,9 @@ def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFram
 
 
 def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
-    """Discrepancy ε_θ of the pooled fits, beside the published one.
+    """Discrepancy ε_θ of the pooled fits, beside the published one, from the tidy table and as `table2`.
 
-    Parameters
-    ----------
-    epsilon : pandas.DataFrame
-        Tidy table.
-    published : mapping, optional
-        Published values by block, foundation, model and quantity.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
+    Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
     """
     frame = epsilon[epsilon["run"] == "pooled"].reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]

@@ -83,7 +83,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units; success tells
+        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units; success says
         whether the fit may be used.
     """
     rows = []
@@ -116,7 +116,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model chosen
-        for that run (`choice_table`), success tells whether the fit may be used.
+        for that run (`choice_table`), success says whether the fit may be used.
     """
     rows = []
     for tree in fits:
@@ -135,17 +135,9 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
 
 
 def choice_table(fits: Trees) -> pd.DataFrame:
-    """One row per run: the model it needs, and why.
+    """One row per run of fit datasets, columns `CHOICE`: the model it needs, and why.
 
-    Parameters
-    ----------
-    fits : iterable of xarray.DataTree
-        Fit datasets.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns `CHOICE`; model is empty where every fit failed.
+    model is empty where every fit failed.
     """
     rows = {}
     for tree in fits:
