@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from freerock.identification.arrays import Floats
 from freerock.models.laws import LAWS, MODELS
 
 TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
@@ -13,9 +13,7 @@ LOUDER = 1.1  # times the noise before the release, above which a residual is mo
 CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides
 
 
-def epsilon_theta(
-    time_s: NDArray[np.float64], theta_model: NDArray[np.float64], theta_measured: NDArray[np.float64]
-) -> float:
+def epsilon_theta(time_s: Floats, theta_model: Floats, theta_measured: Floats) -> float:
     """Relative mean square discrepancy ε_θ = ∫(θ_th - θ_ex)² dt / ∫θ_ex² dt.
 
     Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024. Samples that are not
@@ -109,7 +107,7 @@ def is_wanted(model: str, evidence: Mapping[str, Mapping[str, Any]]) -> bool:
     return not cases or (not usable.keys().isdisjoint(cases) and not any(map(is_noise, usable.values())))
 
 
-def is_white(residual: NDArray[np.float64], level: float = 1.63) -> bool:
+def is_white(residual: Floats, level: float = 1.63) -> bool:
     """Whether a residual passes for white noise: Bartlett's test of the cumulative periodogram.
 
     The cumulated periodogram of white noise rises along the diagonal; its greatest distance from it
@@ -129,7 +127,7 @@ def is_white(residual: NDArray[np.float64], level: float = 1.63) -> bool:
     return bool(np.max(np.abs(share - np.arange(1, n + 1) / n)) * np.sqrt(n) < level)
 
 
-def information_criteria(residual: NDArray[np.float64], n_parameters: int) -> tuple[float, float]:
+def information_criteria(residual: Floats, n_parameters: int) -> tuple[float, float]:
     """Akaike's and the Bayesian information criterion of a least-squares fit.
 
     Parameters

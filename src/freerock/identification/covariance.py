@@ -3,12 +3,11 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import next_fast_len
 from scipy.optimize import minimize
 from scipy.signal import fftconvolve
 
-Floats = NDArray[np.float64]
+from freerock.identification.arrays import Floats
 
 PADDING = 4  # times the length of a run, so that slow noise does not wrap around
 SLOWEST = 0.15  # times one over the length of a run: the lowest corner of a noise's spectrum

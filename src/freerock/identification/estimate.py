@@ -1,12 +1,14 @@
 """What a fit found, in the few plain values that later steps take of it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from freerock.identification.arrays import Floats
 from freerock.models.laws import MODELS
+
+NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Estimate:
     foundation: str
     model: str
     values: Mapping[str, float]
-    covariance: NDArray[np.float64]
+    covariance: Floats
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -52,3 +54,8 @@ class Estimate:
         """Correlation of the model's first two parameters."""
         first, both, _, second = self.covariance[:2, :2].ravel()
         return float(both / np.sqrt(first * second))
+
+
+def of_single_runs(estimates: Iterable[Estimate]) -> list[Estimate]:
+    """Estimates of single runs whose parameters can be carried over: not those with an r per impact."""
+    return [each for each in estimates if each.run != "pooled" and "r_2" not in each.values]

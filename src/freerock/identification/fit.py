@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from freerock.identification.arrays import Floats
 from freerock.identification.choice import epsilon_theta, information_criteria, is_white
 from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution
-from freerock.identification.problem import Floats, Problem, posed
+from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
 from freerock.identification.search import search
 from freerock.identification.settings import FitSettings, check

@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 import lmfit
 import numpy as np
 
+from freerock.identification.arrays import Floats
 from freerock.identification.covariance import covariance
-from freerock.identification.problem import FINE, Floats, Problem, Samples
+from freerock.identification.estimate import NORMAL_95
+from freerock.identification.problem import FINE, Problem, Samples
 from freerock.models.laws import MODELS
 
-NORMAL_95 = 1.959963984540054
 SURPRISE = 3.0  # standard errors by which the halves of a run may disagree
 STEEPEST = 3.0  # ratio of standard errors beyond which the profile has no level to find
 

@@ -7,7 +7,8 @@ import lmfit
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from freerock.identification.problem import Floats, Problem, Samples
+from freerock.identification.arrays import Floats
+from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
 

@@ -4,16 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from freerock.errors import FreerockError
+from freerock.identification.arrays import Floats
 from freerock.identification.choice import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_fitted
-
-Floats = NDArray[np.float64]
 
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
 CELLS = 25  # each way

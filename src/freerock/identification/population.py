@@ -6,19 +6,16 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from scipy import stats
 
-from freerock.identification.estimate import Estimate
-from freerock.identification.predict import of_single_runs
+from freerock.identification.arrays import Floats
+from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.laws import LAWS, MODELS
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent"]
 FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "shared"]
 SIGNIFICANT = 0.01
-
-Floats = NDArray[np.float64]
 
 
 def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.identification.choice import epsilon_theta
-from freerock.identification.estimate import Estimate
+from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.motion import Motion
@@ -18,11 +18,6 @@ CASE = ["campaign", "test", "run", "block", "foundation", "model"]
 PREDICTIONS = [*CASE, "basis", "n_runs", "epsilon_theta"]
 
 Basis = tuple[dict[str, float], int]  # parameters, and the number of runs they come from
-
-
-def of_single_runs(estimates: Iterable[Estimate]) -> list[Estimate]:
-    """Estimates of single runs whose parameters can be carried over: not those with an r per impact."""
-    return [each for each in estimates if each.run != "pooled" and "r_2" not in each.values]
 
 
 def predictions(

@@ -9,17 +9,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
+from freerock.identification.arrays import Floats, Mask
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
 from freerock.identification.settings import NUISANCES, FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, extended_by, parameter_of
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.motion import Motion
-
-Floats = NDArray[np.float64]
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 
@@ -88,12 +86,12 @@ class Problem:
     n_impacts: int = 0
     rtol: float = COARSE
 
-    @property
+    @cached_property
     def common(self) -> tuple[str, ...]:
         """Parameters that all runs share."""
         return (*MODELS[self.model], *(name for name in self.free if name == "width"))
 
-    @property
+    @cached_property
     def own(self) -> tuple[str, ...]:
         """Parameters of each run."""
         further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
@@ -110,20 +108,21 @@ class Problem:
         return (*self.common, *numbered)
 
     @cached_property
-    def is_logarithm(self) -> NDArray[np.bool_]:
+    def is_logarithm(self) -> Mask:
         """Which of the fitted numbers are logarithms."""
         return np.array([parameter_of(name).is_logarithm for name in self.names])
 
     @cached_property
-    def is_ratio(self) -> NDArray[np.bool_]:
+    def is_ratio(self) -> Mask:
         """Which of them are ratios to the stiffness, the first parameter."""
         return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
 
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
         value = np.array(x, dtype=float)
-        value[self.is_ratio] += value[0]
-        value[self.is_logarithm] = np.exp(value[self.is_logarithm])
+        if LAWS[self.model].is_foundation:
+            value[self.is_ratio] += value[0]
+            value[self.is_logarithm] = np.exp(value[self.is_logarithm])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
         return value
@@ -181,7 +180,7 @@ class Problem:
             ]
         return bounds
 
-    def at_bound(self, x: Floats) -> NDArray[np.bool_]:
+    def at_bound(self, x: Floats) -> Mask:
         """Which of the fitted numbers lie at a bound."""
         low, high = np.array(self.bounds()).T
         return np.asarray(np.minimum(x - low, high - x) < 1e-4 * (high - low))

@@ -4,7 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from freerock.identification.problem import Floats, Problem, Samples
+from freerock.identification.arrays import Floats
+from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import LAWS
 
 FINEST = 1e-12  # least rtol

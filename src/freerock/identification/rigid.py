@@ -1,8 +1,8 @@
 """Housner's r before its fit: the grid it is sought on, and what the measured motion says of it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from freerock.identification.arrays import Mask
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
 from freerock.runs.motion import Motion
@@ -34,6 +34,6 @@ def moving_s(motion: Motion) -> float:
     return float(motion.time_s[moves][-1]) if moves.any() else 0.0
 
 
-def _moves(motion: Motion) -> NDArray[np.bool_]:
+def _moves(motion: Motion) -> Mask:
     """Which samples stand out of the noise, and of the ringing of a base in full contact."""
     return np.asarray(np.abs(motion.theta) > max(10 * motion.sigma_theta, 1e-3 * abs(motion.theta0)))

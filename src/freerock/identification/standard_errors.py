@@ -1,4 +1,4 @@
-"""Standard errors before any test: what a run can tell of the parameters of a model (Cramér-Rao).
+"""Standard errors before any test: how well a run determines the parameters of a model (Cramér-Rao).
 
 No unbiased estimate from samples θ_i with independent normal noise of standard deviation σ has a covariance
 below (JᵀJ)⁻¹σ², J = ∂θ_i/∂(parameters), the nuisances θ₀ and t₀ among them as in
@@ -11,14 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
+from freerock.identification.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, PARAMETERS, PER_RUN
 from freerock.models.simulate import simulate_theta
-
-Floats = NDArray[np.float64]
 
 RTOL = 1e-10
 UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information

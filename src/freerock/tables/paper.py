@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from freerock.identification.estimate import NORMAL_95
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.text import fixed, quantity, with_unit
 
@@ -18,7 +19,6 @@ RUN_BY_RUN_NOTE = (
     "single runs; where it exceeds the standard error, releases differ by more than the noise."
 )
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
-NORMAL_95 = 1.959963984540054
 
 Labels = Mapping[str, str]
 

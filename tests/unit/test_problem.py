@@ -1,0 +1,101 @@
+"""The least-squares problem: samples, fitted numbers, derivatives."""
+
+import math
+
+import numpy as np
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.identification.problem import Samples, posed
+from freerock.identification.settings import FitSettings, check
+from freerock.models.block import Block
+from freerock.models.simulate import simulate_theta
+from freerock.runs.motion import Motion
+
+BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+TIME = np.arange(0, 2, 2e-3)
+TRUTH = {
+    "housner": [0.93],
+    "winkler": [4.5e6, 4.05e4],
+    "hunt_crossley": [6.88e6, 1.30e8],
+    "general": [6e6, 1e4, 6e7],
+}
+
+
+def motion(model="hunt_crossley", fit_start_s=0.0, theta0=0.17):
+    law = dict(zip({"housner": ["r"]}.get(model, ["k", "lambda"]), TRUTH[model], strict=True))
+    theta, _ = simulate_theta(model, BLOCK, law, TIME, theta0=theta0)
+    return Motion(TIME, theta, 1e-4, theta0, 2e-5, 2e-3, fit_start_s)
+
+
+def problem(model="hunt_crossley", n_runs=1, **settings):
+    return posed(model, [BLOCK] * n_runs, [motion()] * n_runs, FitSettings(**settings))
+
+
+@pytest.mark.parametrize("model", TRUTH)
+def test_fitted_numbers_are_the_parameters_in_another_unit(model):
+    posed_for = problem(model, free=("width", "theta0", "t0"))
+    x = posed_for.start(posed_for.fitted(TRUTH[model]))
+    expected = [*TRUTH[model], 0.07, 0.17, 0.0]
+    np.testing.assert_allclose(posed_for.physical(x), expected, rtol=1e-14)
+    step = 1e-6 * np.eye(len(x))
+    quotients = [(posed_for.physical(x + d) - posed_for.physical(x - d)) / 2e-6 for d in step]
+    np.testing.assert_allclose(posed_for.gradient(x), np.transpose(quotients), rtol=1e-6, atol=1e-12)
+    low, high = np.transpose(posed_for.bounds())
+    assert np.all((low < x) & (x < high))
+    assert not posed_for.at_bound(x).any()
+
+
+def test_runs_share_the_law_and_keep_their_own_release():
+    joint = problem(n_runs=2, free=("theta0", "t0", "width"))
+    assert joint.names == ("k", "lambda", "width", "theta0_1", "t0_1", "theta0_2", "t0_2")
+    assert joint.alone().names == ("k", "lambda", "width", "theta0", "t0")
+    x = joint.start(joint.fitted(TRUTH["hunt_crossley"]))
+    x[joint.names.index("t0_2")] = 1e-3
+    first, second = np.split(joint.curve(x, joint.samples()), 2)
+    assert np.abs(first - motion().theta).max() < 1e-4
+    assert np.abs(second - first).max() > 1e-3
+
+
+def test_derivatives_are_those_of_the_curve():
+    own = problem()
+    x = own.start(own.fitted(TRUTH["hunt_crossley"]))
+    samples = own.samples()
+    jacobian = own.jacobian(x, samples, central=True)
+    for j, step in enumerate((1e-4, 1e-4, 1e-5, 1e-5)):
+        aside = step * np.eye(4)[j]
+        quotient = own.curve(x + aside, samples, 1e-11) - own.curve(x - aside, samples, 1e-11)
+        error = np.std(jacobian[:, j] - quotient / (2 * step))
+        assert error < 0.01 * np.std(jacobian[:, j]), own.names[j]
+
+
+def test_samples_start_when_the_finger_has_left_and_are_thinned():
+    late = posed("hunt_crossley", [BLOCK], [motion(fit_start_s=0.5)], FitSettings())
+    assert late.samples().time_s[0] == pytest.approx(0.5)
+    assert late.samples(horizon_s=1.0).time_s[-1] == pytest.approx(1.0)
+    assert late.samples(most=100).lengths[0] < 110
+
+
+def test_averaging_keeps_the_noise_of_a_sample_and_mixes_no_runs():
+    noise = np.random.default_rng(1).standard_normal(4000)
+    samples = Samples(np.arange(4000.0), noise, (1999, 2001), m=10)
+    means = samples.averaged(noise)
+    assert len(means) == 199 + 200
+    assert np.std(means) == pytest.approx(1, abs=0.15)
+    assert means[199] == pytest.approx(math.sqrt(10) * noise[1999:2009].mean())
+
+
+def test_a_restitution_per_impact_is_counted_on_the_measured_run():
+    rigid = posed("housner", [BLOCK], [motion("housner")], FitSettings(free=("r_per_impact",)))
+    assert rigid.names[:3] == ("r", "r_2", "r_3")
+    assert len(rigid.names) == rigid.n_impacts > 5
+
+
+@pytest.mark.parametrize("model, n_runs", [("winkler", 1), ("housner", 2)])
+def test_a_restitution_per_impact_belongs_to_one_rigid_run(model, n_runs):
+    with pytest.raises(FreerockError) as error:
+        check(model, [BLOCK] * n_runs, FitSettings(free=("r_per_impact",)))
+    assert str(error.value) == (
+        f"fits.free.{model}: a restitution per impact belongs to one run of the Housner model; "
+        "remove r_per_impact or set fits.pooled: false"
+    )

@@ -1,0 +1,59 @@
+"""Starts of a fit, and the horizons over which they are followed."""
+
+import numpy as np
+import pytest
+
+from freerock.identification.problem import posed
+from freerock.identification.scan import scan
+from freerock.identification.search import growing_horizons
+from freerock.identification.settings import FitSettings
+from freerock.models.block import Block
+from freerock.models.laws import MODELS
+from freerock.models.simulate import simulate_theta
+from freerock.runs.motion import Motion
+
+BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+TIME = np.arange(0, 4, 1e-3)
+
+
+def motion(model, values, theta0=0.17):
+    law = dict(zip(MODELS[model], values, strict=True))
+    theta, _ = simulate_theta(model, BLOCK, law, TIME, theta0=theta0)
+    return Motion(TIME, theta, 1e-4, theta0)
+
+
+@pytest.mark.parametrize("model, values", [("winkler", [4.5e6, 4.05e4]), ("hunt_crossley", [6.88e6, 1.30e8])])
+def test_a_start_lies_within_a_cell_of_the_truth(model, values):
+    run = motion(model, values)
+    problem = posed(model, [BLOCK], [run], FitSettings())
+    starts = scan(problem, growing_horizons(run)[0])
+    assert 1 <= len(starts) <= 3
+    k, ratio = np.log(values[0]), np.log(values[1] / values[0])
+    assert min(abs(start[0] - k) for start in starts) < np.log(1e9 / 3e5) / 15
+    assert min(abs(start[1] - ratio) for start in starts) < np.log(100) / 7 * 1.1
+
+
+def test_housners_r_is_found_by_the_scan_alone():
+    run = motion("housner", [0.93])
+    ((found,),) = scan(posed("housner", [BLOCK], [run], FitSettings()), np.inf)
+    assert found == pytest.approx(0.93, abs=0.06 * (1 - 0.93))
+
+
+def test_a_law_with_two_dampings_starts_from_its_cases():
+    run = motion("hunt_crossley", [6.88e6, 1.30e8])
+    starts = scan(posed("general", [BLOCK], [run], FitSettings()), growing_horizons(run)[0])
+    assert 2 <= len(starts) <= 4
+    assert all(len(start) == 3 for start in starts)
+    assert any(start[2] == np.log(1.0) for start in starts)  # Winkler's, with a trace of λ/k
+    assert any(start[1] == np.log(1e-4) for start in starts)  # Hunt and Crossley's, with a trace of c/k
+
+
+def test_horizons_double_from_the_first_swings_to_the_whole_run():
+    run = motion("housner", [0.93])
+    horizons = growing_horizons(run)
+    first = TIME[np.flatnonzero(run.theta < 0)[0]]
+    assert horizons[0] == pytest.approx(3 * first, rel=0.01)
+    assert np.divide(horizons[1:], horizons[:-1]) == pytest.approx(2.0)
+    assert horizons[-2] < TIME[-1] <= horizons[-1]
+    late = Motion(**{**vars(run), "fit_start_s": 1.0})
+    assert growing_horizons(late)[0] == pytest.approx(1.0 + first, rel=0.01)
