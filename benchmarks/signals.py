@@ -16,7 +16,7 @@ import numpy as np
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.faults import signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
@@ -54,7 +54,7 @@ def runs_of(time_s, volts, lasers=LASERS[:1]):
     """Runs of one laser or two, and the time, θ and σ_θ they were found in."""
     found = find_rotation(time_s, volts, lasers, BLOCK)
     t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-    runs = find_runs(t, theta, sigma, flags, BLOCK, found.attrs["zero_stderr_rad"], listed_faults(found))
+    runs = find_runs(t, theta, sigma, flags, BLOCK, signal_quality(found))
     return runs, (t, theta, sigma)
 
 

@@ -13,6 +13,7 @@ from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.limits import ImpactLimits
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
@@ -88,9 +89,9 @@ def test_a_later_start_changes_nothing_but_the_first_impact():
 
 
 def test_thresholds_end_the_list():
-    assert impacts(min_amplitude_sigmas=100.0).time_s.size < impacts().time_s.size
-    assert np.abs(impacts(min_amplitude_sigmas=100.0).peak_after_rad).min() > 100 * SIGMA
-    long = impacts(min_samples=200).time_s.size
+    assert impacts(limits=ImpactLimits(min_amplitude_sigmas=100.0)).time_s.size < impacts().time_s.size
+    assert np.abs(impacts(limits=ImpactLimits(min_amplitude_sigmas=100.0)).peak_after_rad).min() > 100 * SIGMA
+    long = impacts(limits=ImpactLimits(min_samples=200)).time_s.size
     assert 0 < long < impacts().time_s.size
 
 

@@ -16,7 +16,9 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
-from freerock.rotation.faults import Fault
+from freerock.rotation.faults import Fault, SignalQuality, signal_quality
+from freerock.runs.by_hand import ByHand
+from freerock.runs.limits import RunLimits
 from freerock.runs.segment import find_runs
 from freerock.runs.verdict import Verdict
 
@@ -107,13 +109,13 @@ def test_a_tilt_in_steps_and_a_hand_in_the_beam():
 
 def test_zero_error_enters_the_held_angle():
     arguments, _ = record()
-    (run,) = find_runs(*arguments, math.radians(0.01))
+    (run,) = find_runs(*arguments, SignalQuality(math.radians(0.01)))
     assert math.degrees(run.theta0_stderr) == pytest.approx(0.01, rel=0.01)
 
 
 def test_overridden_run_takes_its_times_and_reason():
     arguments, (_, second) = record(one_run(), one_run(9.0))
-    free, run = find_runs(*arguments, overrides=[(2, second + 0.01, second + 1.2, "a truck passed by")])
+    free, run = find_runs(*arguments, by_hand=ByHand([(2, second + 0.01, second + 1.2, "a truck passed by")]))
     assert not free.overridden and free.verdict == Verdict()
     assert (run.release_s, run.end_s) == (second + 0.01, second + 1.2)
     assert run.fit_start_s == pytest.approx(second + 0.04)
@@ -124,13 +126,13 @@ def test_overridden_run_takes_its_times_and_reason():
 
 def test_excluded_run_stays_with_its_verdict():
     arguments, _ = record(one_run(), one_run())
-    kept, left_out = find_runs(*arguments, exclusions=[(2, "slipped")])
+    kept, left_out = find_runs(*arguments, by_hand=ByHand(exclusions=[(2, "slipped")]))
     assert not kept.excluded and left_out.excluded
     assert left_out.verdict.level == "ok" and left_out.verdict.texts == ("excluded: slipped",)
 
 
 @pytest.mark.parametrize(
-    ("options", "line"),
+    ("by_hand", "line"),
     [
         (
             {"overrides": [(3, 1.0, 2.0, "why")]},
@@ -148,10 +150,10 @@ def test_excluded_run_stays_with_its_verdict():
         ),
     ],
 )
-def test_overrides_that_fit_no_run(options, line):
+def test_overrides_that_fit_no_run(by_hand, line):
     arguments, _ = record(one_run(), one_run())
     with pytest.raises(FreerockError) as error:
-        find_runs(*arguments, **options)
+        find_runs(*arguments, by_hand=ByHand(**by_hand))
     assert re.fullmatch(line, str(error.value))
 
 
@@ -203,17 +205,17 @@ def test_an_aborted_release_is_no_run():
 
 def test_faults_of_the_signal_count_against_the_runs_they_meet():
     arguments, (first, second) = record(one_run(), one_run())
-    faults = [
+    faults = (
         Fault("rest_shift", second - 1, second + 1, "+0.01 V", math.radians(0.06)),
         Fault("drift", second - 1, second + 1, "+0.001 V", math.radians(0.01)),
         Fault("mains_interference", 0.0, 99.0, "50 Hz"),
-    ]
-    one, two = find_runs(*arguments, 0.0, faults)
+    )
+    one, two = find_runs(*arguments, SignalQuality(faults=faults))
     assert one.verdict.level == "ok"
     assert two.verdict.texts == (
         "the rest position has moved by +0.060°: the block may have slid or twisted",
     )
-    _, two = find_runs(*arguments, 0.0, [Fault("aliasing", first + 3, 99.0, "120 Hz")])
+    _, two = find_runs(*arguments, SignalQuality(faults=(Fault("aliasing", first + 3, 99.0, "120 Hz"),)))
     assert (two.verdict.level, two.verdict.texts) == ("warn", ("aliasing: 120 Hz",))
 
 
@@ -227,7 +229,7 @@ def test_record_that_starts_during_a_run():
 
 def test_few_impacts():
     arguments, _ = record(one_run(r=0.5))
-    (run,) = find_runs(*arguments, min_impacts=run_impacts(0.5) + 1)
+    (run,) = find_runs(*arguments, limits=RunLimits(min_impacts=run_impacts(0.5) + 1))
     assert run.verdict.level == "fail"
     assert run.verdict.texts == (f"{run_impacts(0.5)} impacts, fewer than {run_impacts(0.5) + 1}",)
 
@@ -380,7 +382,7 @@ def test_virtual_campaign(test):
     block = Block(**truth["block"])
     signal = find_rotation(volts["time"].values, volts[channel].values, Laser(**truth["laser"]), block)
     names = ("time", "theta", "sigma_theta", "flags")
-    found = find_runs(*(signal[name].values for name in names), block, signal.attrs["zero_stderr_rad"])
+    found = find_runs(*(signal[name].values for name in names), block, signal_quality(signal))
     assert len(found) == len(truth["runs"]) == 3
     for run, true in zip(found, truth["runs"], strict=True):
         assert run.verdict.level == "ok", run.verdict.texts

@@ -45,18 +45,8 @@ def defaults(section, without=()):
     [
         ("rotation.sensor.Laser", "", LaserSection, ""),
         ("rotation.options.RotationOptions", "", RotationSection, ""),
-        (
-            "runs.segment.find_runs",
-            "time_s theta sigma_theta flags block zero_stderr faults overrides exclusions",
-            RunsSection,
-            "",
-        ),
-        (
-            "runs.impacts.find_impacts",
-            "time_s theta sigma_theta block theta0 theta0_stderr",
-            ImpactsSection,
-            "",
-        ),
+        ("runs.limits.RunLimits", "", RunsSection, ""),
+        ("runs.limits.ImpactLimits", "", ImpactsSection, ""),
         ("models.block.Block", "", BlockSection, "label release_angle_deg"),
         (
             "identification.settings.FitSettings",

@@ -4,8 +4,11 @@ import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 
 from freerock.errors import FreerockError
 from freerock.files import check_file
@@ -15,18 +18,41 @@ from freerock.products.netcdf import write_failure, write_record
 from freerock.products.provenance import provenance
 from freerock.records.read import read_record
 from freerock.rotation.calibration import read_calibration
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
-from freerock.runs.impacts import doubt_about, find_impacts
-from freerock.runs.segment import find_runs
+from freerock.runs.by_hand import ByHand
+from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.limits import ImpactLimits, RunLimits
+from freerock.runs.segment import Run, find_runs
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
 
+READERS_NOTES = ("reading", "time_base")  # attributes in which a reader says what it found out
+Floats = NDArray[np.float64]
+Settings = Mapping[str, Any]
 
-def make_record(settings: Mapping, output: str | Path) -> None:
+
+class _Channel(NamedTuple):
+    """A channel: time [s], signal and its unit as the file states it, and what its reader found out."""
+
+    time_s: Floats
+    signal: Floats
+    unit: str
+    notes: dict[str, str]
+
+
+class _Processed(NamedTuple):
+    """θ(t) of a record, its runs, and the impacts of each."""
+
+    record: xr.Dataset
+    runs: list[Run]
+    impacts: list[Impacts]
+
+
+def make_record(settings: Settings, output: str | Path) -> None:
     """Write the dataset of a record; of one that can't be processed, with the verdict fail and the reason.
 
     Parameters
@@ -54,64 +80,86 @@ def make_record(settings: Mapping, output: str | Path) -> None:
         excluded = Reason("warn", "excluded", f"excluded: {settings['excluded']}")
         write_failure(output, excluded, attributes)
         return
-    record, runs, impacts = processed
-    write_record(output, record, runs, impacts, attributes)
-    for key in ("reading", "time_base"):
-        if key in record.attrs:
-            log.info("%s: %s", key.replace("_", " "), record.attrs[key])
-    for fault in listed_faults(record):
+    write_record(output, *processed, attributes)
+    _log(processed)
+
+
+def _log(processed: _Processed) -> None:
+    """What was found, for the record's log."""
+    attrs = processed.record.attrs
+    for key in READERS_NOTES:
+        if key in attrs:
+            log.info("%s: %s", key.replace("_", " "), attrs[key])
+    for fault in listed_faults(processed.record):
         log.info("%s from %.3f s to %.3f s: %s", fault.name, fault.start_s, fault.end_s, fault.note)
-    for run in runs:
+    for run in processed.runs:
         verdict = ": ".join([run.verdict.level, *run.verdict.texts])
         log.info("run %d, released at %.3f s: %s", run.number, run.release_s, verdict)
 
 
-def _files(settings):
+def _files(settings: Settings) -> list[Path]:
     """The record file and the calibration tables of its lasers."""
     tables = [each["calibration"] for each in settings["lasers"] if each["calibration"]]
     return [Path(settings["raw"], file) for file in [settings["file"], *tables]]
 
 
-def _process(settings, path):
+def _process(settings: Settings, path: Path) -> _Processed:
+    """Volts to impacts."""
     if settings["sha256"]:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     block = Block(**settings["block"])
+    record = _rotation(settings, path, block)
+    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    by_hand = ByHand(settings["overrides"], settings["exclusions"])
+    runs = find_runs(*signal, block, signal_quality(record), by_hand, RunLimits(**settings["runs"]))
+    limits = ImpactLimits(**settings["impacts"])
+    impacts = [_impacts(run, *signal[:3], block, limits) for run in runs]
+    doubts = [doubt_about(found, limits) for found in impacts]
+    judged = [replace(run, verdict=run.verdict.adding(own)) for run, own in zip(runs, doubts, strict=True)]
+    return _Processed(record, judged, impacts)
+
+
+def _rotation(settings: Settings, path: Path, block: Block) -> xr.Dataset:
+    """θ(t) of the record, with what its reader found out."""
     lasers = [_sensor(section, settings["raw"]) for section in settings["lasers"]]
-    times, signals, units, told = zip(*(_channel(path, name) for name in settings["channels"]), strict=True)
-    if not all(np.array_equal(time, times[0]) for time in times):
+    channels = [_channel(path, name) for name in settings["channels"]]
+    first = channels[0]
+    if not all(np.array_equal(channel.time_s, first.time_s) for channel in channels):
         raise FreerockError(path, "the two channels differ in their times", "name two of one group")
-    record = find_rotation(times[0], signals, lasers, block, units, RotationOptions(**settings["rotation"]))
-    record.attrs |= told[0]
-    time, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-    known = block, record.attrs["zero_stderr_rad"], listed_faults(record)
-    by_hand = {key: settings[key] for key in ("overrides", "exclusions")}
-    runs = find_runs(time, theta, sigma, flags, *known, **by_hand, **settings["runs"])
-    impacts = []
-    for run in runs:
-        during = slice(np.searchsorted(time, run.release_s), np.searchsorted(time, run.end_s, "right"))
-        held = {"theta0": run.theta0, "theta0_stderr": run.theta0_stderr}
-        impacts.append(
-            find_impacts(time[during], theta[during], sigma[during], block, **held, **settings["impacts"])
-        )
-    ratio = settings["impacts"]["min_uplift_ratio"]
-    judged = [
-        replace(run, verdict=run.verdict.adding(doubt_about(found, min_uplift_ratio=ratio)))
-        for run, found in zip(runs, impacts, strict=True)
-    ]
-    return record, judged, impacts
+    signals, units = [channel.signal for channel in channels], [channel.unit for channel in channels]
+    options = RotationOptions(**settings["rotation"])
+    record = find_rotation(first.time_s, signals, lasers, block, units, options)
+    return record.assign_attrs(first.notes)
 
 
-def _sensor(section, raw):
+def _sensor(section: Settings, raw: str) -> Laser:
+    """A laser with its calibration table, where it has one."""
     table = section["calibration"] and read_calibration(Path(raw, section["calibration"]))
     return Laser(**section | {"calibration": table})
 
 
-def _channel(path, name):
-    """A channel by its name, "" for the only one: time, signal, unit, and what its reader found out."""
+def _channel(path: Path, name: str) -> _Channel:
+    """A channel by its name, "" for the only one."""
     read = read_record(path, name or None)
     if len(read.data_vars) > 1:
-        several = f"has the channels {', '.join(read.data_vars)}"
+        several = f"has the channels {', '.join(map(str, read.data_vars))}"
         raise FreerockError(path, several, "name one in the channel column of the campaign's CSV")
     (signal,) = read.data_vars.values()
-    told = {key: read.attrs[key] for key in ("reading", "time_base") if key in read.attrs}
-    return read["time"].values, signal.values, signal.attrs["units"], told
+    notes = {key: read.attrs[key] for key in READERS_NOTES if key in read.attrs}
+    return _Channel(read["time"].values, signal.values, signal.attrs["units"], notes)
+
+
+def _impacts(
+    run: Run, time_s: Floats, theta: Floats, sigma: Floats, block: Block, limits: ImpactLimits
+) -> Impacts:
+    """The impacts of a run of the record."""
+    during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
+    return find_impacts(
+        time_s[during],
+        theta[during],
+        sigma[during],
+        block,
+        theta0=run.theta0,
+        theta0_stderr=run.theta0_stderr,
+        limits=limits,
+    )

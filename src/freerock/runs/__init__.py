@@ -1,1 +1,6 @@
-"""θ(t) to runs, and runs to impacts."""
+"""Free-rocking runs in θ(t), the impacts in a run, and what a fit takes of it.
+
+`segment.find_runs` finds the runs and judges them (`checks`), `impacts.find_impacts` the impacts of one.
+"""
+
+__all__ = ["by_hand", "impacts", "limits", "motion", "rate", "segment", "verdict"]

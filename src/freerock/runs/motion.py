@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from freerock.rotation.arrays import Floats
 from freerock.runs.segment import Run
 
 
@@ -20,15 +19,15 @@ class Motion:
     sigma_theta : float
         Standard deviation of the noise of theta [rad].
     theta0, theta0_stderr : float
-        Held angle before the release and its standard error [rad].
+        Release angle and its standard error [rad].
     t0_stderr : float
         Standard error of the measured release [s].
     fit_start_s : float
         First instant that a fit uses, after the finger has left the block [s since the release].
     """
 
-    time_s: np.ndarray
-    theta: np.ndarray
+    time_s: Floats
+    theta: Floats
     sigma_theta: float
     theta0: float
     theta0_stderr: float = 0.0
@@ -36,7 +35,7 @@ class Motion:
     fit_start_s: float = 0.0
 
 
-def motion_of(run: Run, time_s: np.ndarray, theta: np.ndarray) -> Motion:
+def motion_of(run: Run, time_s: Floats, theta: Floats) -> Motion:
     """What a fit takes of a run.
 
     Parameters

@@ -20,7 +20,7 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
@@ -186,10 +186,9 @@ def _clean(motions: Sequence[Scene], n_records: int) -> Iterator[Row]:
         draw = np.random.RandomState([len(SETTINGS), trial])
         record, block, laser = motions[trial % len(motions)]
         found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
-        told = listed_faults(found)
-        alarms += bool(told)
+        alarms += bool(listed_faults(found))
         series = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-        runs = find_runs(*series, block, found.attrs["zero_stderr_rad"], told)
+        runs = find_runs(*series, block, signal_quality(found))
         true = len(record.truth["runs"])
         doubted += len(runs) != true or any(run.verdict.level != "ok" for run in runs)
     for name, count in (("none", alarms), ("none, runs", doubted)):

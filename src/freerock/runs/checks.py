@@ -1,0 +1,214 @@
+"""The checks of a run: each a small function from the facts to the reasons it finds.
+
+A new check is one function, and its line in `CHECKS`; the reasons stand in the order of that list.
+"""
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from freerock.models.block import Block
+from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.still import Phase
+from freerock.runs.limits import RunLimits
+from freerock.runs.release import HeldAngle, Release
+from freerock.runs.signal import Signal, names_of
+from freerock.runs.verdict import Reason, Verdict
+
+SWING = 10.0  # standard deviations a swing rises above zero
+SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
+SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of a run when it is judged.
+
+    Parameters
+    ----------
+    signal : Signal
+        θ(t) of the whole record.
+    faults : sequence of Fault
+        What is wrong with it.
+    block : Block or None
+    limits : RunLimits
+    hold : Phase
+    rest : Phase or None
+        The phase of stillness that follows, None where the record ends before.
+    level_before : float or None
+        Level of the last rest before the hold [rad], None where there is none.
+    release : Release
+    end_s : float
+        End of the motion [s].
+    held : HeldAngle
+    sigma_theta : float
+        Standard deviation of the noise of θ [rad].
+    n_impacts : int
+    override, exclusion : str or None
+        Why release and end were set by hand, and why the run was left out; None where they were not.
+    """
+
+    signal: Signal
+    faults: Sequence[Fault]
+    block: Block | None
+    limits: RunLimits
+    hold: Phase
+    rest: Phase | None
+    level_before: float | None
+    release: Release
+    end_s: float
+    held: HeldAngle
+    sigma_theta: float
+    n_impacts: int
+    override: str | None = None
+    exclusion: str | None = None
+
+    @property
+    def fit_start_s(self) -> float:
+        """First instant that a fit uses, after the finger has left the block [s]."""
+        return self.release.instant_s + self.limits.finger_s
+
+
+Check = Callable[[Facts], Iterator[Reason]]
+
+
+def verdict_on(run: Facts) -> Verdict:
+    """The verdict of all checks."""
+    return Verdict(tuple(reason for check in CHECKS for reason in check(run)))
+
+
+def overridden(run: Facts) -> Iterator[Reason]:
+    """Release and end set by hand: noted."""
+    if run.override is not None:
+        yield Reason("ok", "overridden", f"overridden: {run.override}")
+
+
+def release_timed(run: Facts) -> Iterator[Reason]:
+    """The early motion gives the instant of release."""
+    if not run.release.timed:
+        yield Reason("warn", "release_not_timed", "the release can't be timed from the early motion")
+
+
+def pushed(run: Facts) -> Iterator[Reason]:
+    """The motion begins at the held angle."""
+    push = run.release.push
+    if abs(push) > run.limits.max_push_fraction:
+        how = "pushed" if push > 0 else "held back"
+        text = f"{how}: it moves as if released from an angle {push:+.1%} off θ0"
+        yield Reason("warn", how.replace(" ", "_"), text)
+
+
+def critical_angle(run: Facts) -> Iterator[Reason]:
+    """The block is held below its critical angle."""
+    if run.block is not None and abs(run.held.theta0) >= run.block.theta_cr:
+        held, critical = math.degrees(run.held.theta0), math.degrees(run.block.theta_cr)
+        yield Reason("fail", "beyond_critical_angle", f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°")
+
+
+def few_impacts(run: Facts) -> Iterator[Reason]:
+    """There are enough impacts."""
+    fewest = run.limits.min_impacts
+    if run.n_impacts < fewest:
+        yield Reason("fail", "few_impacts", f"{run.n_impacts} impacts, fewer than {fewest}")
+
+
+def invalid_samples(run: Facts) -> Iterator[Reason]:
+    """The samples are valid."""
+    watched = run.signal.during(run.release.watched_s, run.end_s)
+    theta = run.signal.theta[watched]
+    share = float(np.mean(np.isnan(theta))) if theta.size else 1.0
+    if share > 0:
+        text = f"{share:.2%} of its samples are invalid{names_of(run.signal.flags[watched])}"
+        yield Reason("fail" if share > run.limits.max_flagged_fraction else "warn", "invalid_samples", text)
+
+
+def touched(run: Facts) -> Iterator[Reason]:
+    """Swings of a free block get lower and shorter."""
+    found = _not_free(run)
+    if found and run.block is not None and run.block.theta_cr > SQUAT:
+        yield Reason("warn", "touched", f"swing {found} than before: the block was touched, or it bounces")
+    elif found:
+        yield Reason("fail", "touched", f"swing {found} than before: the block was touched")
+
+
+def hold_wanders(run: Facts) -> Iterator[Reason]:
+    """The held angle stands still."""
+    wander = math.degrees(run.held.wander)
+    if wander > run.limits.max_hold_drift_deg:
+        yield Reason("warn", "hold_wanders", f"the held angle wanders by {wander:.3f}°")
+
+
+def ends_at_rest(run: Facts) -> Iterator[Reason]:
+    """The motion ends at rest, where it was at rest before."""
+    if run.rest is None:
+        yield Reason("warn", "cut_short", "the record ends before the block is at rest")
+    elif run.rest.kind != "rest":
+        over = run.block is not None and abs(run.rest.level) >= run.block.theta_cr
+        name, what = ("overturned", "it overturns and lies") if over else ("stopped", "it stops")
+        yield Reason("fail", name, f"{what} at {math.degrees(run.rest.level):.2f}° instead of at rest")
+    elif run.level_before is not None:
+        shift = math.degrees(run.rest.level - run.level_before)
+        if abs(shift) > run.limits.max_rest_shift_deg:
+            yield Reason("warn", "rest_shift", f"the rest position has moved by {shift:+.3f}°")
+
+
+def faults_met(run: Facts) -> Iterator[Reason]:
+    """No fault of the signal meets the run."""
+    for fault in run.faults:
+        if not (fault.start_s < run.end_s and fault.end_s > run.hold.start_s):
+            continue
+        angle = math.degrees(fault.angle)
+        moved = abs(angle) > run.limits.max_rest_shift_deg
+        if fault.name in FAULT_VERDICTS:
+            text = f"{fault.name.replace('_', ' ')}: {fault.note}"
+            yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
+        elif fault.name == "rest_shift" and moved:
+            text = f"the rest position has moved by {angle:+.3f}°: the block may have slid or twisted"
+            yield Reason("warn", "rest_shift", text)
+        elif fault.name == "drift" and moved:
+            yield Reason("warn", "drift", f"the zero drifts by {angle:+.3f}°")
+
+
+def excluded(run: Facts) -> Iterator[Reason]:
+    """Left out by hand: noted."""
+    if run.exclusion is not None:
+        yield Reason("ok", "excluded", f"excluded: {run.exclusion}")
+
+
+CHECKS: tuple[Check, ...] = (
+    overridden,
+    release_timed,
+    pushed,
+    critical_angle,
+    few_impacts,
+    invalid_samples,
+    touched,
+    hold_wanders,
+    ends_at_rest,
+    faults_met,
+    excluded,
+)
+
+
+def _not_free(run: Facts) -> str:
+    """Which swing is not free, and why, "" if none."""
+    t, theta, sigma = run.signal.t, run.signal.theta, run.sigma_theta
+    during = run.signal.during(run.fit_start_s, run.end_s)
+    index = during.start + np.flatnonzero(np.abs(theta[during]) > SWING * sigma)
+    if index.size == 0:
+        return ""
+    begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
+    starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
+    passages = (t[ends[:-1]] + t[starts[1:]]) / 2
+    height, longest = abs(run.held.theta0), (math.inf, math.inf)  # a moved zero makes one side's longer
+    for number, (i, j) in enumerate(zip(starts[1:-1], ends[1:-1], strict=True), 1):
+        top = float(np.nanmax(np.abs(theta[i : j + 1])))
+        time = float(passages[number] - passages[number - 1])
+        if top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma:
+            return f"{number} is {top / height - 1:.0%} higher"
+        if top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
+            return f"{number} lasts {time / max(longest) - 1:.0%} longer"
+        height, longest = top, (longest[1], time)
+    return ""

@@ -1,0 +1,35 @@
+"""The end of a motion: where it is lost in the noise of the rest that follows."""
+
+import numpy as np
+
+from freerock.rotation.still import Phase
+from freerock.runs.signal import Signal, scatter
+
+SMOOTH_S = 0.005  # averaging time in which the last of the motion stands out of the noise
+OUT_OF_NOISE = 5.0  # standard deviations
+
+
+def core(signal: Signal, phase: Phase, window_s: float) -> slice:
+    """The samples of a phase without its uncertain ends."""
+    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
+    return signal.during(phase.start_s + trim, phase.end_s - trim)
+
+
+def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) -> float:
+    """Last instant [s] at which θ, averaged over `SMOOTH_S`, stands out of what it is while still."""
+    t, theta = signal.t, signal.theta
+    width = max(1, round(SMOOTH_S / (t[1] - t[0])))
+    first, last = np.searchsorted(t, (start_s, until_s))
+    origin = max(0, min(first, still.start) - width)
+    part = theta[origin : max(last, still.stop) + width]
+    valid = np.isfinite(part)
+    sums, counts = (
+        np.concatenate((np.zeros(width // 2 + 1), np.cumsum(each), np.full(width, each.sum())))
+        for each in (np.where(valid, part, 0.0), valid)
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = (sums[width:] - sums[:-width]) / (counts[width:] - counts[:-width])
+    rest = mean[still.start - origin : still.stop - origin]
+    noise = max(scatter(rest), np.finfo(float).eps)
+    moving = np.abs(mean[first - origin : last - origin] - np.nanmedian(rest)) > OUT_OF_NOISE * noise
+    return float(t[first + np.flatnonzero(moving).max(initial=0)])

@@ -1,0 +1,50 @@
+"""Where a record is held before a release."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.rotation.faults import Fault
+from freerock.rotation.still import Phase, stationary_phases
+from freerock.runs.signal import Signal, names_of
+
+UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
+
+
+def find_holds(signal: Signal, steady: Sequence[Phase], window_s: float) -> list[Phase]:
+    """Phases that end with a release: the steady ones, and those too unsteady to be among them."""
+    loose = stationary_phases(signal.t, signal.theta, window_s=window_s, floor_fraction=UNSTEADY)
+    holds: list[Phase] = []
+    for phase in [*steady, *loose]:
+        apart = all(phase.end_s < hold.start_s or phase.start_s > hold.end_s for hold in holds)
+        if phase.kind == "held" and phase.level and apart:
+            holds.append(phase)
+    return sorted(holds, key=lambda hold: hold.start_s)
+
+
+def no_release(
+    phases: Sequence[Phase], block: Block | None, signal: Signal, faults: Sequence[Fault]
+) -> FreerockError:
+    """The error of a record without a release, with what can be said of it."""
+    remedy = "check that the channel, the sign and the laser are those of this record"
+    if not phases:
+        what, remedy = "no release found: the signal never stands still", "record a rest and a held phase"
+    else:
+        held = max((phase.level for phase in phases), key=abs)
+        what = "no release found: nothing rocks freely to rest after being held"
+        if block is not None and abs(held) >= block.theta_cr:
+            what = (
+                f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "
+                f"{math.degrees(block.theta_cr):.2f}°, it overturns"
+            )
+            remedy = "check the block's height and width and the laser's position"
+    share = float(np.mean(signal.flags != 0))
+    lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")
+    if lost:
+        what += f", the target is lost {lost}"
+    elif share > 0.02 and "overturns" not in what:
+        what += f", {share:.0%} of the samples are invalid{names_of(signal.flags)}"
+    return FreerockError("record", what, remedy)
