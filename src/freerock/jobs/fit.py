@@ -19,6 +19,7 @@ from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import motions_in, runs_in
 from freerock.runs.impacts import find_impacts
+from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
 
 log = logging.getLogger("freerock")
@@ -114,7 +115,6 @@ class _Fitter:
     def _with_impacts(self, fit: Fit) -> Fit:
         """The fit with the impacts of the modelled motion."""
         theta0 = dict(zip(fit.parameters, fit.value, strict=True)).get("theta0", fit.theta_model[0])
-        impacts = find_impacts(
-            fit.time, fit.theta_model, 0.0, self.block, theta0=theta0, **self.settings["impacts"]
-        )
+        limits = ImpactLimits(**self.settings["impacts"])
+        impacts = find_impacts(fit.time, fit.theta_model, 0.0, self.block, theta0=theta0, limits=limits)
         return replace(fit, impacts=impacts)

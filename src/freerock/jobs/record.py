@@ -66,7 +66,7 @@ def make_record(settings: Settings, output: str | Path) -> None:
     path = Path(settings["raw"], settings["file"])
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
-        attributes["provenance"] = provenance(filter(Path.exists, _files(settings)), settings)
+        attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
         processed = None if settings["excluded"] else _process(settings, path)
     except FreerockError as error:
         if of_the_machine(error):
@@ -109,11 +109,12 @@ def _process(settings: Settings, path: Path) -> _Processed:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     block = Block(**settings["block"])
     record = _rotation(settings, path, block)
-    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    quality = signal_quality(record)
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
-    runs = find_runs(*signal, block, signal_quality(record), by_hand, RunLimits(**settings["runs"]))
+    runs = find_runs(time_s, theta, sigma, flags, block, quality, by_hand, RunLimits(**settings["runs"]))
     limits = ImpactLimits(**settings["impacts"])
-    impacts = [_impacts(run, *signal[:3], block, limits) for run in runs]
+    impacts = [_impacts(run, time_s, theta, sigma, block, limits) for run in runs]
     doubts = [doubt_about(found, limits) for found in impacts]
     judged = [replace(run, verdict=run.verdict.adding(own)) for run, own in zip(runs, doubts, strict=True)]
     return _Processed(record, judged, impacts)
@@ -135,7 +136,7 @@ def _rotation(settings: Settings, path: Path, block: Block) -> xr.Dataset:
 def _sensor(section: Settings, raw: str) -> Laser:
     """A laser with its calibration table, where it has one."""
     table = section["calibration"] and read_calibration(Path(raw, section["calibration"]))
-    return Laser(**section | {"calibration": table})
+    return Laser(**{**section, "calibration": table})
 
 
 def _channel(path: Path, name: str) -> _Channel:

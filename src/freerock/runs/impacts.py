@@ -5,7 +5,7 @@ Measured and computed motions go the same way.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
@@ -55,6 +55,9 @@ class Impacts:
     theta_uplift: float
 
 
+COLUMNS = [field.name for field in fields(Impacts) if field.name != "theta_uplift"]
+
+
 def find_impacts(
     time_s: ArrayLike,
     theta: ArrayLike,
@@ -97,8 +100,8 @@ def find_impacts(
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
     rows = _rows(motion, swings, passages, (theta0, theta0_stderr), uplift, block, limits)
-    columns: list[Floats] = list(np.array(rows).reshape(-1, 10).T)
-    return Impacts(*columns, uplift)
+    columns = dict(zip(COLUMNS, np.array(rows).reshape(-1, len(COLUMNS)).T, strict=True))
+    return Impacts(theta_uplift=uplift, **columns)
 
 
 def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Reason]:
