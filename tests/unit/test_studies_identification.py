@@ -80,7 +80,7 @@ def test_the_residual_tells_of_an_imperfect_block():
     ]
     frame = pd.DataFrame(rows)
     assert frame["success"].all()
-    assert frame.groupby("imperfection")["told"].all().to_dict() == {"none": False, "amplitude": True}
+    assert frame.groupby("imperfection")["detected"].all().to_dict() == {"none": False, "amplitude": True}
     widened = frame.groupby("imperfection")["widened"].min()
     assert widened["none"] == pytest.approx(1, abs=0.1)
     assert widened["amplitude"] > 5

@@ -54,13 +54,13 @@ def draw(records, origin, labels=None):
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
-        told = []
+        runs_drawn = []
         for foundation, style in styles.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
-                told.append(of_run(*curve[["test", "run"]].iloc[0]))
-        title = ": ".join(filter(None, [label(labels, block), "; ".join(told)]))
+                runs_drawn.append(of_run(*curve[["test", "run"]].iloc[0]))
+        title = ": ".join(filter(None, [label(labels, block), "; ".join(runs_drawn)]))
         ax.set_title(wrapped(panel(i, len(blocks), title), 0.9), loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)

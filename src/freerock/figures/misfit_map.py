@@ -1,4 +1,4 @@
-"""Figure of the valleys: how far ε_θ rises around the parameters identified on each record."""
+"""Misfit maps: how far ε_θ rises around the parameters identified on each record."""
 
 import math
 
@@ -64,8 +64,8 @@ def draw(maps, origin, labels=None):
         parts += _panel(ax, each)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
         test, run = each.test, each.identified[0].run
-        told = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
-        title = panel(i, len(maps), f"{block}, {foundation}: {told}")
+        fitted = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
+        title = panel(i, len(maps), f"{block}, {foundation}: {fitted}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
     for ax in axes[len(maps) :]:

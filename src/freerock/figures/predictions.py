@@ -77,8 +77,8 @@ def draw(predictions, epsilon, origin, labels=None):
     handles = [
         Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in kinds.items()
     ]
-    told = [handle.get_label() for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(told))
+    drawn_labels = [handle.get_label() for handle in handles]
+    figure.legend(handles=handles, loc="outside upper right", ncols=columns(drawn_labels))
     footer(figure, origin)
     return figure, data
 

@@ -33,7 +33,7 @@ def draw(record, fits, labels=None):
     Returns
     -------
     pages : list of matplotlib.figure.Figure
-        One per run; a single one that tells the reason where the record could not be processed.
+        One per run; a single one with the reason where the record could not be processed.
     data : pandas.DataFrame
         Columns run (empty: the whole record), series, time_s, value, unit; times on the record's clock, of
         a run since its release.
@@ -214,11 +214,11 @@ def _facts(run, sigma_deg):
 
 def _faults(record):
     """What is wrong with the signal of the record, each fault with the first time it occurs."""
-    told = {}
+    found = {}
     for fault in listed_faults(record):
-        told.setdefault(fault.name, []).append(fault)
+        found.setdefault(fault.name, []).append(fault)
     texts = []
-    for name, each in told.items():
+    for name, each in found.items():
         first = each[0]
         more = f", {len(each) - 1} more" if len(each) > 1 else ""
         when = f"{first.start_s:.2f} to {first.end_s:.2f} s"

@@ -83,8 +83,8 @@ def run(size: str = "full") -> pd.DataFrame:
     -------
     pandas.DataFrame
         One row per run and parameter of the Hunt-Crossley law: block, foundation, imperfection, run, success,
-        told (the residual test says that the law is not the whole truth), widened (standard error over the
-        Cramér-Rao bound), error (of the parameter in standard errors), error_percent and epsilon_theta.
+        detected (the residual test says that the law is not the whole truth), widened (standard error over
+        the Cramér-Rao bound), error (of the parameter in standard errors), error_percent and epsilon_theta.
     """
     cases = [
         (block, foundation, imperfection, i)
@@ -112,7 +112,7 @@ def _model_error(case: Any) -> list[Row]:
         truth.theta0,
         truth.sigma_theta,
     )
-    told = not fit.diagnostics["white"] or fit.diagnostics["residual_over_sigma"] > LOUDER
+    detected = not fit.diagnostics["white"] or fit.diagnostics["residual_over_sigma"] > LOUDER
     return [
         {
             "block": block,
@@ -121,7 +121,7 @@ def _model_error(case: Any) -> list[Row]:
             "run": i,
             "parameter": name,
             "success": fit.success,
-            "told": told,
+            "detected": detected,
             "widened": fit.stderr[j] / bound[name],
             "error": (fit.value[j] - truth.parameters[name]) / fit.stderr[j],
             "error_percent": 100 * (fit.value[j] / truth.parameters[name] - 1),

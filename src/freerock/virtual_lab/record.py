@@ -1,8 +1,8 @@
 """A simulated record of free-rocking tests, with its truth.
 
-A record goes: rest; then for every release a tilt by hand (the hand in the beam now and then), a hold by a
-finger, the finger's fading support, free rocking to rest, a pause. The law of motion restrains the base
-centre, as the models do; for the laser the block turns by the same θ about its corner (see
+A record begins at rest. For every release there follow a tilt by hand (the hand in the beam now and then), a
+hold by a finger, the finger's fading support, free rocking to rest, and a pause. The law of motion restrains
+the base centre, as the models do; for the laser the block turns by the same θ about its corner (see
 `freerock.rotation.beam`).
 """
 

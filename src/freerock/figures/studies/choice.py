@@ -7,7 +7,7 @@ from matplotlib.patches import Patch
 from freerock.figures.style import MODEL_STYLES, headed, styled
 from freerock.models.laws import MODEL_LABELS
 
-FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws can, and below which they can't, be told apart
+FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws are distinguished, and below which they can't be
 
 
 @styled()

@@ -39,15 +39,15 @@ def draw(frame, labels=None):
         rows = frame[frame["parameter"] == parameter]
         x = np.array([kinds.index(kind) for kind in rows["imperfection"]]) + (j - 0.5) * 0.3
         x = x + np.linspace(-0.1, 0.1, len(rows))
-        for told in (False, True):
+        for detected in (False, True):
             style = {
                 "color": ("black", "#d55e00")[j],
                 "marker": "os"[j],
                 "linestyle": "",
                 "markersize": 3.5,
-                "markerfacecolor": None if told else "white",
+                "markerfacecolor": None if detected else "white",
             }
-            chosen = (rows["told"] == told).values
+            chosen = (rows["detected"] == detected).values
             left.plot(x[chosen], rows["widened"][chosen], **style)
             right.plot(x[chosen], rows["error"].abs()[chosen], **style)
     left.set(yscale="log", ylabel="standard error / Cramér–Rao bound")
