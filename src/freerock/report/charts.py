@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from freerock.figures.style import MEASURED, MODEL_MARKERS, MODEL_STYLES, extremes
 from freerock.models.laws import MODELS
-from freerock.runs.rate import angular_rate
+from freerock.runs.angular_rate import angular_rate
 
 BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
 MISSING = -32768

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from freerock.runs.rate import angular_rate
+from freerock.runs.angular_rate import angular_rate
 
 
 def test_rate_of_a_swing():
