@@ -1,14 +1,17 @@
 """Effect of the foundation: Spanos et al. 2017, figure 2 (doi:10.1016/j.proeng.2017.09.024)."""
 
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import (
     FOUNDATION_STYLES,
+    Labels,
     footer,
     gathered,
     label,
@@ -24,7 +27,7 @@ from freerock.products.groups import usable_runs
 
 
 @printed
-def draw(records, origin, labels=None):
+def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Measured θ(t) of the first usable run on each foundation, one panel per block.
 
     Parameters
@@ -44,7 +47,7 @@ def draw(records, origin, labels=None):
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
     styles = dict(zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(FOUNDATION_STYLES)))
-    curves = {}
+    curves: dict[tuple[str, str], pd.DataFrame] = {}
     for tree in records:
         for number, run in list(usable_runs(tree).items())[:1]:
             scene = (tree.attrs["block"], tree.attrs["foundation"])
@@ -54,13 +57,13 @@ def draw(records, origin, labels=None):
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
-        runs_drawn = []
+        drawn = []
         for foundation, style in styles.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **style)
-                runs_drawn.append(of_run(*curve[["test", "run"]].iloc[0]))
-        title = ": ".join(filter(None, [label(labels, block), "; ".join(runs_drawn)]))
+                drawn.append(of_run(*curve[["test", "run"]].iloc[0]))
+        title = ": ".join(filter(None, [label(labels, block), "; ".join(drawn)]))
         ax.set_title(wrapped(panel(i, len(blocks), title), 0.9), loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
@@ -73,9 +76,9 @@ def draw(records, origin, labels=None):
     return figure, gathered(curves.values(), columns)
 
 
-def _curve(tree, number, run):
-    time = tree["time"].values
-    release, end = run["release"].item(), run["end"].item()
+def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
+    time = tree.dataset["time"].values
+    release, end = run.dataset["release"].item(), run.dataset["end"].item()
     during = np.flatnonzero((time >= release) & (time <= end))
     during = during[thin(len(during))]
     return pd.DataFrame(
@@ -85,6 +88,6 @@ def _curve(tree, number, run):
             "test": tree.attrs["test"],
             "run": number,
             "time_s": time[during] - release,
-            "theta_deg": np.degrees(tree["theta"].values[during]),
+            "theta_deg": np.degrees(tree.dataset["theta"].values[during]),
         }
     )

@@ -1,6 +1,7 @@
-"""Misfit maps: how far ε_θ rises around the parameters identified on each record."""
+"""Figure of the misfit maps: how far ε_θ rises around the parameters identified on each record."""
 
 import math
+from collections.abc import Iterator, Sequence
 
 import matplotlib
 import numpy as np
@@ -10,6 +11,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
     columns,
     footer,
     gathered,
@@ -23,16 +27,19 @@ from freerock.figures.style import (
 )
 from freerock.identification.misfit import SPAN
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.products.misfit_maps import RecordMap
 from freerock.tables.text import quantity
 
 MODEL = "hunt_crossley"
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
+OF_A_RUN: Style = {"marker": "o", "color": "black", "linestyle": ""}
+JOINT: Style = {"marker": "x", "color": "#d55e00", "linestyle": ""}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
 
 
 @printed
-def draw(maps, origin, labels=None):
+def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part is in the covariances of the
@@ -59,46 +66,35 @@ def draw(maps, origin, labels=None):
     rows = max(1, math.ceil(len(maps) / beside))
     figure = Figure(figsize=size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
-    parts = []
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
-        parts += _panel(ax, each)
+        _panel(ax, each)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
         test, run = each.test, each.identified[0].run
-        fitted = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
-        title = panel(i, len(maps), f"{block}, {foundation}: {fitted}")
+        drawn = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
+        title = panel(i, len(maps), f"{block}, {foundation}: {drawn}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
-    handles = [
-        Line2D(
-            [],
-            [],
-            color="0.4",
-            linewidth=scaled(0.8),
-            label=f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the run named / %",
-        ),
-        Line2D(
-            [],
-            [],
-            color="black",
-            marker="o",
-            linestyle="",
-            markersize=scaled(4),
-            label="identified, run by run",
-        ),
-        Line2D(
-            [], [], color="#d55e00", marker="x", linestyle="", markersize=scaled(5), label="all runs jointly"
-        ),
-    ]
-    names = [handle.get_label() for handle in handles]
+    handles = _handles()
+    names = [str(handle.get_label()) for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
     if maps:
         footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)
+    return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
-def _panel(ax, record):
+def _handles() -> list[Line2D]:
+    contour = f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the run named / %"
+    return [
+        Line2D([], [], color="0.4", linewidth=scaled(0.8), label=contour),
+        Line2D([], [], **OF_A_RUN, markersize=scaled(4), label="identified, run by run"),
+        Line2D([], [], **JOINT, markersize=scaled(5), label="all runs jointly"),
+    ]
+
+
+def _panel(ax: Axes, record: RecordMap) -> None:
+    """Contours, markers and ticks of one record."""
     found_map = record.map
     k, damping = found_map.first, found_map.second
     # √ε_θ is nearly linear on the slopes: smoother contours
@@ -112,35 +108,31 @@ def _panel(ax, record):
     )
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     small = 0.85 * matplotlib.rcParams["legend.fontsize"]
-    labels = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
-    identity = {"test": record.test, "block": record.block, "foundation": record.foundation}
+    texts = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
     for each in record.identified:
-        pooled = each.run == "pooled"
-        style = {"marker": "x", "color": "#d55e00"} if pooled else {"marker": "o", "color": "black"}
-        ax.plot(each.k, each.damping, linestyle="", markersize=scaled(4), **style)
+        style = JOINT if each.run == "pooled" else OF_A_RUN
+        ax.plot(each.k, each.damping, markersize=scaled(4), **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
         ticks = MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(values[0], values[-1])
         ticks = ticks[(values[0] < ticks) & (ticks < values[-1])]
         axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
-    for text in labels:  # one under a marker cannot be read
+    for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         marked = (np.log([each.k / k[0], each.damping / damping[0]]) for each in record.identified)
         gaps = [np.hypot(*(at - marker)) for marker in marked]
         text.set_visible(min(gaps) > 0.2 * SPAN)
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
-    grid = np.meshgrid(k, damping)
-    yield pd.DataFrame(
-        {
-            **identity,
-            "run": record.identified[0].run,
-            "quantity": "grid",
-            "k": grid[0].ravel(),
-            "lambda": grid[1].ravel(),
-            "epsilon_theta": found_map.epsilon_theta.ravel(),
-        }
-    )
+
+
+def _numbers(record: RecordMap) -> Iterator[pd.DataFrame]:
+    """The grid and the identified values of one record."""
+    identity = {"test": record.test, "block": record.block, "foundation": record.foundation}
+    k, damping = np.meshgrid(record.map.first, record.map.second)
+    epsilon = {"epsilon_theta": record.map.epsilon_theta.ravel()}
+    grid = {"k": k.ravel(), "lambda": damping.ravel()} | epsilon
+    yield pd.DataFrame({**identity, "run": record.identified[0].run, "quantity": "grid", **grid})
     yield pd.DataFrame(
         [
             {

@@ -1,12 +1,16 @@
 """Measured against modelled θ(t): Spanos et al. 2017, figure 3 (doi:10.1016/j.proeng.2017.09.024)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
 
 from freerock.figures.style import (
     MEASURED,
     MODEL_STYLES,
+    Labels,
     footer,
     gathered,
     label,
@@ -25,7 +29,7 @@ from freerock.tables.text import quantity
 
 
 @printed
-def draw(fits, origin, labels=None):
+def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """θ(t) of the first fitted run of each dataset beside the models fitted to it, residuals below.
 
     Parameters
@@ -65,17 +69,15 @@ def draw(fits, origin, labels=None):
         curves = _curves(tree, number, run)
         parts.append(curves)
         measured = curves[curves["source"] == "measured"]
-        motion.plot(
-            measured["time_s"],
-            measured["theta_deg"],
-            **MEASURED | {"linewidth": scaled(MEASURED["linewidth"])},
-        )
+        thick = MEASURED | {"linewidth": scaled(MEASURED["linewidth"])}
+        motion.plot(measured["time_s"], measured["theta_deg"], **thick)
         for model in MODELS:
             own = curves[curves["source"] == model]
             if len(own):
                 style = MODEL_STYLES[model]
-                epsilon = quantity(100 * run[model]["epsilon_theta"].item())
-                failed = "" if run[model]["success"].item() else " (failed fit)"
+                fit = run.children[model].dataset
+                epsilon = quantity(100 * fit["epsilon_theta"].item())
+                failed = "" if fit["success"].item() else " (failed fit)"
                 named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %{failed}"}
                 motion.plot(own["time_s"], own["theta_deg"], **named)
                 residual.plot(own["time_s"], own["residual_deg"], **style)
@@ -87,18 +89,22 @@ def draw(fits, origin, labels=None):
     return figure, gathered(parts, columns)
 
 
-def _curves(tree, number, run):
+def _curves(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
     drawn = thin(run.sizes["time"])
-    measured = run["theta"].values[drawn]
+    measured = run.dataset["theta"].values[drawn]
     sources = {"measured": measured}
-    sources |= {model: run[model]["theta_model"].values[drawn] for model in MODELS if model in run.children}
+    sources |= {
+        model: run.children[model].dataset["theta_model"].values[drawn]
+        for model in MODELS
+        if model in run.children
+    }
     return pd.concat(
         pd.DataFrame(
             {
                 "test": tree.attrs["test"],
                 "run": number,
                 "source": source,
-                "time_s": run["time"].values[drawn],
+                "time_s": run.dataset["time"].values[drawn],
                 "theta_deg": np.degrees(theta),
                 "residual_deg": np.degrees(theta - measured),
             }

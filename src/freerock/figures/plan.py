@@ -3,13 +3,14 @@
 from itertools import cycle
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import label, styled
+from freerock.figures.style import Labels, Style, label, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
-BLOCK_STYLES = (
+BLOCK_STYLES: tuple[Style, ...] = (
     {"color": "black", "marker": "o"},
     {"color": "#0072b2", "marker": "s"},
     {"color": "#d55e00", "marker": "D"},
@@ -20,7 +21,7 @@ RATE_LINES = ("-", "--", ":", "-.")
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
     """Relative standard errors over the release angle: a page per sensor and duration.
 
     Parameters
@@ -44,7 +45,7 @@ def draw(frame, labels=None):
     return pages, frame
 
 
-def _page(frame, rows, title, labels):
+def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -> Figure:
     """Panels with the axes of the whole frame, so that pages compare."""
     blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
     rates = dict(zip(sorted(frame["sampling_rate_hz"].unique()), cycle(RATE_LINES)))

@@ -1,26 +1,44 @@
 """How well parameters identified on other runs and blocks predict a run."""
 
+from collections.abc import Mapping
+
 import matplotlib
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import columns, footer, gathered, label, panel, printed, scaled, size
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    columns,
+    footer,
+    gathered,
+    label,
+    panel,
+    printed,
+    scaled,
+    size,
+)
 from freerock.models.laws import MODEL_LABELS, MODELS
 
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
-MARKERS = {
+MARKERS: dict[str, Style] = {
     OWN: {"marker": "|", "color": "black", "markersize": 7},
     OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"},
     "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
 }
+Scene = tuple[str, str]  # block and foundation
 NARROWEST_IN = 2.2  # of a panel
 FAILED = "#b00020"
 
 
 @printed
-def draw(predictions, epsilon, origin, labels=None):
+def draw(
+    predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None
+) -> tuple[Figure, pd.DataFrame]:
     """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
 
     Parameters
@@ -57,13 +75,7 @@ def draw(predictions, epsilon, origin, labels=None):
     kinds = {kind: style for kind, style in MARKERS.items() if kind in set(data["basis"].map(_kind))}
     for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
         ax.set_title(panel(i, len(shown), MODEL_LABELS[model]), loc="left")
-        ax.margins(x=0.05)
-        for basis, style in kinds.items():
-            rows = data[(data["model"] == model) & (data["basis"].map(_kind) == basis)]
-            level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
-            sized = style | {"markersize": scaled(style["markersize"])}
-            shift = 0.22 * (list(MARKERS).index(basis) - 1)
-            ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
+        _panel(ax, data[data["model"] == model], scenes, kinds)
         _mark_failed(ax, single[single["model"] == model], scenes)
     for ax in axes.ravel()[len(shown) :]:
         ax.set_axis_off()
@@ -77,13 +89,23 @@ def draw(predictions, epsilon, origin, labels=None):
     handles = [
         Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in kinds.items()
     ]
-    drawn_labels = [handle.get_label() for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(drawn_labels))
+    named = [str(handle.get_label()) for handle in handles]
+    figure.legend(handles=handles, loc="outside upper right", ncols=columns(named))
     footer(figure, origin)
     return figure, data
 
 
-def _mark_failed(ax, fits, scenes):
+def _panel(ax: Axes, data: pd.DataFrame, scenes: list[Scene], kinds: Mapping[str, Style]) -> None:
+    ax.margins(x=0.05)
+    for basis, style in kinds.items():
+        rows = data[data["basis"].map(_kind) == basis]
+        level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
+        sized = style | {"markersize": scaled(style["markersize"])}
+        shift = 0.22 * (list(MARKERS).index(basis) - 1)
+        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
+
+
+def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[Scene]) -> None:
     for scene, own in fits.groupby(["block", "foundation"], sort=False):
         if n := int((~own["success"]).sum()):
             text = "failed fit" if n == 1 else f"{n} failed fits"
@@ -95,5 +117,5 @@ def _mark_failed(ax, fits, scenes):
             ax.text(0.01, scenes.index(scene) + 0.3, text, transform=ax.get_yaxis_transform(), **style)
 
 
-def _kind(basis):
+def _kind(basis: str) -> str:
     return basis if basis in MARKERS else "another block"

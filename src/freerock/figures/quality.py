@@ -1,26 +1,43 @@
 """One page per run for quality control: volts, record, run with impacts, residuals of the models."""
 
 import textwrap
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from freerock.figures.style import MODEL_STYLES, extremes, footer, label, legend_above, styled, thin
+from freerock.figures.style import (
+    MODEL_STYLES,
+    Axes,
+    Labels,
+    Style,
+    extremes,
+    footer,
+    label,
+    legend_above,
+    styled,
+    thin,
+)
 from freerock.models.laws import MODELS
 from freerock.products.groups import reasons_in, runs_of
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.text import quantity
 from freerock.units import BASE
 
-PAGE_DPI = 110
+Floats = NDArray[np.float64]
+PAGE: Style = {"dpi": 110, "layout": "none"}
+WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020"}
 
 
 @styled()
-def draw(record, fits, labels=None):
+def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
     """Pages of quality control of one record.
 
     Parameters
@@ -33,7 +50,7 @@ def draw(record, fits, labels=None):
     Returns
     -------
     pages : list of matplotlib.figure.Figure
-        One per run; a single one with the reason where the record could not be processed.
+        One per run; a single one that gives the reason where the record could not be processed.
     data : pandas.DataFrame
         Columns run (empty: the whole record), series, time_s, value, unit; times on the record's clock, of
         a run since its release.
@@ -53,24 +70,26 @@ def draw(record, fits, labels=None):
     return pages, pd.concat(parts, ignore_index=True)
 
 
-def failed(record, labels, reasons, verdict="fail"):
+def failed(
+    record: xr.DataTree, labels: Labels, reasons: str, verdict: str = "fail"
+) -> tuple[list[Figure], pd.DataFrame]:
     """The page of a record without runs, or one that can't be drawn: what and why; returns as `draw`."""
-    figure = Figure(figsize=(7.0, 2.0), dpi=PAGE_DPI, layout="none")
+    figure = Figure(figsize=(7.0, 2.0), **PAGE)
     _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
     footer(figure, record.attrs["origin"])
     return [figure], pd.DataFrame(columns=COLUMNS)
 
 
-def _title(record, labels):
+def _title(record: xr.DataTree, labels: Labels) -> str:
     names = [label(labels, record.attrs[key]) for key in ("block", "foundation")]
     return f"{record.attrs['test']}: {', '.join(names)}"
 
 
-def _series(run, series, time_s, value, unit):
+def _series(run: Any, series: str, time_s: Floats, value: Floats, unit: str) -> pd.DataFrame:
     return pd.DataFrame({"run": run, "series": series, "time_s": time_s, "value": value, "unit": unit})
 
 
-def _recorded(record):
+def _recorded(record: xr.DataTree) -> dict[str, str]:
     """Name and unit of each channel as recorded: volts, mostly."""
     return {
         f"{quantity}{suffix}": unit
@@ -80,20 +99,20 @@ def _recorded(record):
     }
 
 
-def _record_series(record):
-    time, flags = record["time"].values, record["flags"].values
+def _record_series(record: xr.DataTree) -> pd.DataFrame:
+    time, flags = record.dataset["time"].values, record.dataset["flags"].values
     channels = _recorded(record)
-    theta = np.degrees(record["theta"].values)
+    theta = np.degrees(record.dataset["theta"].values)
     angles = extremes(theta)
-    masks = np.atleast_1d(record["flags"].attrs["flag_masks"])
-    meanings = record["flags"].attrs["flag_meanings"].split()
+    masks = np.atleast_1d(record.dataset["flags"].attrs["flag_masks"])
+    meanings = record.dataset["flags"].attrs["flag_meanings"].split()
     parts = [_series(pd.NA, "theta", time[angles], theta[angles], "degree")]
     for name, unit in channels.items():
-        values = record[name].values
+        values = record.dataset[name].values
         drawn = extremes(values)
         parts.append(_series(pd.NA, name, time[drawn], values[drawn], unit))
     first, unit = next(iter(channels.items()))
-    values = record[first].values
+    values = record.dataset[first].values
     for mask, meaning in zip(masks, meanings, strict=True):
         flagged = np.flatnonzero(flags & mask)
         flagged = flagged[thin(len(flagged), 300)]
@@ -101,39 +120,40 @@ def _record_series(record):
     return pd.concat(parts)
 
 
-def _run_series(record, number, run, fit):
-    release, end = run["release"].item(), run["end"].item()
-    time, theta = record["time"].values, np.degrees(record["theta"].values)
+def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.DataTree | None) -> pd.DataFrame:
+    release, end = run.dataset["release"].item(), run.dataset["end"].item()
+    time, theta = record.dataset["time"].values, np.degrees(record.dataset["theta"].values)
     during = np.flatnonzero((time >= release - 0.1) & (time <= end))
     during = during[thin(len(during))]
     parts = [_series(number, "theta", time[during] - release, theta[during], "degree")]
     if run.sizes.get("impact", 0):
-        impacts = run["impact_time"].values - release
+        impacts = run.dataset["impact_time"].values - release
         parts.append(_series(number, "impact", impacts, np.zeros(len(impacts)), "degree"))
-    for model in MODELS if fit is not None else ():
-        if model in fit.children:
-            residual = np.degrees(fit[model]["residual"].values)
+    for model in MODELS:
+        if fit is not None and model in fit.children:
+            residual = np.degrees(fit.children[model].dataset["residual"].values)
             drawn = extremes(residual, 600)
-            parts.append(
-                _series(number, f"residual_{model}", fit["time"].values[drawn], residual[drawn], "degree")
-            )
+            time_s = fit.dataset["time"].values[drawn]
+            parts.append(_series(number, f"residual_{model}", time_s, residual[drawn], "degree"))
     return pd.concat(parts)
 
 
-def _page(record, title, number, run, whole, own):
-    sigma_deg = np.degrees(run["sigma_theta"].item())
-    width, height = 7.0, 8.4
-    figure = Figure(figsize=(width, height), dpi=PAGE_DPI, layout="none")
+def _page(
+    record: xr.DataTree, title: str, number: int, run: xr.DataTree, whole: pd.DataFrame, own: pd.DataFrame
+) -> Figure:
+    """The record with the run marked in it, then the run, then the residuals."""
+    sigma_deg = float(np.degrees(run.dataset["sigma_theta"].item()))
+    figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), **PAGE)
     attrs = run.attrs | {"reasons": in_one_line(reasons_in(run.attrs))}
     band = _header(figure, f"{title}, run {number}", attrs, _facts(run, sigma_deg), _faults(record))
     volts, angle, motion, residual = figure.subplots(
         4,
         height_ratios=[1, 1, 1.5, 1.2],
         gridspec_kw={
-            "left": 0.6 / width,
-            "right": 1 - 0.12 / width,
-            "bottom": 0.55 / height,
-            "top": 1 - (band + 0.25) / height,
+            "left": 0.6 / WIDTH_IN,
+            "right": 1 - 0.12 / WIDTH_IN,
+            "bottom": 0.55 / HEIGHT_IN,
+            "top": 1 - (band + 0.25) / HEIGHT_IN,
             "hspace": 0.6,
         },
     )
@@ -141,55 +161,9 @@ def _page(record, title, number, run, whole, own):
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
     for ax in (volts, angle, motion, residual):
         ax.locator_params(axis="x", nbins=7)
-    release, end = run["release"].item(), run["end"].item()
-
-    channels = _recorded(record)
-    colours = dict(zip(channels, ("black", "0.55"), strict=False))
-    for series, part in whole.groupby("series", sort=False):
-        if series in channels:
-            volts.plot(part["time_s"], part["value"], color=colours[series], linewidth=0.6)
-        elif series == "theta":
-            angle.plot(part["time_s"], part["value"], color="black", linewidth=0.6)
-        elif len(part):
-            volts.plot(
-                part["time_s"],
-                part["value"],
-                "x",
-                color="#b00020",
-                label=series.replace("_", " "),
-                markersize=4,
-            )
-    for ax in (volts, angle):
-        ax.axvspan(release, end, color="#0a5bd3", alpha=0.12, linewidth=0)
-        ax.set_xlim(record["time"].values[[0, -1]])
-        ax.set_xlabel("time of the record / s")
-    quantity, unit = next(iter(channels.items()))
-    volts.set_ylabel(f"laser / {unit}" if quantity != "rotation" else "sensor / rad")
-    angle.set_ylabel("θ / °")
-    for instant, text, align in ((release, "release ", "right"), (end, " rest", "left")):
-        angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
-        angle.text(
-            instant, 1.0, text, transform=angle.get_xaxis_transform(), ha=align, va="bottom", fontsize=7
-        )
-    if volts.get_legend_handles_labels()[0]:
-        legend_above(volts)
-
-    for series, part in own.groupby("series", sort=False):
-        if series == "theta":
-            motion.plot(part["time_s"], part["value"], color="black", label="measured")
-        elif series == "impact":
-            motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
-        else:
-            residual.plot(part["time_s"], part["value"], **MODEL_STYLES[series.removeprefix("residual_")])
-    legend_above(motion)
-    motion.set_ylabel("θ / °")
-    motion.set_xlabel("time since release / s")
-    noise = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise ± 2σ"}
-    residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, **noise)
-    for edge in (-2 * sigma_deg, 2 * sigma_deg):  # on top: a residual that is noise hides the band
-        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
-    residual.set_yscale("symlog", linthresh=10 ** np.ceil(np.log10(3 * sigma_deg)) if sigma_deg else 0.1)
-    residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
+    _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
+    _draw_run(motion, residual, own)
+    _draw_noise(residual, sigma_deg)
     residual.set_ylabel("model − measured / °, symlog", fontsize=6.5)
     if not own["series"].str.startswith("residual").any():
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
@@ -197,12 +171,67 @@ def _page(record, title, number, run, whole, own):
     residual.set_xlim(motion.get_xlim())
     legend_above(residual)
     for ax in figure.axes:
-        ax.yaxis.set_label_coords(-0.45 / width / (1 - 0.72 / width), 0.5)
+        ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
     footer(figure, record.attrs["origin"])
     return figure
 
 
-def _facts(run, sigma_deg):
+def _draw_record(
+    volts: Axes, angle: Axes, record: xr.DataTree, whole: pd.DataFrame, span: tuple[float, float]
+) -> None:
+    """The channels as recorded with their flags, θ(t), and where the run lies in them."""
+    channels = _recorded(record)
+    colours = dict(zip(channels, ("black", "0.55"), strict=False))
+    flag: Style = {"color": "#b00020", "markersize": 4}
+    for series, part in whole.groupby("series", sort=False):
+        if series in channels:
+            volts.plot(part["time_s"], part["value"], color=colours[series], linewidth=0.6)
+        elif series == "theta":
+            angle.plot(part["time_s"], part["value"], color="black", linewidth=0.6)
+        elif len(part):
+            volts.plot(part["time_s"], part["value"], "x", label=str(series).replace("_", " "), **flag)
+    for ax in (volts, angle):
+        ax.axvspan(*span, color="#0a5bd3", alpha=0.12, linewidth=0)
+        ax.set_xlim(record.dataset["time"].values[[0, -1]])
+        ax.set_xlabel("time of the record / s")
+    channel, unit = next(iter(channels.items()))
+    volts.set_ylabel(f"laser / {unit}" if channel != "rotation" else "sensor / rad")
+    angle.set_ylabel("θ / °")
+    for instant, text, align in zip(span, ("release ", " rest"), ("right", "left"), strict=True):
+        angle.axvline(instant, color="#0a5bd3", linewidth=0.8)
+        angle.text(
+            instant, 1.0, text, transform=angle.get_xaxis_transform(), ha=align, va="bottom", fontsize=7
+        )
+    if volts.get_legend_handles_labels()[0]:
+        legend_above(volts)
+
+
+def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame) -> None:
+    """θ(t) since the release with its impacts, and the residuals of the models."""
+    for series, part in own.groupby("series", sort=False):
+        if series == "theta":
+            motion.plot(part["time_s"], part["value"], color="black", label="measured")
+        elif series == "impact":
+            motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
+        else:
+            model = str(series).removeprefix("residual_")
+            residual.plot(part["time_s"], part["value"], **MODEL_STYLES[model])
+    legend_above(motion)
+    motion.set_ylabel("θ / °")
+    motion.set_xlabel("time since release / s")
+
+
+def _draw_noise(residual: Axes, sigma_deg: float) -> None:
+    """The band of the noise, linear; beyond it, logarithms."""
+    noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise ± 2σ"}
+    residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, **noise)
+    for edge in (-2 * sigma_deg, 2 * sigma_deg):  # on top: a residual that is noise hides the band
+        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
+    residual.set_yscale("symlog", linthresh=10 ** np.ceil(np.log10(3 * sigma_deg)) if sigma_deg else 0.1)
+    residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
+
+
+def _facts(run: xr.DataTree, sigma_deg: float) -> str:
     facts = [
         f"θ₀ = {quantity(*np.degrees([run['theta0'].item(), run['theta0_stderr'].item()]))} °",
         f"σ = {quantity(sigma_deg, digits=2)} °",
@@ -212,9 +241,9 @@ def _facts(run, sigma_deg):
     return "    ".join(facts)
 
 
-def _faults(record):
+def _faults(record: xr.DataTree) -> str:
     """What is wrong with the signal of the record, each fault with the first time it occurs."""
-    found = {}
+    found: dict[str, list[Fault]] = {}
     for fault in listed_faults(record):
         found.setdefault(fault.name, []).append(fault)
     texts = []
@@ -226,14 +255,14 @@ def _faults(record):
     return "signal: " + "; ".join(texts) if texts else ""
 
 
-def _header(figure, title, attrs, facts="", faults=""):
+def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "", faults: str = "") -> float:
     """Title, verdict, facts, faults and reasons at the top of a page; returns their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     lines = [(line, "0.3") for line in textwrap.wrap(faults, 115)]
     lines += [(line, VERDICT_COLOURS[attrs["verdict"]]) for line in textwrap.wrap(attrs["reasons"], 115)]
     colour, height = VERDICT_COLOURS[attrs["verdict"]], figure.get_figheight()
 
-    def write(x, inches, text, **style):
+    def write(x: float, inches: float, text: str, **style: Any) -> None:
         figure.text(x, 1 - inches / height, text, va="top", **style)
 
     write(0.01, 0.05, title, fontsize=11)

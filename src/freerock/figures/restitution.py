@@ -1,11 +1,16 @@
 """Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
 
+from collections.abc import Iterator, Mapping
+
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures.style import (
     MODEL_MARKERS,
     MODEL_STYLES,
+    Axes,
+    Labels,
     columns,
     footer,
     label,
@@ -15,6 +20,7 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
+from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.tables.tidy import usable_rows
 
@@ -22,7 +28,14 @@ NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider t
 
 
 @printed
-def draw(runs, restitution, epsilon, blocks, origin, labels=None):
+def draw(
+    runs: pd.DataFrame,
+    restitution: pd.DataFrame,
+    epsilon: pd.DataFrame,
+    blocks: Mapping[str, Block],
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
     """Restitution of each impact against the peak before it, one panel per block and foundation.
 
     Parameters
@@ -62,19 +75,19 @@ def draw(runs, restitution, epsilon, blocks, origin, labels=None):
         axes[i, 0].set_ylabel("restitution r")
     for ax in axes[-1]:
         ax.set_xlabel(wrapped("peak |θ| before the impact / °", 0.8 / len(under)))
-    handles = [ax.get_legend_handles_labels() for ax in axes.flat]
-    handles = {name: handle for found in handles for handle, name in zip(*found, strict=True)}
+    found = [ax.get_legend_handles_labels() for ax in axes.flat]
+    handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
     figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
     footer(figure, origin)
     return figure, data
 
 
-def _fits(table, model):
+def _fits(table: pd.DataFrame, model: str) -> Iterator[tuple[str, str, str]]:
     """What fit each row is of."""
     return zip(table["test"], table["run"].astype(str), table[model], strict=True)
 
 
-def _panel(ax, scene, r_housner):
+def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float) -> None:
     ax.margins(x=0.05)
     ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block, theory")
     for model in MODELS:

@@ -2,36 +2,55 @@
 
 import functools
 import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
+from typing import Any, Protocol, TypeVar
 
 import matplotlib
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
+from numpy.typing import ArrayLike, NDArray
 
 from freerock.files import atomic
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.csvfile import write_csv
+
+Axes = Any
+"""Axes of Matplotlib: its hints do not say what an array of them holds."""
+Style = dict[str, Any]
+"""Look of a line: keywords of Matplotlib."""
+Labels = Mapping[str, str] | None
+"""Printed names of blocks and foundations, where they have any."""
+Drawn = TypeVar("Drawn", covariant=True)
 
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
 
-def printed(draw):
+class Printed(Protocol[Drawn]):
+    """What draws or writes a figure for a target."""
+
+    def __call__(self, *arguments: Any, target: str = "double_column", **options: Any) -> Drawn: ...
+
+
+def printed(draw: Callable[..., Drawn]) -> Printed[Drawn]:
     """Decorator of what draws or writes a figure of a paper: `target` names the style file it is drawn for.
 
     "double_column", "single_column" or "slide": width, fonts and lines, on top of the common style sheet.
     """
 
     @functools.wraps(draw)
-    def drawn(*arguments, target="double_column", **options):
+    def drawn(*arguments: Any, target: str = "double_column", **options: Any) -> Drawn:
         own = matplotlib.rc_params_from_file(HERE / f"{target}.mplstyle", use_default_template=False)
         with styled():
             matplotlib.rcParams.update(own)
@@ -40,18 +59,18 @@ def printed(draw):
     return drawn
 
 
-def size(height_in):
+def size(height_in: float) -> tuple[float, float]:
     """Size of a figure in inches, as wide as its target; its height is that of the double column."""
     width, per_inch = matplotlib.rcParams["figure.figsize"]
     return width, per_inch * height_in
 
 
-def scaled(points):
+def scaled(points: float) -> float:
     """Width of a line or size of a marker, given for the double column."""
-    return points * matplotlib.rcParams["lines.linewidth"]
+    return points * float(matplotlib.rcParams["lines.linewidth"])
 
 
-def columns(labels, room=1.0):
+def columns(labels: Sequence[str], room: float = 1.0) -> int:
     """How many columns of a legend fit side by side into so much of the figure's width."""
     points = _points("legend.fontsize")
     inches = room * size(1)[0]
@@ -64,30 +83,30 @@ def columns(labels, room=1.0):
 
 
 @functools.cache
-def _width(text, points):
+def _width(text: str, points: float) -> float:
     """Width of a text in the style's font [points]."""
     return TextPath((0, 0), text, prop=FontProperties(size=points)).get_extents().width
 
 
-def wrapped(text, room):
+def wrapped(text: str, room: float) -> str:
     """A title or label of an axis, broken where it is wider than so much of the figure."""
     characters = room * size(1)[0] * 72 / (CHARACTER * _points("axes.titlesize"))
     return textwrap.fill(text, max(8, int(characters)))
 
 
-def _points(parameter):
+def _points(parameter: Any) -> float:
     return FontProperties(size=matplotlib.rcParams[parameter]).get_size_in_points()
 
 
 # Foundations in order of appearance; the first two as in Spanos et al. 2017, figure 2.
-FOUNDATION_STYLES = (
+FOUNDATION_STYLES: tuple[Style, ...] = (
     {"color": "black", "linestyle": "-"},
     {"color": "#0a5bd3", "linestyle": "--"},
     {"color": "#b34700", "linestyle": "-."},
     {"color": "#00805e", "linestyle": ":"},
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
-MEASURED = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
+MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
 # Models in the order of `models.laws`; a further one takes the next look.
 _MODEL_LOOKS = (
     ("#d55e00", "-.", ""),
@@ -97,7 +116,7 @@ _MODEL_LOOKS = (
     ("#009e73", ":", "D"),
     ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
 )
-MODEL_STYLES = {
+MODEL_STYLES: dict[str, Style] = {
     model: {"color": color, "linestyle": line, "label": label}
     for (model, label), (color, line, _) in zip(MODEL_LABELS.items(), cycle(_MODEL_LOOKS), strict=False)
 }
@@ -108,28 +127,28 @@ CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
 
-def label(labels, name):
+def label(labels: Labels, name: str) -> str:
     """Printed name of a block or foundation; the name itself where none is given."""
     return (labels or {}).get(name) or name
 
 
-def letter(index):
+def letter(index: int) -> str:
     """Letter of a panel: a to z, aa, ab and so on."""
     more, last = divmod(index, 26)
     return (letter(more - 1) if more else "") + chr(97 + last)
 
 
-def panel(index, n_panels, text):
+def panel(index: int, n_panels: int, text: str) -> str:
     """Title of a panel, with its letter where there are several."""
     return f"({letter(index)}) {text}" if n_panels > 1 else text
 
 
-def of_run(test, run):
+def of_run(test: str, run: int | str) -> str:
     """What run is drawn, as a title says it; its number is not parted from the word."""
     return f"{test}, run\N{NO-BREAK SPACE}{run}"
 
 
-def thin(n_samples, n_drawn=1000):
+def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
     """Every so many samples, the last included, so that about `n_drawn` remain.
 
     Parameters
@@ -148,7 +167,7 @@ def thin(n_samples, n_drawn=1000):
     return np.union1d(kept, n_samples - 1) if n_samples else kept
 
 
-def extremes(values, n_bins=1000):
+def extremes(values: ArrayLike, n_bins: int = 1000) -> NDArray[np.intp]:
     """Lowest and highest sample of each bin, so that no spike is lost by drawing fewer samples.
 
     Parameters
@@ -171,16 +190,16 @@ def extremes(values, n_bins=1000):
     return np.union1d(first + low.argmin(axis=1), first + high.argmax(axis=1))
 
 
-def gathered(parts, columns):
+def gathered(parts: Iterable[pd.DataFrame], columns: Sequence[str]) -> pd.DataFrame:
     """Frames one below the other; an empty one with the columns where there is none."""
     parts = list(parts)
     return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
 
 
-def legend_above(ax, handles=None):
+def legend_above(ax: Axes, handles: Sequence[Artist] | None = None) -> None:
     """Legend above the panel's right corner, clear of the curves and of the title, which moves up for it."""
     handles = handles or ax.get_legend_handles_labels()[0]
-    labels = [handle.get_label() for handle in handles]
+    labels = [str(handle.get_label()) for handle in handles]
     n = columns(labels, 0.93)
     ax.legend(handles=handles, ncols=n, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
     title = ax.get_title(loc="left")
@@ -190,23 +209,29 @@ def legend_above(ax, handles=None):
         ax.set_title(title, loc="left", pad=4 + rows * 1.6 * _points("legend.fontsize"))
 
 
-def footer(figure, origin):
+def footer(figure: Figure, origin: str) -> None:
     """Say at the foot of the figure that its record is simulated, if it is."""
     if origin == "simulated":
         size = 0.93 * _points("legend.fontsize")
         figure.text(0.99, 0.005, FOOTER, ha="right", va="bottom", fontsize=size, color="0.35")
-        if engine := figure.get_layout_engine():
+        if isinstance(engine := figure.get_layout_engine(), ConstrainedLayoutEngine):
             foot = 1.8 * size / 72 / figure.get_figheight()
             engine.set(rect=(0, foot, 1, 1 - foot))
 
 
-def headed(figure):
+def headed(figure: Figure) -> None:
     """Say at the head of a figure, above a legend at its foot, that its records are simulated."""
     figure.suptitle(FOOTER.capitalize(), x=0.01, ha="left", fontsize=6.5, color="0.35")
 
 
 @printed
-def save(figures, data, stem, origin=None, pdf_fonts=42):
+def save(
+    figures: Figure | Sequence[Figure],
+    data: pd.DataFrame,
+    stem: str | Path,
+    origin: str | None = None,
+    pdf_fonts: int = 42,
+) -> None:
     """Write a figure as `<stem>.pdf` and `<stem>.png`, and its numbers as `<stem>.csv`.
 
     Parameters
@@ -233,10 +258,12 @@ def save(figures, data, stem, origin=None, pdf_fonts=42):
                 ax.set_position(np.round(ax.get_position().bounds, 6))
         canvas.draw()
         images.append(np.array(canvas.buffer_rgba())[..., :3])
+    unsigned: dict[str, Any] = {"Software": None}
     with atomic(f"{stem}.png") as part:
-        imsave(part, np.vstack(images), format="png", metadata={"Software": None})
+        imsave(part, np.vstack(images), format="png", metadata=unsigned)
+    undated: dict[str, Any] = {"CreationDate": None}
     fonts = matplotlib.rc_context({"pdf.fonttype": pdf_fonts})
-    with fonts, atomic(f"{stem}.pdf") as part, PdfPages(part, metadata={"CreationDate": None}) as pdf:
+    with fonts, atomic(f"{stem}.pdf") as part, PdfPages(part, metadata=undated) as pdf:
         for page in pages:
             FigureCanvasPdf(page).print_pdf(pdf)
     write_csv(data if origin is None else data.assign(origin=origin), f"{stem}.csv")

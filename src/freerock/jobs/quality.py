@@ -3,14 +3,30 @@
 from pathlib import Path
 
 from freerock.figures import quality
-from freerock.figures.style import save
+from freerock.figures.style import Labels, save
 from freerock.products.netcdf import open_fits, open_record
 
 
 def make_pages(
-    record_file: str | Path, fits_file: str | Path, stem: str | Path, labels=None, reason: str = ""
+    record_file: str | Path,
+    fits_file: str | Path,
+    stem: str | Path,
+    labels: Labels = None,
+    reason: str = "",
 ) -> None:
-    """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv; with a reason, only that."""
+    """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv.
+
+    Parameters
+    ----------
+    record_file, fits_file : path
+        Datasets of a record and of its fits.
+    stem : path
+        Files to write, without suffix.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    reason : str
+        Why the record can't be drawn: then there is one page, which says so.
+    """
     record = open_record(record_file)
     drawn = (
         quality.failed(record, labels, reason)

@@ -109,8 +109,8 @@ def _measured(record: VirtualRecord, fault: Fault | None, draw: Any) -> Floats:
     if fault:
         volts = fault(record.time_s, volts, draw)
     count = 21 / 2 ** BITS[draw.randint(len(BITS))]
-    counts: Floats = np.rint(volts / count)
-    return counts * count
+    converted: Floats = np.rint(volts / count) * count
+    return converted
 
 
 def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tuple[Fault, float, float]:
@@ -187,8 +187,10 @@ def _clean(motions: Sequence[Scene], n_records: int) -> Iterator[Row]:
         record, block, laser = motions[trial % len(motions)]
         found = find_rotation(record.time_s, _measured(record, None, draw), laser, block)
         alarms += bool(listed_faults(found))
-        series = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-        runs = find_runs(*series, block, signal_quality(found))
+        time_s, theta, sigma, flags = (
+            found[name].values for name in ("time", "theta", "sigma_theta", "flags")
+        )
+        runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
         true = len(record.truth["runs"])
         doubted += len(runs) != true or any(run.verdict.level != "ok" for run in runs)
     for name, count in (("none", alarms), ("none, runs", doubted)):

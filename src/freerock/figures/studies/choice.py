@@ -1,23 +1,24 @@
 """Figure of the study of the choice: does it name the law that made a run?"""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from freerock.figures.style import MODEL_STYLES, headed, styled
+from freerock.figures.style import MODEL_STYLES, Labels, headed, styled
 from freerock.models.laws import MODEL_LABELS
 
 FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws are distinguished, and below which they can't be
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """The chosen models over the distance of the true law from its nearest rival.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.choice`.
+        From `freerock.studies.choice.run`.
     labels : mapping of str to str, optional
         Not used.
 

@@ -5,19 +5,20 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import MODEL_STYLES, headed, label, styled
+from freerock.figures.style import MODEL_STYLES, Axes, Labels, Style, headed, label, styled
 from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS
 
-NOISE_MARKERS = {"white": "o", "hum and drift": "^"}
+DAMPINGS = {name for name, parameter in PARAMETERS.items() if parameter.ratio_unit}
+NOISE_MARKERS = {"white": "o", "mains and drift": "^"}
 
 
-def coverage_summary(frame) -> pd.DataFrame:
+def coverage_summary(frame: pd.DataFrame) -> pd.DataFrame:
     """Scatter and coverage of each scene, law, noise and parameter.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.coverage`.
+        From `freerock.studies.coverage.run`.
 
     Returns
     -------
@@ -45,13 +46,13 @@ def coverage_summary(frame) -> pd.DataFrame:
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Scatter over the Cramér-Rao bound, and coverage of the 95 % intervals, scene by scene.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.coverage`.
+        From `freerock.studies.coverage.run`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -68,52 +69,56 @@ def draw(frame, labels=None):
     quantities = list(dict.fromkeys(zip(summary["model"], summary["parameter"], strict=True)))
     width = 0.8 / len(quantities)
     for i, (model, parameter) in enumerate(quantities):
+        own = summary[(summary["model"] == model) & (summary["parameter"] == parameter)]
         for noise, marker in NOISE_MARKERS.items():
-            rows = summary[
-                (summary["model"] == model)
-                & (summary["parameter"] == parameter)
-                & (summary["noise"] == noise)
-            ]
-            x = [scenes.index(s) for s in zip(rows["block"], rows["foundation"], strict=True)]
-            x = np.array(x, float) + (i - (len(quantities) - 1) / 2) * width
-            style = {
-                "color": MODEL_STYLES[model]["color"],
-                "marker": marker,
-                "linestyle": "",
-                "markersize": 4,
-                "markerfacecolor": "white" if PARAMETERS[parameter].ratio_unit else None,
-            }
+            rows = own[own["noise"] == noise]
+            levels = [scenes.index(s) for s in zip(rows["block"], rows["foundation"], strict=True)]
+            x = np.array(levels, float) + (i - (len(quantities) - 1) / 2) * width
+            style = _style(model, parameter) | {"marker": marker, "markersize": 4}
             if noise == "white":
                 error = rows["efficiency"] / np.sqrt(2 * rows["n"])
                 upper.errorbar(x, rows["efficiency"], error, linewidth=0.8, **style)
             error = np.sqrt(0.95 * 0.05 / rows["n"])
             lower.errorbar(x, 100 * rows["covered"], 100 * error, linewidth=0.8, **style)
+    _frame(upper, lower)
+    names = [f"{label(labels, block)}\n{label(labels, foundation)}" for block, foundation in scenes]
+    lower.set(xticks=range(len(scenes)))
+    lower.set_xlim(-0.5, len(scenes) - 0.5)
+    lower.set_xticklabels(names)
+    figure.legend(handles=_legend(quantities, set(summary["noise"])), loc="outside lower center", ncols=4)
+    headed(figure)
+    return figure, summary
+
+
+def _frame(upper: Axes, lower: Axes) -> None:
+    """What is aimed at, and within what."""
     upper.axhline(1.0, color="0.5", linewidth=0.8)
     upper.axhline(1.1, color="0.5", linewidth=0.8, linestyle=":")
     upper.set(ylabel="scatter / Cramér–Rao bound")
     for y, style in ((95, "-"), (93, ":"), (97, ":")):
         lower.axhline(y, color="0.5", linewidth=0.8, linestyle=style)
-    names = [f"{label(labels, block)}\n{label(labels, foundation)}" for block, foundation in scenes]
-    lower.set(ylabel="truth in the 95 % interval / %", xticks=range(len(scenes)))
-    lower.set_xlim(-0.5, len(scenes) - 0.5)
-    lower.set_xticklabels(names)
+    lower.set(ylabel="truth in the 95 % interval / %")
+
+
+def _style(model: str, parameter: str) -> Style:
+    filled = {"markerfacecolor": "white" if parameter in DAMPINGS else None}
+    return {"color": MODEL_STYLES[model]["color"], "linestyle": "", **filled}
+
+
+def _legend(quantities: list[tuple[str, str]], noises: set[str]) -> list[Line2D]:
     handles = [
         Line2D(
             [],
             [],
-            color=MODEL_STYLES[model]["color"],
             marker="o",
-            linestyle="",
-            markerfacecolor="white" if PARAMETERS[parameter].ratio_unit else None,
             label=f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}",
+            **_style(model, parameter),
         )
         for model, parameter in quantities
     ]
     handles += [
         Line2D([], [], color="0.3", marker=marker, linestyle="", label=f"noise: {noise}")
         for noise, marker in NOISE_MARKERS.items()
-        if noise in set(summary["noise"])
+        if noise in noises
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
-    headed(figure)
-    return figure, summary
+    return handles

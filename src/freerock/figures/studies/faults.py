@@ -1,22 +1,23 @@
 """Figure of the faults matrix: how surely each fault of a signal is named."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import styled
+from freerock.figures.style import Labels, styled
 
 AIM = 0.99  # of the faults named
 SEVERITIES = ("light", "medium", "heavy")
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """A row per fault, a column per severity: the share of records in which the fault was named.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        As `studies.faults.faults` gives it.
+        From `freerock.studies.faults.run`.
     labels : mapping, optional
         Not used: there is no block and no foundation in it.
 

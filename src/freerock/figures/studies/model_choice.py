@@ -1,21 +1,24 @@
 """Figure of the cost of the models: what each reaches, and how long a run of it takes."""
 
+from collections.abc import Mapping
+
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from freerock.figures.style import MODEL_STYLES, headed, label, styled
+from freerock.figures.style import MODEL_STYLES, Labels, Style, headed, label, styled
 from freerock.models.laws import MODEL_LABELS
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """The three models on the same axes: ε_θ of the fitted model over the time of one run.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.speed_accuracy.model_choice`.
+        From `freerock.studies.model_choice.run`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -42,33 +45,31 @@ def draw(frame, labels=None):
             ax.plot(1e3 * row["time_s"], 100 * row["epsilon_theta"], markers[scene], **style)
     noise = 100 * frame["noise_epsilon"]
     ax.axhspan(noise.min(), noise.max(), color="0.9", linewidth=0, zorder=0)
-    counts = frame.drop_duplicates("model").set_index("model")["n_parameters"]
-    models = [
-        Patch(
-            color=MODEL_STYLES[model]["color"], label=f"{MODEL_LABELS[model]}, {n} parameter{'s' * (n > 1)}"
-        )
-        for model, n in counts.items()
-    ]
-    scenes = [
-        Line2D(
-            [],
-            [],
-            color="0.3",
-            linestyle="",
-            marker=marker,
-            label=f"{label(labels, scene[0])}, {label(labels, scene[1])}",
-        )
-        for scene, marker in markers.items()
-    ]
-    others = [Patch(color="0.9", label="noise of the record")]
-    if not frame["success"].all():
-        style = {"color": "0.3", "linestyle": "", "markerfacecolor": "white", "marker": "o"}
-        others.append(Line2D([], [], **style, label="fit not to be used"))
     ax.margins(x=0.05)
     ax.xaxis.set_minor_formatter("{x:g}")
     ax.xaxis.set_major_formatter("{x:g}")
     ax.set_xlabel("time of a run / ms")
     ax.set_ylabel("$ε_θ$ of the fitted model / %")
-    figure.legend(handles=[*models, *others, *scenes], loc="outside right upper")
+    figure.legend(handles=_legend(frame, markers, labels), loc="outside right upper")
     headed(figure)
     return figure, frame
+
+
+def _legend(
+    frame: pd.DataFrame, markers: Mapping[tuple[str, str], str], labels: Labels
+) -> list[Patch | Line2D]:
+    handles: list[Patch | Line2D] = []
+    counts = frame.drop_duplicates("model").set_index("model")["n_parameters"]
+    for model, n in counts.items():
+        text = f"{MODEL_LABELS[model]}, {n} parameter{'s' * (n > 1)}"
+        handles.append(Patch(color=MODEL_STYLES[model]["color"], label=text))
+    handles.append(Patch(color="0.9", label="noise of the record"))
+    grey: Style = {"color": "0.3", "linestyle": ""}
+    if not frame["success"].all():
+        handles.append(
+            Line2D([], [], **grey, markerfacecolor="white", marker="o", label="fit not to be used")
+        )
+    for (block, foundation), marker in markers.items():
+        text = f"{label(labels, block)}, {label(labels, foundation)}"
+        handles.append(Line2D([], [], **grey, marker=marker, label=text))
+    return handles

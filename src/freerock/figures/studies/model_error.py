@@ -1,10 +1,11 @@
 """Figure of the study of the model's error: blocks that are not quite what the law says."""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import headed, styled
+from freerock.figures.style import Labels, headed, styled
 from freerock.models.laws import SYMBOLS
 
 IMPERFECTIONS = {
@@ -16,13 +17,13 @@ IMPERFECTIONS = {
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """How wide the intervals become, and how far the parameters lie off, under a law that is not the truth.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.model_error`.
+        From `freerock.studies.model_error.run`.
     labels : mapping of str to str, optional
         Not used.
 

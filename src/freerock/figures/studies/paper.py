@@ -1,23 +1,26 @@
 """Figure of the study of the published tables (doi:10.1016/j.proeng.2017.09.024)."""
 
+from collections.abc import Mapping
+
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import FOUNDATION_STYLES, headed, label, styled
+from freerock.figures.style import FOUNDATION_STYLES, Axes, Labels, headed, label, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
 BLOCK_MARKERS = "osD^v"
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Re-identified over published parameters, and the distances of the published models in their bounds.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.paper.paper`.
+        From `freerock.studies.paper.run`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -54,7 +57,7 @@ def draw(frame, labels=None):
     return figure, frame
 
 
-def _ratios(ax, rows, colours, markers):
+def _ratios(ax: Axes, rows: pd.DataFrame, colours: Mapping[str, str], markers: Mapping[str, str]) -> None:
     """A line of points per parameter: the longest span as a marker, the others within the bar."""
     quantities = list(rows.groupby(["model", "quantity"], sort=False).groups)
     offsets = np.linspace(-0.3, 0.3, len(colours) * len(markers))
@@ -78,7 +81,7 @@ def _ratios(ax, rows, colours, markers):
     ax.set_xlabel("re-identified over published value (table 2)")
 
 
-def _distances(ax, rows, colours):
+def _distances(ax: Axes, rows: pd.DataFrame, colours: Mapping[str, str]) -> None:
     """A bar per pair of models from bound to bound, with the distance over each span in it."""
     pairs = list(rows.groupby(["model", "against"], sort=False).groups)
     for (foundation, colour), offset in zip(

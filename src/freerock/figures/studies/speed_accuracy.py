@@ -1,27 +1,30 @@
 """Figure of speed against accuracy: what each method costs for an error."""
 
+from collections.abc import Mapping
+
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import label, styled
+from freerock.figures.style import Labels, Style, label, styled
 from freerock.models.laws import MODEL_LABELS
 
 LAWS = ["hunt_crossley", "winkler", "housner"]  # order of the panels
 EPSILON_RANGE = (1e-25, 3.0)
 EPSILON_FLOOR = 1e-24  # smaller errors are drawn here
-METHOD_STYLES = {
+METHOD_STYLES: dict[str, Style] = {
     "RK45": {"color": "#0072b2", "marker": "^"},
     "DOP853": {"color": "#d55e00", "marker": "s"},
     "LSODA": {"color": "#00805e", "marker": "D"},
     "Radau": {"color": "#9a4d83", "marker": "v"},
     "RADAU": {"color": "#9a4d83", "marker": "v"},
 }
-KINDS = {
+KINDS: dict[str, Style] = {
     "NumPy": {"linestyle": ":", "label": "SciPy, NumPy right-hand side"},
     "numba": {"linestyle": "--", "label": "SciPy, numba right-hand side"},
     "CyRK": {"linestyle": "-", "label": "CyRK, compiled right-hand side"},
 }
-OWN_STYLES = {
+OWN_STYLES: dict[str, Style] = {
     "freerock": {"color": "black", "linestyle": "-", "linewidth": 1.8, "marker": "o", "markersize": 4},
     "RK4": {"color": "0.45", "linestyle": "-.", "marker": "x", "markersize": 4},
     "Newmark": {"color": "#8a6d00", "linestyle": "-.", "marker": "+", "markersize": 5},
@@ -31,13 +34,13 @@ OWN_STYLES = {
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Work and precision: time of a run over its error, a panel per scene.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.speed_accuracy.speed_accuracy`.
+        From `freerock.studies.speed_accuracy.run`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -48,7 +51,7 @@ def draw(frame, labels=None):
         The rows drawn.
     """
     data = frame[frame["outcome"] == "completed"]
-    rows = {}
+    rows: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
     scenes = dict(list(data.groupby(["model", "foundation", "block"], sort=False)))
     for key in sorted(scenes, key=lambda key: LAWS.index(key[0])):
         model, foundation, block = key
@@ -83,7 +86,7 @@ def draw(frame, labels=None):
     return figure, data
 
 
-def _method_style(method):
+def _method_style(method: str) -> Style:
     if method in OWN_STYLES:
         return OWN_STYLES[method]
     engine, name = method.split(" ", 1)
@@ -92,7 +95,7 @@ def _method_style(method):
     return METHOD_STYLES[name] | {"linestyle": style["linestyle"]}
 
 
-def _method_legend(drawn):
+def _method_legend(drawn: Mapping[str, Style]) -> list[Line2D]:
     handles = [Line2D([], [], **style, label=name) for name, style in OWN_STYLES.items() if name in drawn]
     names = [name for name in METHOD_STYLES if any(f" {name}" in method for method in drawn)]
     handles += [

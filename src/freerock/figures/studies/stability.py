@@ -1,12 +1,16 @@
 """Figure of the stability atlas: where each method converges and where it fails."""
 
+from collections.abc import Mapping
+
 import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from freerock.figures.style import styled
+from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.laws import MODEL_LABELS, PARAMETERS
 
 STATE_COLOURS = {
@@ -16,7 +20,7 @@ STATE_COLOURS = {
     "too_slow": "#6a6ad0",
     "refused": "white",
 }
-CAUSE_STYLES = {
+CAUSE_STYLES: dict[str, Style] = {
     "the block overturns": {"marker": ".", "markersize": 1.5},
     "the motion multiplies errors": {"marker": "+", "markersize": 2.5, "markeredgewidth": 0.5},
     "denormal numbers": {"marker": "x", "markersize": 3},
@@ -28,16 +32,17 @@ QUANTITIES |= {
     "record [s]": "record / s",
     "start off by a factor of": "start off by a factor of",
 }
-BOUNDS = {"k [N/m²]": PARAMETERS["k"].bounds} | {
-    f"{name}/k [{parameter.ratio_unit}]": parameter.bounds
+Bounds = Mapping[str, tuple[float, float]]
+BOUNDS: Bounds = {
+    f"{name}/k [{parameter.ratio_unit}]" if parameter.ratio_unit else "k [N/m²]": parameter.bounds
     for name, parameter in PARAMETERS.items()
-    if parameter.ratio_unit
+    if parameter.bounds and (parameter.ratio_unit or name == "k")
 }
 TICKS = 5  # of an axis at most
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
     """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed.
 
     Parameters
@@ -70,7 +75,10 @@ MAP_TITLES = {
 }
 
 
-def _atlas_page(frame, maps, by, title, bounds):
+def _atlas_page(
+    frame: pd.DataFrame, maps: list[str], by: list[str], title: str, bounds: Bounds | None
+) -> Figure:
+    """A row of panels per group, a panel per method, a legend below."""
     rows = list(frame[frame["map"].isin(maps)].groupby(by, sort=False))
     n_columns = max(group["method"].nunique() for _, group in rows)
     figure = Figure(figsize=(7.0, 1.55 * len(rows) + 0.75))
@@ -91,7 +99,7 @@ def _atlas_page(frame, maps, by, title, bounds):
             if last:
                 ax.set_xlabel(QUANTITIES.get(cells["x"].iloc[0], cells["x"].iloc[0]))
     cells = frame[frame["map"].isin(maps)]
-    handles = [
+    handles: list[Artist] = [
         Patch(facecolor=colour, edgecolor="0.5", linewidth=0.5, label=STATE_LABELS.get(state, state))
         for state, colour in STATE_COLOURS.items()
         if (cells["state"] == state).any()
@@ -108,16 +116,16 @@ def _atlas_page(frame, maps, by, title, bounds):
     return figure
 
 
-def _row_title(key):
+def _row_title(key: tuple[str, ...]) -> str:
     names = MODEL_LABELS | MAP_TITLES
     return ",\n".join(names.get(part, part) for part in key)
 
 
-def _wrapped(method):
+def _wrapped(method: str) -> str:
     return method.replace(" over ", "\nover ").replace(" on ", "\non ").replace(", ", ",\n")
 
 
-def _atlas_panel(ax, cells, bounds):
+def _atlas_panel(ax: Axes, cells: pd.DataFrame, bounds: Bounds | None) -> None:
     """Cells of equal size, whatever the values along the axes."""
     xs, ys = np.unique(cells["x_value"]), np.unique(cells["y_value"])
     states = list(STATE_COLOURS)
@@ -151,7 +159,7 @@ def _atlas_panel(ax, cells, bounds):
         )
 
 
-def _number(value):
+def _number(value: float) -> str:
     if value == 0 or 1e-3 <= value < 1e3:
         return f"{value:.3g}"
     exponent = int(np.floor(np.log10(value) + 1e-9))

@@ -1,14 +1,15 @@
 """Figure of the study of success: does a fit end in the global minimum?"""
 
 import numpy as np
+import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from freerock.figures.style import headed, styled
+from freerock.figures.style import Labels, Style, headed, styled
 from freerock.models.laws import LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS
 
-OUTCOMES = {  # of a fit: how it is drawn
+OUTCOMES: dict[str, Style] = {  # of a fit: how it is drawn
     "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},
     "reported as failed": {"color": "#0072b2", "marker": "s", "markersize": 5},
     "missed": {"color": "#d55e00", "marker": "X", "markersize": 7},
@@ -16,13 +17,13 @@ OUTCOMES = {  # of a fit: how it is drawn
 
 
 @styled()
-def draw(frame, labels=None):
+def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Random truths and whether the fit from the automatic start ended in the global minimum.
 
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.studies.success`.
+        From `freerock.studies.success.run`.
     labels : mapping of str to str, optional
         Not used.
 

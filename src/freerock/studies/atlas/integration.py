@@ -10,8 +10,8 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import PARAMETERS
-from freerock.models.simulate import DEBONDING, simulate_theta
+from freerock.models.laws import DEBONDING, PARAMETERS
+from freerock.models.simulate import simulate_theta
 from freerock.studies.atlas.cells import (
     BLOCK,
     DAMPING,
@@ -44,8 +44,9 @@ from freerock.studies.methods.problem import Floats, Problem
 def pipeline_of(problem: Problem, time: Floats) -> str:
     """What a fit does with the parameters of a problem."""
     k, damping = problem.parameters["k"], problem.parameters[DAMPING[problem.model]]
-    softest, stiffest = PARAMETERS["k"].bounds
-    low, high = PARAMETERS[DAMPING[problem.model]].bounds
+    of_stiffness, of_damping = PARAMETERS["k"].bounds, PARAMETERS[DAMPING[problem.model]].bounds
+    assert of_stiffness and of_damping  # the rows of a foundation have bounds
+    (softest, stiffest), (low, high) = of_stiffness, of_damping
     if not (softest <= k <= stiffest and low <= damping / k <= high):
         return "outside the bounds of the fit: never reached"
     _, outcome = simulate_theta(
