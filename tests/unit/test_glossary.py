@@ -12,7 +12,7 @@ from freerock.config.values import section_in
 from freerock.identification import plan, population, predict
 from freerock.models.block import Block
 from freerock.products.names import VARIABLES
-from freerock.tables import restitution, summary, tidy
+from freerock.tables import recovered, restitution, summary, tidy
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -44,7 +44,7 @@ def columns():
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
         summary.table2(parameters.astype({"success": bool})),
         summary.table3(epsilon),
-        summary.recovered_table(parameters, {}),
+        recovered.recovered_table(parameters, {}),
     ]
     lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
     lists += [population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS]

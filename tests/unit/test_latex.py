@@ -8,8 +8,9 @@ from fabricated import campaign
 
 from freerock.models.block import Block
 from freerock.tables.latex import latex, numbers_tex
-from freerock.tables.paper import recovered_text, table1_text, table2_text, table3_text
-from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.recovered import recovered_table, recovered_text
+from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}

@@ -7,8 +7,8 @@ from fabricated import campaign, fits, record
 
 from freerock.models.block import Block
 from freerock.tables.latex import latex
-from freerock.tables.paper import recovered_text, table1_text, table2_text, table3_text
-from freerock.tables.summary import recovered_table, table1, table2, table3
+from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
 
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
@@ -83,17 +83,6 @@ def test_second_record_of_a_scene_is_told_apart():
     fitted = [fits(record("first")), fits(record("second"))]
     text = table3_text(table3(epsilon_table(fitted)))
     assert text["Foundation"].tolist() == ["marble (first)", "", "", "marble (second)", "", ""]
-
-
-def test_recovered_compares_runs_with_the_truth(datasets):
-    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
-    table = recovered_table(parameters_table(datasets[1]), truth)
-    assert table["parameter"].tolist() == ["k", "lambda"]
-    assert table["inside"].tolist() == [True, False]
-    assert table["error_percent"].tolist() == pytest.approx([0.0, 4.0])
-    text = recovered_text(table)
-    assert text["In 95 %"].tolist() == ["yes", "no"]
-    assert text["Identified"].tolist() == ["(6.880 ± 0.012)·10⁶", "(1.3000 ± 0.0040)·10⁸"]
 
 
 def test_without_joint_fits_the_tables_keep_their_columns(datasets):

@@ -2,7 +2,8 @@
 
 from freerock.jobs.log import log_to
 from freerock.jobs.printed import print_recovered
+from freerock.virtual_lab.truth import read_truth
 
 log_to(snakemake.log[0])
 inputs = snakemake.input
-print_recovered(inputs.parameters, inputs.truth, snakemake.output.csv.removesuffix(".csv"))
+print_recovered(inputs.parameters, read_truth(inputs.truth), snakemake.output.csv.removesuffix(".csv"))

@@ -7,9 +7,8 @@ from freerock.files import write_text
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
-from freerock.tables.paper import Printed, printed_recovered, printed_tables
-from freerock.tables.summary import recovered_table
-from freerock.virtual_lab.truth import read_truth
+from freerock.tables.paper import Printed, printed_tables
+from freerock.tables.recovered import printed_recovered, recovered_table
 
 
 def print_tables(
@@ -41,9 +40,21 @@ def print_tables(
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
 
 
-def print_recovered(parameters: str | Path, truth: str | Path, stem: str | Path) -> None:
-    """Write the identified values of a simulated campaign beside the true ones: `stem`.csv, .md and .tex."""
-    frame = recovered_table(read_csv(parameters), read_truth(truth)).assign(origin="simulated")
+def print_recovered(
+    parameters: str | Path, truth: Mapping[tuple[str, int, str], float], stem: str | Path
+) -> None:
+    """Write the identified values of a simulated campaign beside the true ones: `stem`.csv, .md and .tex.
+
+    Parameters
+    ----------
+    parameters : path
+        CSV file of the tidy table.
+    truth : mapping of (str, int, str) to float
+        True value by test, run and parameter [SI].
+    stem : path
+        Path without suffix.
+    """
+    frame = recovered_table(read_csv(parameters), truth).assign(origin="simulated")
     write_csv(frame, f"{stem}.csv")
     _write(Path(stem), printed_recovered(frame))
 

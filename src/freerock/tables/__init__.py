@@ -1,3 +1,14 @@
 """Tables of a campaign: tidy CSV, the numbers of the paper's tables, and these as printed text and LaTeX."""
 
-__all__ = ["csvfile", "latex", "markdown", "paper", "plan", "restitution", "summary", "text", "tidy"]
+__all__ = [
+    "csvfile",
+    "latex",
+    "markdown",
+    "paper",
+    "plan",
+    "recovered",
+    "restitution",
+    "summary",
+    "text",
+    "tidy",
+]

@@ -1,6 +1,6 @@
-"""The printed tables as a reader sees them: tables 1 to 3 of Spanos et al. 2017, and the recovered values.
+"""Tables 1 to 3 of Spanos et al. 2017 for any campaign, as a reader sees them.
 
-Each table has one definition of its columns. Markdown, LaTeX and the report take their cells from it.
+Each table has one definition of its columns: Markdown, LaTeX and the report take their cells from it.
 """
 
 import math
@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from freerock.identification.estimate import NORMAL_95
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.text import fixed, quantity, with_unit
 
@@ -76,7 +75,7 @@ def _between_runs(row: Any) -> str:
 
 
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model]))
-_PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
+PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
 _RUN_BY_RUN = Column("Run by run", lambda row: number(_between_runs(row), row.run_mean))
 
 TABLE1 = (
@@ -92,7 +91,7 @@ TABLE1 = (
 )
 TABLE2 = (
     _MODEL,
-    _PARAMETER,
+    PARAMETER,
     Column("Identified", lambda row: number(quantity(row.value, row.stderr) + _failed(row), row.value)),
     _RUN_BY_RUN,
     Column("Published", lambda row: number(quantity(row.published), row.published)),
@@ -105,18 +104,6 @@ TABLE3 = (
     ),
     Column("Published / %", lambda row: number(fixed(100 * row.published, 2), row.published)),
     Column("t_f / s", lambda row: number(fixed(row.final_time_s, 2), row.final_time_s)),
-)
-RECOVERED = (
-    Column("Record", lambda row: Cell(row.test)),
-    Column("Run", lambda row: Cell(str(row.run))),
-    _PARAMETER,
-    Column("Truth", lambda row: number(quantity(row.truth, digits=5), row.truth)),
-    Column(
-        "Identified",
-        lambda row: number(quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95), row.value),
-    ),
-    Column("Error / %", lambda row: number(fixed(row.error_percent, 3), row.error_percent)),
-    Column("In 95 %", lambda row: Cell("yes" if row.inside else "no")),
 )
 
 
@@ -168,12 +155,6 @@ def printed_tables(
     }
 
 
-def printed_recovered(frame: pd.DataFrame) -> Printed:
-    """The values identified in a simulated campaign beside the true ones, see `summary.recovered_table`."""
-    caption = "Identified values and those the records were simulated with"
-    return Printed(frame, RECOVERED, recovered_text(frame), caption, [SIMULATED_NOTE])
-
-
 def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table1` as printed: one column per block, named by its label."""
     text = {"": [column.head for column in TABLE1]}
@@ -196,12 +177,6 @@ def table2_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table3` as printed: a row per foundation and model, grouped by block."""
     return _grouped(frame, labels, TABLE3)
-
-
-def recovered_text(frame: pd.DataFrame) -> pd.DataFrame:
-    """Cells of `summary.recovered_table` as printed."""
-    rows = [[column.cell(row).text for column in RECOVERED] for row in frame.itertuples()]
-    return pd.DataFrame(rows, columns=[column.head for column in RECOVERED])
 
 
 def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Column]) -> pd.DataFrame:

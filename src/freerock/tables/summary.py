@@ -1,4 +1,4 @@
-"""What a campaign found, as numbers: tables 1 to 3, and the recovered values beside the true ones.
+"""What a campaign found, as numbers: tables 1 to 3.
 
 The numbering is that of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024).
 """
@@ -99,35 +99,6 @@ def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     columns = ["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
     return frame[[*columns, "success"]]
-
-
-def recovered_table(parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str], float]) -> pd.DataFrame:
-    """Values identified in a simulated campaign beside those it was simulated with.
-
-    Parameters
-    ----------
-    parameters : pandas.DataFrame
-        Tidy table.
-    truth : mapping of (str, int, str) to float
-        True value by test, run and parameter of the Hunt–Crossley model, SI units.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
-        truth lies in the 95 % interval).
-    """
-    known = {(test, str(run), name): value for (test, run, name), value in truth.items()}
-    keys = zip(parameters["test"], parameters["run"].astype(str), parameters["parameter"], strict=True)
-    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
-    chosen = (parameters["model"] == "hunt_crossley") & true.notna()
-    frame = parameters[chosen].assign(
-        truth=true,
-        error_percent=100 * (parameters["value"] / true - 1),
-        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
-    )
-    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "error_percent"]
-    return frame[[*columns, "inside"]].reset_index(drop=True)
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:

@@ -1,0 +1,64 @@
+"""Values identified in a simulated campaign beside those it was simulated with."""
+
+import math
+from collections.abc import Mapping
+
+import pandas as pd
+
+from freerock.identification.estimate import NORMAL_95
+from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, number
+from freerock.tables.text import fixed, quantity
+
+RECOVERED = (
+    Column("Record", lambda row: Cell(row.test)),
+    Column("Run", lambda row: Cell(str(row.run))),
+    PARAMETER,
+    Column("Truth", lambda row: number(quantity(row.truth, digits=5), row.truth)),
+    Column(
+        "Identified",
+        lambda row: number(quantity(row.value, (row.ci95_high - row.ci95_low) / 2 / NORMAL_95), row.value),
+    ),
+    Column("Error / %", lambda row: number(fixed(row.error_percent, 3), row.error_percent)),
+    Column("In 95 %", lambda row: Cell("yes" if row.inside else "no")),
+)
+
+
+def recovered_table(parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str], float]) -> pd.DataFrame:
+    """Values identified in a simulated campaign beside those it was simulated with.
+
+    Parameters
+    ----------
+    parameters : pandas.DataFrame
+        Tidy table.
+    truth : mapping of (str, int, str) to float
+        True value by test, run and parameter of the Hunt–Crossley model, SI units.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
+        truth lies in the 95 % interval).
+    """
+    known = {(test, str(run), name): value for (test, run, name), value in truth.items()}
+    keys = zip(parameters["test"], parameters["run"].astype(str), parameters["parameter"], strict=True)
+    true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
+    chosen = (parameters["model"] == "hunt_crossley") & true.notna()
+    frame = parameters[chosen].assign(
+        truth=true,
+        error_percent=100 * (parameters["value"] / true - 1),
+        inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),
+    )
+    columns = ["test", "run", "parameter", "unit", "truth", "value", "ci95_low", "ci95_high", "error_percent"]
+    return frame[[*columns, "inside"]].reset_index(drop=True)
+
+
+def printed_recovered(frame: pd.DataFrame) -> Printed:
+    """Cells of `recovered_table`, with caption and note."""
+    caption = "Identified values and those the records were simulated with"
+    return Printed(frame, RECOVERED, recovered_text(frame), caption, [SIMULATED_NOTE])
+
+
+def recovered_text(frame: pd.DataFrame) -> pd.DataFrame:
+    """Cells of `recovered_table` as printed."""
+    rows = [[column.cell(row).text for column in RECOVERED] for row in frame.itertuples()]
+    return pd.DataFrame(rows, columns=[column.head for column in RECOVERED])
