@@ -17,7 +17,7 @@ from numba import njit
 from freerock.models.block import GRAVITY
 from freerock.models.ground import pulse
 from freerock.models.kernel import _accelerations, _sample
-from freerock.models.simulate import simulate, simulate_many, simulate_theta
+from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.studies.atlas.cells import problem_of
 from freerock.studies.methods.by_name import METHODS
 from freerock.studies.methods.housner import housner_overturns
@@ -40,7 +40,7 @@ def row(what, target, seen, note=""):
 
 def own(rtol, problem=HC, time=TIME):
     theta, _ = simulate_theta(
-        problem.model, problem.block, problem.parameters, time, theta0=problem.theta0, rtol=rtol
+        problem.model, problem.block, problem.parameters, time, theta0=problem.theta0, solver=Solver(rtol)
     )
     return theta
 
@@ -116,7 +116,7 @@ def _interpolate(dense, time, step, out, rates):
 def parts():
     """Kernel time against the time its evaluations and its samples take alone."""
     rtol = 1e-6
-    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, rtol=rtol)
+    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=Solver(rtol))
     m = BLOCK.mass_kg
     law = (MARBLE["k"] / m, 0.0, MARBLE["lambda"] / m, BLOCK.b, BLOCK.h, BLOCK.inertia_base / m, 9.81)
     states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])
@@ -176,7 +176,8 @@ def many():
     time = np.arange(0.0, 5.0, 0.01)
 
     def run(threads, rtol=1e-6):
-        return simulate_many("hunt_crossley", BLOCK, sets, time, theta0=THETA0, threads=threads, rtol=rtol)[0]
+        solver = Solver(rtol, threads=threads)
+        return simulate_many("hunt_crossley", BLOCK, sets, time, theta0=THETA0, solver=solver)[0]
 
     timed = interleaved([partial(run, 1), partial(run, 2)], 4)
     (one, alone, _), (two, together, _) = timed
@@ -210,7 +211,7 @@ def overturning():
 
     def ours(amplitude, period):
         motion, time = pulse("sine", period, x=amplitude), np.array([0.0, period + 20.0])
-        response = simulate("housner", BLOCK, {"r": r}, time, base_excitation=motion, rtol=1e-9)
+        response = simulate("housner", BLOCK, {"r": r}, time, base_excitation=motion, solver=Solver(1e-9))
         return response.outcome == "overturned"
 
     calls = [

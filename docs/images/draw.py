@@ -13,8 +13,9 @@ from scipy.integrate import quad
 from freerock.figures.style import styled
 from freerock.files import atomic
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import contact_intervals
+from freerock.models.contact import Foundation, State, contact_intervals
 from freerock.models.housner import housner_motion, housner_swings
+from freerock.models.laws import Rules
 from freerock.models.simulate import simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
@@ -144,7 +145,7 @@ def contact_interval():
     for column, (title, c, lam, z, v, theta, w) in zip(axes.T, states, strict=True):
         depth, rate = z + u * math.sin(theta), v + u * w * math.cos(theta)
         whole = (k * depth + c * rate + lam * depth * rate) / 1e3
-        args = block, k, c, lam, z, v, theta, w
+        foundation, state = Foundation(k, c, lam), State(z, v, theta, w)
         top, bottom = column
         top.set_title(title, loc="left")
         top.axhline(0, color=GREY, linewidth=0.8)
@@ -152,7 +153,7 @@ def contact_interval():
         top.fill_between(1e3 * u, 1e3 * np.maximum(depth, 0), 4, color=GROUND, linewidth=0)
         bottom.axhline(0, color=GREY, linewidth=0.8)
         for rule, color, level in (("geometric", BLUE, -14), ("tensionless", RED, -22)):
-            for u0, u1 in contact_intervals(*args, debonding=rule):
+            for u0, u1 in contact_intervals(block, foundation, state, Rules(rule)):
                 inside = np.clip(u, u0, u1)
                 force = np.interp(inside, u, whole)
                 if rule == "geometric":
@@ -217,7 +218,7 @@ def debonding():
     )
     for ax, (name, model, parameters) in zip(axes, laws, strict=True):
         for rule, color in (("geometric", BLUE), ("tensionless", RED)):
-            response = simulate(model, block, parameters, time, theta0=theta0, debonding=rule)
+            response = simulate(model, block, parameters, time, theta0=theta0, rules=Rules(rule))
             ax.plot(time, np.degrees(response.theta), color=color, linestyle=LINES[rule], label=rule)
         ax.set_title(f"{name}, configuration 2 on marble (Table 2)", loc="left")
         ax.set_xlabel("t [s]")

@@ -13,8 +13,10 @@ if TYPE_CHECKING:
     from freerock.identification.fit import Fit, fit_record, fit_run
     from freerock.identification.settings import FitSettings
     from freerock.models.block import Block
+    from freerock.models.contact import State
     from freerock.models.ground import GroundMotion, accelerogram, pulse
-    from freerock.models.simulate import Response, simulate
+    from freerock.models.laws import Rules
+    from freerock.models.simulate import Response, Solver, simulate
     from freerock.products.netcdf import open_fits, open_record
     from freerock.records.read import list_channels, read_record
     from freerock.rotation.rotation import find_rotation
@@ -30,8 +32,10 @@ _ROOMS = {  # module: the public names it holds
     "identification.fit": ("Fit", "fit_record", "fit_run"),
     "identification.settings": ("FitSettings",),
     "models.block": ("Block",),
+    "models.contact": ("State",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
-    "models.simulate": ("Response", "simulate"),
+    "models.laws": ("Rules",),
+    "models.simulate": ("Response", "Solver", "simulate"),
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),
     "rotation.rotation": ("find_rotation",),
@@ -51,7 +55,10 @@ __all__ = [
     "Laser",
     "Motion",
     "Response",
+    "Rules",
     "Run",
+    "Solver",
+    "State",
     "accelerogram",
     "epsilon_theta",
     "find_impacts",

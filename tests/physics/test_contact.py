@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from freerock.models.block import Block
-from freerock.models.contact import accelerations, contact_force, contact_intervals
+from freerock.models.contact import Foundation, State, accelerations, contact_force, contact_intervals
+from freerock.models.laws import Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(4)
@@ -53,7 +54,7 @@ def quadrature(law, state, rule, strips=64):
 
 @given(laws, states, rules)
 def test_closed_form_is_the_quadrature_of_the_distributed_law(law, state, rule):
-    force, moment = contact_force(BLOCK, *law, *state, debonding=rule)
+    force, moment = contact_force(BLOCK, Foundation(*law), State(*state), Rules(rule))
     total, absolute, first = quadrature(law, state, rule)
     assert force == pytest.approx(total, abs=1e-12 * absolute + 1e-300)
     assert moment == pytest.approx(first * math.cos(state[2]), abs=1e-12 * absolute * BLOCK.b + 1e-300)
@@ -77,7 +78,7 @@ def test_force_is_continuous_where_a_corner_touches_or_ceases_to_push(law, state
         else:
             z -= c * rate / k
     near = [
-        contact_force(BLOCK, *law, z + shift, v + shift, theta, w, debonding=rule)
+        contact_force(BLOCK, Foundation(*law), State(z + shift, v + shift, theta, w), Rules(rule))
         for shift in (-1e-11, 1e-11)
     ]
     largest = k * (abs(z) + BLOCK.b) + (c + lam * (abs(z) + BLOCK.b)) * (abs(v) + BLOCK.b * abs(w))
@@ -86,21 +87,22 @@ def test_force_is_continuous_where_a_corner_touches_or_ceases_to_push(law, state
 
 @given(one_damping, states)
 def test_tensionless_never_pulls(law, state):
-    assert contact_force(BLOCK, *law, *state, debonding="tensionless")[0] >= 0
+    assert contact_force(BLOCK, Foundation(*law), State(*state), Rules("tensionless"))[0] >= 0
 
 
 @given(laws, states, rules)
 def test_mirror(law, state, rule):
     z, v, theta, w = state
-    a, turn = accelerations(BLOCK, *law, z, v, theta, w, debonding=rule, x_ground=1.5)
-    mirrored = accelerations(BLOCK, *law, z, v, -theta, -w, debonding=rule, x_ground=-1.5)
+    a, turn = accelerations(BLOCK, Foundation(*law), State(z, v, theta, w), Rules(rule), x_ground=1.5)
+    mirrored = accelerations(BLOCK, Foundation(*law), State(z, v, -theta, -w), Rules(rule), x_ground=-1.5)
     scale = abs(a) + abs(turn) + 1
     assert mirrored == pytest.approx((a, -turn), abs=1e-9 * scale)
 
 
 def test_both_dampings_may_cut_a_hole():
     """With c and λ a downward-moving middle may hold where both sides let go, and the reverse."""
-    found = contact_intervals(BLOCK, 1e6, 1e4, 1e7, 1e-3, -0.05, 0.01, 2.0, debonding="tensionless")
+    scene = Foundation(1e6, 1e4, 1e7), State(1e-3, -0.05, 0.01, 2.0), Rules("tensionless")
+    found = contact_intervals(BLOCK, *scene)
     total, absolute, _ = quadrature((1e6, 1e4, 1e7), (1e-3, -0.05, 0.01, 2.0), "tensionless")
-    force, _ = contact_force(BLOCK, 1e6, 1e4, 1e7, 1e-3, -0.05, 0.01, 2.0, debonding="tensionless")
+    force, _ = contact_force(BLOCK, *scene)
     assert found and force == pytest.approx(total, abs=1e-12 * absolute + 1e-300)

@@ -13,6 +13,8 @@ from scipy.optimize import brentq
 from freerock.models import contact
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import (
+    Foundation,
+    State,
     accelerations,
     contact_force,
     contact_intervals,
@@ -21,7 +23,8 @@ from freerock.models.contact import (
 )
 from freerock.models.ground import pulse
 from freerock.models.housner import housner_swings
-from freerock.models.simulate import simulate
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 RELEASE = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
@@ -57,8 +60,8 @@ def test_equation_1_follows_from_the_lagrangian(block, law, state, x_ground, z_g
     """d/dt ∂L/∂q̇ - ∂L/∂q + Q = 0 by differences, in an inertial frame: ẍ_g to the left, z̈_g up."""
     z, v, theta, w = state
     m, h = block.mass_kg, block.h
-    path = accelerations(block, *law, *state, x_ground=x_ground, z_ground=z_ground)
-    force = contact_force(block, *law, *state)
+    path = accelerations(block, Foundation(*law), State(*state), x_ground=x_ground, z_ground=z_ground)
+    force = contact_force(block, Foundation(*law), State(*state))
 
     def lagrangian(q, q_rate, t):
         x_rate = -x_ground * t + h * math.cos(q[1]) * q_rate[1]
@@ -90,15 +93,17 @@ def test_equation_1_follows_from_the_lagrangian(block, law, state, x_ground, z_g
 def test_vertical_ground_acceleration_is_a_change_of_gravity(block, law, state, z_ground):
     with pytest.MonkeyPatch.context() as other_planet:
         other_planet.setattr(contact, "GRAVITY", GRAVITY + z_ground)
-        expected = accelerations(block, *law, *state)
-    assert accelerations(block, *law, *state, z_ground=z_ground) == pytest.approx(expected, rel=1e-12)
+        expected = accelerations(block, Foundation(*law), State(*state))
+    assert accelerations(block, Foundation(*law), State(*state), z_ground=z_ground) == pytest.approx(
+        expected, rel=1e-12
+    )
 
 
 def test_printed_pair_is_inconsistent():
     """With the printed sign of m h z̈_g sinθ in (1b), a lift that falls freely does not cancel the weight."""
     block, theta = BLOCKS[2], math.radians(5)
-    aloft = (1e7, 0.0, 0.0, -0.1, 0.0, theta, 0.0)
-    assert accelerations(block, *aloft, z_ground=-GRAVITY) == pytest.approx((0, 0), abs=1e-12)
+    aloft = State(-0.1, 0.0, theta, 0.0)
+    assert accelerations(block, Foundation(1e7), aloft, z_ground=-GRAVITY) == pytest.approx((0, 0), abs=1e-12)
     m, h, s = block.mass_kg, block.h, math.sin(theta)
     matrix = [[m, m * h * s], [m * h * s, block.inertia_base]]
     printed = np.linalg.solve(matrix, [m * GRAVITY - m * GRAVITY, m * h * GRAVITY * s + m * h * GRAVITY * s])
@@ -127,8 +132,8 @@ def test_moments_equal_the_printed_equations_where_the_base_touches(block, k, ra
     z, _, theta, _ = state
     if z + block.b * abs(math.sin(theta)) <= 0 or abs(theta) < 0.01:
         return
-    found = contact_force(block, k, 0.0, ratio * k, *state)
-    scale = contact_force(block, k, 0.0, ratio * k, *map(abs, state))[0]
+    found = contact_force(block, Foundation(k, lam=ratio * k), State(*state))
+    scale = contact_force(block, Foundation(k, lam=ratio * k), State(*map(abs, state)))[0]
     printed = printed_forces(block, k, ratio * k, *state)
     assert found[0] == pytest.approx(printed[0], abs=1e-10 * scale)
     assert found[1] == pytest.approx(printed[1], abs=1e-10 * scale * block.b)
@@ -137,16 +142,17 @@ def test_moments_equal_the_printed_equations_where_the_base_touches(block, k, ra
 def test_printed_uplift_form_pushes_a_block_in_flight():
     block, theta = BLOCKS[2], math.radians(5)
     z = -block.b * math.sin(theta) - 5e-3
-    state = (MARBLE["k"], 0.0, MARBLE["lambda"], z, 0.0, theta, 0.0)
-    assert printed_forces(block, MARBLE["k"], MARBLE["lambda"], *state[3:])[0] == pytest.approx(987, abs=0.5)
-    assert contact_intervals(block, *state) == [] and contact_force(block, *state) == (0.0, 0.0)
+    marble, state = Foundation.of(MARBLE), State(z, 0.0, theta, 0.0)
+    assert printed_forces(block, MARBLE["k"], MARBLE["lambda"], *state)[0] == pytest.approx(987, abs=0.5)
+    assert contact_intervals(block, marble, state) == []
+    assert contact_force(block, marble, state) == (0.0, 0.0)
 
 
 @given(blocks, laws, states, rules)
 @repeatable
 def test_interval_is_where_the_base_touches_and_pushes(block, law, state, rule):
     k, c, lam = law
-    intervals = contact_intervals(block, *law, *state, debonding=rule)
+    intervals = contact_intervals(block, Foundation(*law), State(*state), Rules(rule))
     assert len(intervals) <= 1
     depth, rate, u, _ = base_points(block, state, 500)
     f = k * depth + c * rate + lam * depth * rate
@@ -165,11 +171,11 @@ def test_damping_takes_energy_out_under_both_rules(block, law, state, rule):
     """dE/dt = -∫ (c + λ z) ż² du - (springs let go) <= 0, by quadrature over strips of the base."""
     k, c, lam = law
     z, v, theta, w = state
-    acceleration = accelerations(block, *law, *state, debonding=rule)
+    acceleration = accelerations(block, Foundation(*law), State(*state), Rules(rule))
 
     def along(t):
         there = (z + v * t, v + acceleration[0] * t, theta + w * t, w + acceleration[1] * t)
-        return float(energy(block, k, *there))
+        return float(energy(block, Foundation(k), *there))
 
     step = 1e-7
     power = slope(along, step)
@@ -189,8 +195,8 @@ def test_damping_takes_energy_out_under_both_rules(block, law, state, rule):
 def test_weight_sinks_the_block_to_its_static_depth(number):
     block, k = BLOCKS[number], MARBLE["k"]
     for theta in (0.0, 1e-4, -0.02, RELEASE[number], -0.3):
-        z = static_depth(block, k, theta)
-        force, moment = contact_force(block, k, 0.0, 0.0, z, 0.0, theta, 0.0)
+        z = static_depth(block, Foundation(k), theta)
+        force, moment = contact_force(block, Foundation(k), State(z, 0.0, theta, 0.0))
         weight = block.mass_kg * GRAVITY
         assert force == pytest.approx(weight, rel=1e-12)
         if z < block.b * abs(math.sin(theta)):
@@ -333,8 +339,8 @@ def test_froude_scaling_of_the_law():
         ("hunt_crossley", MARBLE, {"k": 1.0, "lambda": 0.5}),
     ):
         scaled = {name: value * scale ** powers[name] for name, value in parameters.items()}
-        small = simulate(model, block, parameters, time, theta0=0.17, rtol=1e-10).theta
-        large = simulate(model, big, scaled, time * math.sqrt(scale), theta0=0.17, rtol=1e-10).theta
+        small = simulate(model, block, parameters, time, theta0=0.17, solver=Solver(1e-10)).theta
+        large = simulate(model, big, scaled, time * math.sqrt(scale), theta0=0.17, solver=Solver(1e-10)).theta
         assert large == pytest.approx(small, abs=1e-8)
 
 
@@ -363,7 +369,7 @@ def test_housners_block_on_moving_ground(side):
     )
     time = np.linspace(lift, 0.4, 50)
     expected = solve_ivp(state_rate, (lift, 0.4), [0.0, 0.0], t_eval=time, rtol=1e-11, atol=1e-13).y
-    found = simulate("housner", block, {"r": 0.9}, time, base_excitation=motion, rtol=1e-10)
+    found = simulate("housner", block, {"r": 0.9}, time, base_excitation=motion, solver=Solver(1e-10))
     same = time < (found.impacts[0] if len(found.impacts) else 1.0)
     assert same.sum() > 10 and side * found.theta[same][-1] > 0
     assert found.theta[same] == pytest.approx(expected[0][same], abs=1e-9)
@@ -377,7 +383,9 @@ def test_housners_block_on_moving_ground(side):
 def test_error_follows_the_tolerance(model, parameters, debonding):
     time, theta0 = np.linspace(0, 3, 301), RELEASE[2]
     exact, *found = (
-        simulate(model, BLOCKS[2], parameters, time, theta0=theta0, debonding=debonding, rtol=rtol).theta
+        simulate(
+            model, BLOCKS[2], parameters, time, theta0=theta0, rules=Rules(debonding), solver=Solver(rtol)
+        ).theta
         for rtol in (1e-12, 1e-6, 1e-8, 1e-10)
     )
     errors = [np.abs(theta - exact).max() / theta0 for theta in found]

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
+from freerock.models.contact import State
 from freerock.models.housner import REST_AMPLITUDE, housner_motion, housner_swings
-from freerock.models.simulate import simulate
+from freerock.models.simulate import Solver, simulate
 
 BLOCK = Block(0.28, 0.07, 5.84)
 ALPHA = math.radians(10)
@@ -101,7 +102,7 @@ def test_no_restitution_no_second_swing():
     "theta0, theta_rate0", [(0.25, 0.0), (-0.25, 0.0), (0.2, 2.0), (BLOCK.theta_cr, 0.0)]
 )
 def test_beyond_return(theta0, theta_rate0):
-    response = simulate("housner", BLOCK, {"r": 0.9}, [0.0, 1.0], theta0=theta0, theta_rate0=theta_rate0)
+    response = simulate("housner", BLOCK, {"r": 0.9}, [0.0, 1.0], theta0=State(0.0, 0.0, theta0, theta_rate0))
     assert response.outcome == "overturned"
     assert response.theta[0] == theta0 and np.isnan(response.theta[1])
 
@@ -114,7 +115,7 @@ def test_thrown_over_to_the_other_side():
 
 
 def test_endless_rocking_has_a_limit():
-    response = simulate("housner", BLOCK, {"r": 1.0}, [0.0, 50.0], theta0=1e-3, max_steps=100)
+    response = simulate("housner", BLOCK, {"r": 1.0}, [0.0, 50.0], theta0=1e-3, solver=Solver(max_steps=100))
     assert response.outcome == "step_limit" and np.isnan(response.theta[-1])
 
 

@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 
 from freerock.models import compiled, contact, kernel
 from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import Foundation, State
+from freerock.models.laws import Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)
 STILL = np.empty((0, 14))
@@ -38,7 +40,7 @@ def away_from_edges(law, state, tensionless):
     corners = [z + side * BLOCK.b * math.sin(theta) for side in (1, -1)]
     assume(abs(theta) > 1e-2 and min(map(abs, corners)) > 1e-4)
     rule = "tensionless" if tensionless else "geometric"
-    for u0, u1 in contact.contact_intervals(BLOCK, *law, *state, debonding=rule):
+    for u0, u1 in contact.contact_intervals(BLOCK, Foundation(*law), State(*state), Rules(rule)):
         assume(u1 - u0 > 1e-3)
 
 
@@ -49,9 +51,9 @@ def test_compiled_law_is_the_readable_one(law, state, moved, tensionless):
     regime = regime_of(law, state, tensionless)
     found = kernel._accelerations(regime, *state, *moved, per_mass(law))
     expected = contact.accelerations(
-        BLOCK, *law, *state, debonding=rule, x_ground=moved[0], z_ground=moved[1] - GRAVITY
+        BLOCK, Foundation(*law), State(*state), Rules(rule), x_ground=moved[0], z_ground=moved[1] - GRAVITY
     )
-    force, _ = contact.contact_force(BLOCK, *law, *state, debonding=rule)
+    force, _ = contact.contact_force(BLOCK, Foundation(*law), State(*state), Rules(rule))
     scale = abs(force) / BLOCK.mass_kg + 40
     assert found[0] == pytest.approx(expected[0], abs=1e-10 * scale)
     assert found[1] == pytest.approx(expected[1], abs=1e-10 * scale / BLOCK.b)
@@ -145,7 +147,7 @@ def test_an_excursion_inside_one_step_is_found():
 
 def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):
     theta = np.empty(time.size)
-    z0 = contact.static_depth(BLOCK, law[0], theta0)
+    z0 = contact.static_depth(BLOCK, Foundation(*law), theta0)
     outcome, *counts, _ = kernel.integrate(
         per_mass(law), -1.0, False, (z0, 0.0, theta0, 0.0), time, np.empty(0), STILL, tolerance, max_steps,
         theta, np.empty((0, 3)), False,

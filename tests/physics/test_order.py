@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from freerock.models.simulate import simulate
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
 from freerock.studies.methods.by_name import METHODS
 from freerock.studies.methods.problem import Problem
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -18,7 +19,9 @@ TIME = np.linspace(0, 1.5, 301)  # three to six impacts
 
 
 def motion(law, angle, debonding, rtol):
-    response = simulate(law, BLOCK, LAWS[law], TIME, theta0=angle, debonding=debonding, rtol=rtol)
+    response = simulate(
+        law, BLOCK, LAWS[law], TIME, theta0=angle, rules=Rules(debonding), solver=Solver(rtol)
+    )
     assert len(response.impacts) >= 3
     return response.theta, response.statistics["steps"]
 

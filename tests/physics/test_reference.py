@@ -9,9 +9,10 @@ import pytest
 
 from freerock.identification.choice import epsilon_theta
 from freerock.models.block import Block
-from freerock.models.contact import static_depth
+from freerock.models.contact import Foundation, static_depth
 from freerock.models.housner import housner_swings
-from freerock.models.simulate import simulate
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 ALPHA = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
@@ -60,7 +61,7 @@ def test_housner_rests_at_the_zeno_time(r, rest_s):
 def test_trajectories_of_an_independent_program(model):
     reference = pd.read_csv(Path(__file__).parent / "data/trajectories.csv")
     time, theta = reference["time_s"].to_numpy(), reference[f"theta_{model}_rad"].to_numpy()
-    found = simulate(model, BLOCKS[2], TABLE_2[model, "marble"], time, theta0=ALPHA[2], rtol=1e-10)
+    found = simulate(model, BLOCKS[2], TABLE_2[model, "marble"], time, theta0=ALPHA[2], solver=Solver(1e-10))
     assert epsilon_theta(time, found.theta, theta) <= BOUND[model]
     assert np.abs(found.theta - theta).max() < 1e-6
 
@@ -76,7 +77,7 @@ def test_reference_trajectories(model):
 
 
 def test_edge_penetration_at_the_release():
-    depth = static_depth(BLOCKS[2], 6.88e6, ALPHA[2]) + BLOCKS[2].b * math.sin(ALPHA[2])
+    depth = static_depth(BLOCKS[2], Foundation(6.88e6), ALPHA[2]) + BLOCKS[2].b * math.sin(ALPHA[2])
     assert depth == pytest.approx(1.70e-3, abs=5e-6)
 
 
@@ -97,7 +98,7 @@ def test_debonding_rules_differ_by_the_known_amount(number, model, foundation, p
     time = np.arange(0, 8, 1e-3)
     geometric, tensionless = (
         simulate(
-            model, BLOCKS[number], TABLE_2[model, foundation], time, theta0=ALPHA[number], debonding=rule
+            model, BLOCKS[number], TABLE_2[model, foundation], time, theta0=ALPHA[number], rules=Rules(rule)
         ).theta
         for rule in ("geometric", "tensionless")
     )

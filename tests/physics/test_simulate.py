@@ -13,9 +13,10 @@ from scipy.integrate import solve_ivp
 from freerock.errors import FreerockError
 from freerock.identification.choice import epsilon_theta
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import accelerations, energy, static_depth
+from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.ground import accelerogram, pulse
-from freerock.models.simulate import simulate, simulate_many, simulate_theta
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 ALPHA = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
@@ -41,9 +42,21 @@ def test_tensionless_motion_of_an_independent_integration(model):
     time, theta = reference["time_s"].copy(), reference[f"theta_{model}_rad"]
     for rtol, bound in ((1e-6, 1e-9), (1e-8, 1e-13), (1e-11, 1e-18)):
         found = simulate(
-            model, BLOCKS[3], AEROSTOP[model], time, theta0=ALPHA[3], debonding="tensionless", rtol=rtol
+            model,
+            BLOCKS[3],
+            AEROSTOP[model],
+            time,
+            theta0=ALPHA[3],
+            rules=Rules("tensionless"),
+            solver=Solver(rtol),
         )
         assert epsilon_theta(time, found.theta, theta) < bound
+
+
+def moving(parameters, theta0, theta_rate0):
+    """State of configuration 2 thrown from its static depth."""
+    depth = static_depth(BLOCKS[2], Foundation.of(parameters), theta0)
+    return State(depth, 0.0, theta0, theta_rate0)
 
 
 @given(beds, starts, st.sampled_from(RULES))
@@ -57,9 +70,8 @@ def test_mirror_symmetry(bed, start, rule):
             BLOCKS[2],
             parameters,
             time,
-            theta0=sign * start[0],
-            theta_rate0=sign * start[1],
-            debonding=rule,
+            theta0=moving(parameters, sign * start[0], sign * start[1]),
+            rules=Rules(rule),
         )
         for sign in (1, -1)
     )
@@ -75,9 +87,17 @@ def test_damping_never_adds_energy(bed, start, rule):
     model, parameters = bed
     time = np.linspace(0, 0.6, 601)
     found = simulate(
-        model, BLOCKS[2], parameters, time, theta0=start[0], theta_rate0=start[1], debonding=rule, rtol=1e-9
+        model,
+        BLOCKS[2],
+        parameters,
+        time,
+        theta0=moving(parameters, *start),
+        rules=Rules(rule),
+        solver=Solver(1e-9),
     )
-    level = energy(BLOCKS[2], parameters["k"], found.z_cb, found.z_cb_rate, found.theta, found.theta_rate)
+    level = energy(
+        BLOCKS[2], Foundation.of(parameters), found.z_cb, found.z_cb_rate, found.theta, found.theta_rate
+    )
     level = level[np.isfinite(level)]
     assert np.diff(level).max(initial=0) <= 1e-7 * level[0] + 1e-12
 
@@ -86,9 +106,11 @@ def test_damping_never_adds_energy(bed, start, rule):
 def test_energy_without_damping_drifts_by_less_than_1e_8_in_100_s(number):
     time = np.linspace(0, 100, 5001)
     found = simulate(
-        "winkler", BLOCKS[number], {"k": 6.88e6, "c": 0.0}, time, theta0=ALPHA[number], rtol=1e-10
+        "winkler", BLOCKS[number], {"k": 6.88e6, "c": 0.0}, time, theta0=ALPHA[number], solver=Solver(1e-10)
     )
-    level = energy(BLOCKS[number], 6.88e6, found.z_cb, found.z_cb_rate, found.theta, found.theta_rate)
+    level = energy(
+        BLOCKS[number], Foundation(6.88e6), found.z_cb, found.z_cb_rate, found.theta, found.theta_rate
+    )
     assert found.outcome == "completed"
     assert np.abs(level / level[0] - 1).max() <= 1e-8
 
@@ -100,13 +122,22 @@ def test_a_frame_that_accelerates_upward_is_a_change_of_gravity(model, parameter
     block, time = BLOCKS[2], np.linspace(0, 1.0, 201)
     lift = accelerogram([0.0, 2.0], z=[3.0, 3.0])
     heavier = replace_gravity(block, GRAVITY + 3.0)
-    z0 = None if model == "housner" else static_depth(heavier, parameters["k"], 0.17)
+    start = 0.17
+    if model != "housner":
+        start = State(static_depth(heavier, Foundation.of(parameters), 0.17), 0.0, 0.17, 0.0)
     moved = simulate(
-        model, block, parameters, time, theta0=0.17, z0=z0, base_excitation=lift, debonding=rule, rtol=1e-10
+        model,
+        block,
+        parameters,
+        time,
+        theta0=start,
+        base_excitation=lift,
+        rules=Rules(rule),
+        solver=Solver(1e-10),
     )
     for module in ("simulate", "block", "contact"):
         monkeypatch.setattr(f"freerock.models.{module}.GRAVITY", GRAVITY + 3.0)
-    still = simulate(model, block, parameters, time, theta0=0.17, debonding=rule, rtol=1e-10)
+    still = simulate(model, block, parameters, time, theta0=0.17, rules=Rules(rule), solver=Solver(1e-10))
     assert moved.theta == pytest.approx(still.theta, abs=1e-8)
     assert len(still.impacts) > 1
 
@@ -160,7 +191,9 @@ def test_at_rest_long_before_denormals():
         found = simulate(model, BLOCKS[2], parameters, time, theta0=0.1)
         assert found.outcome == "at_rest"
         assert found.theta[-1] == 0 and found.theta_rate[-1] == 0
-        assert found.z_cb[-1] == pytest.approx(static_depth(BLOCKS[2], parameters["k"], 0.0), rel=1e-12)
+        assert found.z_cb[-1] == pytest.approx(
+            static_depth(BLOCKS[2], Foundation.of(parameters), 0.0), rel=1e-12
+        )
         moving = np.abs(found.theta[found.theta != 0])
         assert moving.min() > 1e-100
         assert found.statistics["steps"] < 20_000
@@ -182,7 +215,9 @@ def test_overturned(model, parameters):
 
 
 def test_step_limit_is_an_outcome():
-    found = simulate("winkler", BLOCKS[2], WINKLER, np.linspace(0, 5, 51), theta0=0.17, max_steps=50)
+    found = simulate(
+        "winkler", BLOCKS[2], WINKLER, np.linspace(0, 5, 51), theta0=0.17, solver=Solver(max_steps=50)
+    )
     assert found.outcome == "step_limit"
     assert found.statistics["steps"] + found.statistics["rejected"] == 50
     assert np.isfinite(found.theta[0]) and np.isnan(found.theta[-1]) and np.isnan(found.z_cb[-1])
@@ -206,9 +241,8 @@ def test_any_law_ends_in_a_named_outcome(log_k, log_ratio, model, number, rule):
         parameters,
         time,
         theta0=ALPHA[number],
-        debonding=rule,
-        rtol=1e-5,
-        max_steps=50_000,
+        rules=Rules(rule),
+        solver=Solver(1e-5, max_steps=50_000),
     )
     assert found.outcome in ("completed", "at_rest", "overturned", "step_limit")
     assert np.isfinite(found.theta[-1]) == (found.outcome in ("completed", "at_rest"))
@@ -229,8 +263,8 @@ MOTIONS = {
 def test_beds_on_moving_ground_against_scipy(model, parameters, motion, rule):
     block, time = BLOCKS[2], np.linspace(0, 0.8, 41)
     law = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
-    found = simulate(model, block, parameters, time, base_excitation=motion, debonding=rule)
-    state = [static_depth(block, law[0], 0.0), 0.0, 0.0, 0.0]
+    found = simulate(model, block, parameters, time, base_excitation=motion, rules=Rules(rule))
+    state = [static_depth(block, Foundation(*law), 0.0), 0.0, 0.0, 0.0]
     edges = np.unique(np.append(motion.breaks[(motion.breaks > 0) & (motion.breaks < 0.8)], [0.0, 0.8]))
     expected = np.zeros(time.size)
     for start, end in pairwise(edges):
@@ -238,7 +272,9 @@ def test_beds_on_moving_ground_against_scipy(model, parameters, motion, rule):
         def rates(t, y, start=start, end=end):
             # the ground of this segment, from its inner side at both ends
             x, z = motion(np.clip(t, start + 1e-12, end - 1e-12))
-            a, turn = accelerations(block, *law, *y, debonding=rule, x_ground=float(x), z_ground=float(z))
+            a, turn = accelerations(
+                block, Foundation(*law), State(*y), Rules(rule), x_ground=float(x), z_ground=float(z)
+            )
             return y[1], a, y[3], turn
 
         solution = solve_ivp(
@@ -256,8 +292,10 @@ def test_still_ground_changes_nothing():
     time = np.linspace(0, 1, 101)
     still = accelerogram([0.2, 0.5, 3.0], x=[0.0, 0.0, 0.0])
     for model, parameters in LAWS:
-        moved = simulate(model, BLOCKS[2], parameters, time, theta0=0.17, base_excitation=still, rtol=1e-10)
-        free = simulate(model, BLOCKS[2], parameters, time, theta0=0.17, rtol=1e-10)
+        moved = simulate(
+            model, BLOCKS[2], parameters, time, theta0=0.17, base_excitation=still, solver=Solver(1e-10)
+        )
+        free = simulate(model, BLOCKS[2], parameters, time, theta0=0.17, solver=Solver(1e-10))
         assert moved.theta == pytest.approx(free.theta, abs=2e-9)
         assert moved.impacts == pytest.approx(free.impacts, abs=1e-8)
 
@@ -293,8 +331,10 @@ def test_many_sets_are_the_single_runs_on_any_number_of_threads():
     time = np.linspace(0, 1, 201)
     k = np.geomspace(1e5, 1e9, 7)
     for model, parameters in (("winkler", {"k": k, "c": 2e4}), ("housner", {"r": np.linspace(0.5, 1, 7)})):
-        one, outcome = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, threads=1)
-        three, _ = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, threads=3)
+        one, outcome = simulate_many(
+            model, BLOCKS[2], parameters, time, theta0=0.17, solver=Solver(threads=1)
+        )
+        three, _ = simulate_many(model, BLOCKS[2], parameters, time, theta0=0.17, solver=Solver(threads=3))
         assert one.tobytes() == three.tobytes()
         for i in range(7):
             single = {n: float(v[i]) if np.ndim(v) else v for n, v in parameters.items()}
@@ -320,8 +360,8 @@ def test_many_sets_are_the_single_runs_on_any_number_of_threads():
         ({"time": [0.0, 2.0, 1.0]}, "time", "not an increasing"),
         ({"time": [0.0, math.nan]}, "time", "finite"),
         ({"theta0": math.inf}, "theta0", "not finite"),
-        ({"debonding": "sticky"}, "debonding", "sticky"),
-        ({"rtol": 0.0}, "rtol", "0.0"),
+        ({"rules": Rules("sticky")}, "debonding", "sticky"),
+        ({"solver": Solver(0.0)}, "rtol", "0.0"),
     ],
 )
 @pytest.mark.parametrize("door", [simulate, simulate_many])

@@ -14,9 +14,10 @@ from freerock.identification.choice import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import contact_force, static_depth
+from freerock.models.contact import Foundation, State, contact_force, static_depth
 from freerock.models.housner import housner_swings
-from freerock.models.simulate import simulate, simulate_theta
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate, simulate_theta
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
 
@@ -139,7 +140,7 @@ def test_times_of_rest():
 def pulled_share(model, block, parameters, theta0, span=1.2):
     """Share of the energy lost that leaves through forces f < 0, by strips of the base and of time."""
     time = np.linspace(0, span, 12001)
-    found = simulate(model, block, parameters, time, theta0=theta0, rtol=1e-9)
+    found = simulate(model, block, parameters, time, theta0=theta0, solver=Solver(1e-9))
     k, c, lam = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
     u = block.b * ((np.arange(400) + 0.5) / 200 - 1)[:, None]
     depth = found.z_cb + u * np.sin(found.theta)
@@ -157,7 +158,7 @@ def test_table_of_debonding(row):
     for model, (epsilon, pull) in (("hunt_crossley", cells[:2]), ("winkler", cells[2:])):
         parameters = TABLE2[model, foundation]
         both = [
-            simulate_theta(model, block, parameters, time, theta0=theta0, debonding=rule)[0]
+            simulate_theta(model, block, parameters, time, theta0=theta0, rules=Rules(rule))[0]
             for rule in ("tensionless", "geometric")
         ]
         digits = len(epsilon.partition(".")[2])
@@ -189,7 +190,7 @@ def about_its_corner(block, k, lam, theta0, time):
     def state_rate(_, state):
         z, v, theta, w = state
         s, c, sign = math.sin(theta), math.cos(theta), math.copysign(1, theta)
-        force, moment = contact_force(block, k, 0.0, lam, z, v, theta, w)
+        force, moment = contact_force(block, Foundation(k, lam=lam), State(z, v, theta, w))
         # the centre of mass is at x = sign b (1 - cosθ) + h sinθ: dx/dθ and its derivative
         lever, lever_slope = h * c + sign * b * s, -h * s + sign * b * c
         mass = [[m, m * h * s], [m * h * s, i_cm + m * (h * s) ** 2 + m * lever**2]]
@@ -200,7 +201,7 @@ def about_its_corner(block, k, lam, theta0, time):
         depth_acceleration, turn = np.linalg.solve(mass, right)
         return [v, depth_acceleration, w, turn]
 
-    start = [static_depth(block, k, theta0), 0.0, theta0, 0.0]
+    start = [static_depth(block, Foundation(k), theta0), 0.0, theta0, 0.0]
     return solve_ivp(state_rate, time[[0, -1]], start, "DOP853", time, rtol=1e-6, atol=1e-8).y[2]
 
 
@@ -228,10 +229,10 @@ def test_depth_and_lever_at_release():
         ("Aerstop", "2.64 mm", "5.06 mm", "0.468°"),
     ):
         k = TABLE2["hunt_crossley", foundation]["k"]
-        depth = static_depth(block, k, math.radians(10)) + block.b * s
+        depth = static_depth(block, Foundation(k), math.radians(10)) + block.b * s
         assert f"{1e3 * depth:.2f} mm" == edge
         assert f"{1e3 * depth / (3 * s):.2f} mm" == lost
-        assert f"{math.degrees(math.asin(static_depth(block, k, 0) / block.b)):.3f}°" == uplift
+        assert f"{math.degrees(math.asin(static_depth(block, Foundation(k), 0) / block.b)):.3f}°" == uplift
         assert all(text in DOCUMENT for text in (edge, lost, uplift))
 
 

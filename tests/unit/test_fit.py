@@ -7,7 +7,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 
 CONFIG2 = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
@@ -22,9 +22,7 @@ TRUTHS = {
 def motion(model, parameters, *, block=CONFIG2, alpha=math.radians(10), t0=0.0, sigma=1e-4, seed=1, span=4.0):
     """A simulated run whose release the reader of the record took t0 too early."""
     time = np.arange(0, span, 5e-4)
-    theta, outcome = simulate_theta(
-        model, block, parameters, time - t0, theta0=alpha, debonding="geometric", rtol=1e-10
-    )
+    theta, outcome = simulate_theta(model, block, parameters, time - t0, theta0=alpha, solver=Solver(1e-10))
     assert outcome in ("completed", "at_rest")
     noise = np.random.default_rng(seed).normal(0, sigma, len(time))
     return Motion(

@@ -18,7 +18,7 @@ from freerock.identification.fit import fit_run
 from freerock.identification.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan, plan_campaign
 from freerock.identification.settings import FitSettings
 from freerock.identification.standard_errors import standard_errors
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
@@ -35,7 +35,7 @@ TIME = np.arange(30, 4000) / 1000
 
 
 def fitted(model, block, parameters, theta0, seed, time_s=TIME, **options):
-    theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, rtol=1e-10)
+    theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, solver=Solver(1e-10))
     noisy = theta + np.random.default_rng(seed).normal(0, SIGMA, time_s.size)
     return fit_run(model, block, Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3), FitSettings(**options))
 

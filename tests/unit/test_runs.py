@@ -315,7 +315,7 @@ def test_a_block_that_overturns_is_no_run(lost):
 def test_a_squat_block_that_bounces(parameters):
     block, theta0 = Block(0.10, 0.12, 3.0), math.radians(15)
     t = np.arange(0, 4, 1 / RATE_HZ)
-    response = simulate("hunt_crossley", block, parameters, t, theta0=theta0, debonding="geometric")
+    response = simulate("hunt_crossley", block, parameters, t, theta0=theta0)
     assert np.any(response.contact == 2)  # in flight
     hold = np.full(1500, theta0)
     tilt = theta0 * np.sin(np.linspace(0, np.pi / 2, 1500)) ** 2

@@ -6,6 +6,7 @@ import pytest
 
 from freerock.figures.studies import choice, coverage, model_error, success
 from freerock.models.laws import PAPER_MODELS
+from freerock.models.simulate import Solver
 from freerock.studies import choice as study_of_choice
 from freerock.studies import coverage as study_of_coverage
 from freerock.studies import model_error as study_of_model_error
@@ -32,7 +33,7 @@ def test_an_imperfect_block_without_imperfection_follows_the_law():
     from freerock.models.simulate import simulate
 
     time_s, theta = imperfect_motion(TRUTH, "none")
-    exact = simulate("hunt_crossley", BLOCK, TRUTH.parameters, time_s, theta0=THETA0, rtol=1e-9)
+    exact = simulate("hunt_crossley", BLOCK, TRUTH.parameters, time_s, theta0=THETA0, solver=Solver(1e-9))
     assert np.max(np.abs(theta - exact.theta)) < 1e-4 * THETA0
     for imperfection in ("centre", "uneven", "amplitude"):
         _, other = imperfect_motion(TRUTH, imperfection)

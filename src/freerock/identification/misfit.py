@@ -10,8 +10,8 @@ from freerock.errors import FreerockError
 from freerock.identification.arrays import Floats
 from freerock.identification.choice import epsilon_theta
 from freerock.models.block import Block
-from freerock.models.laws import MODELS
-from freerock.models.simulate import simulate_fitted
+from freerock.models.laws import MODELS, Rules
+from freerock.models.simulate import Solver, simulate_fitted
 
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
 CELLS = 25  # each way
@@ -92,7 +92,7 @@ def misfit_map(
         for column, of_first in enumerate(first):
             at = known | {x: of_first, y: of_second}
             theta_model[row, column] = simulate_fitted(
-                model, block, at, time_s, debonding=debonding, rtol=RTOL
+                model, block, at, time_s, rules=Rules(debonding), solver=Solver(RTOL)
             )
     epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
     finer = np.exp(np.linspace(-SPAN, SPAN, FINER))

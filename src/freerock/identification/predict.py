@@ -11,6 +11,7 @@ import pandas as pd
 from freerock.identification.choice import epsilon_theta
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.block import Block
+from freerock.models.laws import Rules
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.motion import Motion
 
@@ -60,7 +61,7 @@ def predictions(
                     blocks[own.block],
                     {"theta0": motion.theta0, **own.release, **parameters},
                     motion.time_s,
-                    debonding=debonding,
+                    rules=Rules(debonding),
                 )
                 epsilon = epsilon_theta(motion.time_s, theta, motion.theta)
                 rows.append([*(getattr(own, name) for name in CASE), basis, n_runs, epsilon])

@@ -15,8 +15,8 @@ from freerock.identification.arrays import Floats, Mask
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
 from freerock.identification.settings import NUISANCES, FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, extended_by, parameter_of
-from freerock.models.simulate import simulate_fitted
+from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, Rules, extended_by, parameter_of
+from freerock.models.simulate import Solver, simulate_fitted
 from freerock.runs.motion import Motion
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
@@ -162,7 +162,7 @@ class Problem:
         least = 1e-4 if LAWS[self.model].cases else 1.0  # one of its dampings may be a trace
         bounds = []
         for name in self.common:
-            low, high = PARAMETERS[name].bounds or (self.r_low, R_GRID[0])
+            low, high = (self.r_low, R_GRID[0]) if name == "r" else PARAMETERS[name].bounds
             if PARAMETERS[name].fitted_as == "ratio":
                 low *= least
             bounds.append((fitted(name, low), fitted(name, high)))
@@ -220,8 +220,8 @@ class Problem:
             self.blocks[i],
             {**values, **(added or {})},
             time_s,
-            debonding=self.debonding,
-            rtol=rtol or self.rtol,
+            rules=Rules(self.debonding),
+            solver=Solver(rtol or self.rtol),
             theta_rate=rate,
         )
 

@@ -44,7 +44,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         ]
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=RTOL)
-    grids = [_grid(name) for name in law.parameters]
+    grids = [np.geomspace(*PARAMETERS[name].grid) for name in law.parameters]
     middle = [fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
     grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
     points = [
@@ -55,14 +55,6 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     cells = errors.reshape([len(grid) for grid in grids])
     minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
     return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:CANDIDATES]]
-
-
-def _grid(name: str) -> Floats:
-    """Values of a parameter, or of its ratio to k."""
-    grid = PARAMETERS[name].grid
-    if grid is None:
-        raise ValueError(f"{name} has no grid")
-    return np.geomspace(*grid)
 
 
 def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) -> float:
@@ -78,7 +70,7 @@ def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) 
         return int(crossed[0]) if len(crossed) else len(theta)
 
     measured = first_impact(np.interp(time_s, motion.time_s, np.nan_to_num(motion.theta, nan=motion.theta0)))
-    low, high = _grid("k")[[0, -1]]
+    low, high, _ = PARAMETERS["k"].grid
     while high > 1.001 * low:
         k = np.sqrt(low * high)
         theta = problem.motion(problem.start([np.log(k), *others]), 0, time_s)

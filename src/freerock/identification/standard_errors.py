@@ -15,8 +15,8 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.identification.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, PARAMETERS, PER_RUN
-from freerock.models.simulate import simulate_theta
+from freerock.models.laws import MODELS, PARAMETERS, PER_RUN, Rules
+from freerock.models.simulate import Solver, simulate_theta
 
 RTOL = 1e-10
 UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information
@@ -100,8 +100,8 @@ def _rotation(
         {name: values[name] for name in MODELS[model]},
         time_s - values["t0"],
         theta0=values["theta0"],
-        debonding=debonding,
-        rtol=RTOL,
+        rules=Rules(debonding),
+        solver=Solver(RTOL),
     )
     if outcome not in ("completed", "at_rest"):
         what = f"{model} released at {math.degrees(values['theta0']):g}°: {outcome}"

@@ -1,4 +1,4 @@
-"""The distributed contact law of the Winkler and Hunt-Crossley models, written to be read.
+"""The distributed contact law of the foundation models, written to be read.
 
 One law f(z, ż) = k z + c ż + λ z ż acts per unit width of the base wherever base and foundation are
 in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler
@@ -9,10 +9,12 @@ compiled `kernel` computes the same forces; this is what it is checked against.
 """
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from freerock.models.block import GRAVITY, Block
+from freerock.models.laws import GEOMETRIC, Rules
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,31 +23,58 @@ if TYPE_CHECKING:
     Floats = float | NDArray[np.float64]
 
 
+class Foundation(NamedTuple):
+    """Coefficients of the contact law, per unit width of the base.
+
+    Parameters
+    ----------
+    k : float
+        Stiffness [N/m²].
+    c : float
+        Linear damping [N·s/m²].
+    lam : float
+        Hunt-Crossley damping λ [N·s/m³].
+    """
+
+    k: float
+    c: float = 0.0
+    lam: float = 0.0
+
+    @classmethod
+    def of(cls, parameters: Mapping[str, float]) -> "Foundation":
+        """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
+        return cls(parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0))
+
+
+class State(NamedTuple):
+    """State of the block.
+
+    Parameters
+    ----------
+    z, z_rate : float
+        Depth of the base centre, positive downward [m], and its rate [m/s].
+    theta, theta_rate : float
+        Rotation, positive clockwise [rad], and its rate [rad/s].
+    """
+
+    z: float
+    z_rate: float
+    theta: float
+    theta_rate: float
+
+
 def contact_intervals(
-    block: Block,
-    k: float,
-    c: float,
-    lam: float,
-    z_cb: float,
-    z_cb_rate: float,
-    theta: float,
-    theta_rate: float,
-    debonding: str = "geometric",
+    block: Block, foundation: Foundation, state: State, rules: Rules = GEOMETRIC
 ) -> list[tuple[float, float]]:
     """Parts of the base [-b, b] in contact with the foundation.
 
     Parameters
     ----------
     block : Block
-        The block.
-    k, c, lam : float
-        Stiffness [N/m²], linear damping [N·s/m²] and Hunt-Crossley damping λ [N·s/m³].
-    z_cb, z_cb_rate : float
-        Depth of the base centre, positive downward [m], and its rate [m/s].
-    theta, theta_rate : float
-        Rotation, positive clockwise [rad], and its rate [rad/s].
-    debonding : str
-        "geometric": contact where z > 0; "tensionless": contact where z > 0 and f > 0.
+    foundation : Foundation
+    state : State
+    rules : Rules
+        Its debonding: "geometric", contact where z > 0; "tensionless", contact where z > 0 and f > 0.
 
     Returns
     -------
@@ -53,12 +82,12 @@ def contact_intervals(
         Intervals (u0, u1) [m], from left to right; empty in flight.
     """
     b = block.b
-    depth, slope = z_cb, math.sin(theta)
-    rate, spin = z_cb_rate, theta_rate * math.cos(theta)
-    force = _force_coefficients(k, c, lam, depth, slope, rate, spin)
+    depth, slope, rate, spin = _along_base(state)
+    force = _force_coefficients(foundation, state)
     cuts = {-b, b, *_roots(depth, slope)}
-    if debonding == "tensionless":
+    if rules.debonding == "tensionless":
         # f = z (k + λ ż) without c: the first factor is cut already
+        k, c, lam = foundation
         cuts |= set(_roots(*force) if c else _roots(k + lam * rate, lam * spin))
     inside = sorted(u for u in cuts if -b <= u <= b)
     intervals: list[tuple[float, float]] = []
@@ -66,7 +95,7 @@ def contact_intervals(
         middle = 0.5 * (u0 + u1)
         touches = depth + slope * middle > 0
         pushes = force[0] + middle * (force[1] + middle * force[2]) > 0
-        if touches and (pushes or debonding == "geometric"):
+        if touches and (pushes or rules.debonding == "geometric"):
             if intervals and intervals[-1][1] == u0:
                 u0 = intervals.pop()[0]
             intervals.append((u0, u1))
@@ -74,15 +103,7 @@ def contact_intervals(
 
 
 def contact_force(
-    block: Block,
-    k: float,
-    c: float,
-    lam: float,
-    z_cb: float,
-    z_cb_rate: float,
-    theta: float,
-    theta_rate: float,
-    debonding: str = "geometric",
+    block: Block, foundation: Foundation, state: State, rules: Rules = GEOMETRIC
 ) -> tuple[float, float]:
     """Resultant of the contact law: eqs (2)-(3) of Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024.
 
@@ -95,31 +116,24 @@ def contact_force(
     moment : float
         M_cb = ∫ f u cosθ du about the base centre, positive anticlockwise on the block [N·m].
     """
-    spin = theta_rate * math.cos(theta)
-    f0, f1, f2 = _force_coefficients(k, c, lam, z_cb, math.sin(theta), z_cb_rate, spin)
+    f0, f1, f2 = _force_coefficients(foundation, state)
     force = moment = 0.0
-    for u0, u1 in contact_intervals(
-        block, k, c, lam, z_cb, z_cb_rate, theta, theta_rate, debonding=debonding
-    ):
+    for u0, u1 in contact_intervals(block, foundation, state, rules):
         # Simpson's rule is exact: f is quadratic and f u cubic in u
         middle, width = 0.5 * (u0 + u1), u1 - u0
         for u, weight in ((u0, width / 6), (middle, 2 * width / 3), (u1, width / 6)):
             f = f0 + u * (f1 + u * f2)
             force += weight * f
             moment += weight * f * u
-    return force, moment * math.cos(theta)
+    return force, moment * math.cos(state.theta)
 
 
 def accelerations(
     block: Block,
-    k: float,
-    c: float,
-    lam: float,
-    z_cb: float,
-    z_cb_rate: float,
-    theta: float,
-    theta_rate: float,
-    debonding: str = "geometric",
+    foundation: Foundation,
+    state: State,
+    rules: Rules = GEOMETRIC,
+    *,
     x_ground: float = 0.0,
     z_ground: float = 0.0,
 ) -> tuple[float, float]:
@@ -142,28 +156,33 @@ def accelerations(
     theta_acceleration : float
         [rad/s²]
     """
-    force, moment = contact_force(block, k, c, lam, z_cb, z_cb_rate, theta, theta_rate, debonding=debonding)
+    force, moment = contact_force(block, foundation, state, rules)
     m, h = block.mass_kg, block.h
-    s, cos = math.sin(theta), math.cos(theta)
+    s, cos = math.sin(state.theta), math.cos(state.theta)
     gravity = GRAVITY + z_ground
     # m z̈ + m h s θ̈ = vertical,  m h s z̈ + I θ̈ = turning
-    vertical = m * gravity - force - m * h * cos * theta_rate**2
+    vertical = m * gravity - force - m * h * cos * state.theta_rate**2
     turning = m * h * gravity * s - moment + m * h * x_ground * cos
     theta_acceleration = (turning - h * s * vertical) / (block.inertia_base - m * (h * s) ** 2)
     return vertical / m - h * s * theta_acceleration, theta_acceleration
 
 
-def static_depth(block: Block, k: float, theta: float) -> float:
-    """Depth z_cb [m] at which the bed k [N/m²] carries the block's weight at rotation theta [rad]."""
+def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
+    """Depth z_cb [m] at which the foundation carries the block's weight at rotation theta [rad]."""
     s = abs(math.sin(theta))
-    flat = block.mass_kg * GRAVITY / (2 * block.b * k)
+    flat = block.mass_kg * GRAVITY / (2 * block.b * foundation.k)
     if flat >= block.b * s:
         return flat
-    return math.sqrt(2 * block.mass_kg * GRAVITY * s / k) - block.b * s
+    return math.sqrt(2 * block.mass_kg * GRAVITY * s / foundation.k) - block.b * s
 
 
 def energy(
-    block: Block, k: float, z_cb: "Floats", z_cb_rate: "Floats", theta: "Floats", theta_rate: "Floats"
+    block: Block,
+    foundation: Foundation,
+    z_cb: "Floats",
+    z_cb_rate: "Floats",
+    theta: "Floats",
+    theta_rate: "Floats",
 ) -> "NDArray[np.float64]":
     """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
 
@@ -172,15 +191,13 @@ def energy(
     Parameters
     ----------
     block : Block
-        The block.
-    k : float
-        Stiffness [N/m²].
+    foundation : Foundation
     z_cb, z_cb_rate, theta, theta_rate : float or ndarray, shape (n_time,)
         State [m, m/s, rad, rad/s].
     """
     import numpy as np
 
-    m, h, b = block.mass_kg, block.h, block.b
+    m, h, b, k = block.mass_kg, block.h, block.b, foundation.k
     s = np.sin(theta)
     right, left = z_cb + b * s, z_cb - b * s
     flat = np.abs(s) * b <= 1e-9 * np.abs(z_cb)
@@ -191,15 +208,20 @@ def energy(
     kinetic = (
         0.5 * m * z_cb_rate**2 + m * h * s * z_cb_rate * theta_rate + 0.5 * block.inertia_base * theta_rate**2
     )
-    at_rest = static_depth(block, k, 0.0)
+    at_rest = static_depth(block, foundation, 0.0)
     weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - (z_cb - at_rest))
     return kinetic + weight + elastic - k * b * at_rest**2
 
 
-def _force_coefficients(
-    k: float, c: float, lam: float, depth: float, slope: float, rate: float, spin: float
-) -> tuple[float, float, float]:
+def _along_base(state: State) -> tuple[float, float, float, float]:
+    """z and ż of the base as functions of u: depth + slope u, rate + spin u."""
+    return state.z, math.sin(state.theta), state.z_rate, state.theta_rate * math.cos(state.theta)
+
+
+def _force_coefficients(foundation: Foundation, state: State) -> tuple[float, float, float]:
     """Coefficients of f(u) = f0 + f1 u + f2 u²."""
+    k, c, lam = foundation
+    depth, slope, rate, spin = _along_base(state)
     return (
         k * depth + c * rate + lam * depth * rate,
         k * slope + c * spin + lam * (slope * rate + depth * spin),

@@ -6,9 +6,27 @@ rows too, so nothing is imported here that is slow to load.
 """
 
 from dataclasses import dataclass
+from math import inf
 from typing import Literal
 
 DEBONDING = ("geometric", "tensionless")
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What a model assumes besides its law.
+
+    Parameters
+    ----------
+    debonding : str
+        "geometric" (contact where the base is below the ground, z > 0) or "tensionless" (contact where z > 0
+        and the foundation pushes, f > 0).
+    """
+
+    debonding: str = "geometric"
+
+
+GEOMETRIC = Rules()
 
 
 @dataclass(frozen=True)
@@ -26,11 +44,12 @@ class Parameter:
         stiffness k) or "share" (of the nominal value).
     step : float
         Step of the difference quotients, in that number.
-    bounds : (float, float), optional
+    bounds : (float, float)
         Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
-        (docs/studies.md) in which every simulation ends. None where the run sets them.
-    grid : (float, float, int), optional
-        Lowest and highest value (or ratio to k) of the starting grid, and how many in geometric order.
+        (docs/studies.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
+    grid : (float, float, int)
+        Lowest and highest value (or ratio to k) of the starting grid of a foundation's law, and the number of
+        values, in geometric order.
     trace : float
         A small ratio to k, from which a law that holds two dampings starts with one of them.
     ratio_unit : str
@@ -41,8 +60,8 @@ class Parameter:
     symbol: str
     fitted_as: Literal["value", "logarithm", "ratio", "share"]
     step: float
-    bounds: tuple[float, float] | None = None
-    grid: tuple[float, float, int] | None = None
+    bounds: tuple[float, float] = (-inf, inf)
+    grid: tuple[float, float, int] = (0.0, 0.0, 0)
     trace: float = 0.0
     ratio_unit: str = ""
 
@@ -53,7 +72,7 @@ class Parameter:
 
 
 PARAMETERS = {
-    "r": Parameter("1", "r", "value", -1e-5),
+    "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0)),
     "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
     "c": Parameter(
         "N s m-2", "c", "ratio", 1e-5, bounds=(1e-5, 1.0), grid=(5e-4, 0.08, 8), trace=1e-4, ratio_unit="s"

@@ -1,8 +1,7 @@
 """The one public door to the rocking models."""
 
-import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -11,18 +10,41 @@ from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import static_depth
+from freerock.models.checks import check_scene
+from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.ground import GroundMotion
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.kernel import integrate
-from freerock.models.laws import DEBONDING, LAWS, MODELS, unit_of
+from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
 
 Floats = NDArray[np.float64]
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
-MAX_STEPS = 1_000_000
 NO_RATES = np.empty((0, 3))
 STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
+
+
+@dataclass(frozen=True)
+class Solver:
+    """How accurately and how long to solve.
+
+    Parameters
+    ----------
+    rtol : float
+        Error allowed per step, relative to the amplitude: θ₀ in free rocking, θ_cr on a moving ground.
+    max_steps : int
+        Steps (or impacts) after which to give up.
+    threads : int, optional
+        Threads that share many sets of parameters; all cores this process may use if None. The results do
+        not depend on it.
+    """
+
+    rtol: float = 1e-8
+    max_steps: int = 1_000_000
+    threads: int | None = None
+
+
+SOLVER = Solver()
 
 
 @dataclass(frozen=True)
@@ -66,14 +88,10 @@ def simulate(
     parameters: Mapping[str, float],
     time: ArrayLike,
     *,
-    theta0: float = 0.0,
-    theta_rate0: float = 0.0,
-    z0: float | None = None,
-    z_rate0: float = 0.0,
+    theta0: float | State = 0.0,
     base_excitation: GroundMotion | None = None,
-    debonding: str = "geometric",
-    rtol: float = 1e-8,
-    max_steps: int = MAX_STEPS,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
 ) -> Response:
     """Motion of a rocking block released at t = 0.
 
@@ -90,50 +108,37 @@ def simulate(
         of "k", "c" and "lambda".
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
-    theta0, theta_rate0 : float
-        Rotation, positive clockwise [rad], and rate [rad/s] at t = 0.
-    z0, z_rate0 : float
-        Depth of the base centre [m] and its rate [m/s] at t = 0; z0 None is static vertical equilibrium.
-        Not used by the Housner model.
+    theta0 : float or State
+        Rotation from which it is released at rest [rad], positive clockwise, in vertical equilibrium; or its
+        whole state at t = 0. The Housner model does not use the depth in it.
     base_excitation : GroundMotion, optional
         Motion of the ground.
-    debonding : str
-        "geometric" (contact where z > 0) or "tensionless" (contact where z > 0 and f > 0).
-    rtol : float
-        Error allowed per step, relative to the amplitude: θ₀ in free rocking, θ_cr on a moving ground.
-    max_steps : int
-        Steps (or impacts) after which to give up.
-
-    Returns
-    -------
-    Response
+    rules : Rules
+        The rule of debonding.
+    solver : Solver
+        Accuracy, and number of steps after which to give up.
 
     Raises
     ------
     FreerockError
         Unknown model, missing or negative parameter, time not increasing, and the like.
     """
-    instants = _check(model, parameters, time, (theta0, theta_rate0, z0 or 0.0, z_rate0), debonding, rtol)
-    if model == "housner" and base_excitation is None:
-        return _housner(block, parameters["r"], instants, theta0, theta_rate0, max_steps)
-    if model == "housner":
-        z0, z_rate0 = 0.0, 0.0
-    elif z0 is None:
-        z0 = static_depth(block, parameters["k"], theta0)
+    start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
+    instants = check_scene(model, parameters, time, start, rules, solver.rtol)
+    if not LAWS[model].is_foundation:
+        if base_excitation is None:
+            return _housner(block, parameters["r"], instants, start, solver.max_steps)
+        start = State(0.0, 0.0, start.theta, start.theta_rate)
+    elif not isinstance(theta0, State):
+        start = start._replace(z=static_depth(block, Foundation.of(parameters), theta0))
     theta, rates = np.empty(instants.size), np.empty((instants.size, 3))
-    outcome, steps, rejected, implicit, evaluations, impacts = _integrate(
-        model, block, parameters, (z0, z_rate0, theta0, theta_rate0), instants, base_excitation, debonding,
-        rtol, max_steps, theta, rates,
-    )  # fmt: skip
+    scene = _Scene(model, block, parameters, base_excitation, rules, solver)
+    outcome, steps, rejected, implicit, evaluations, impacts = scene.integrate(start, instants, theta, rates)
     statistics = {"steps": steps, "rejected": rejected, "implicit": implicit, "evaluations": evaluations}
-    if model == "housner":
+    if not LAWS[model].is_foundation:
         return _about_corners(block, instants, theta, rates[:, 2], impacts, OUTCOMES[outcome], statistics)
     z_cb, z_cb_rate, theta_rate = rates.T
-    lift = block.b * np.sin(theta)
-    contact = np.zeros(instants.size, np.int8)
-    contact[z_cb - lift <= 0] = 1
-    contact[z_cb + lift <= 0] = -1
-    contact[(z_cb - lift <= 0) & (z_cb + lift <= 0)] = 2
+    contact = _contact(block, z_cb, theta)
     return Response(
         instants, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, OUTCOMES[outcome], statistics
     )
@@ -146,9 +151,8 @@ def simulate_theta(
     time: Floats,
     *,
     theta0: float,
-    debonding: str = "geometric",
-    rtol: float = 1e-8,
-    max_steps: int = MAX_STEPS,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
     theta_rate: Floats | None = None,
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
@@ -162,21 +166,7 @@ def simulate_theta(
     outcome : str
         As in `Response`.
     """
-    if model == "housner":
-        swings = housner_swings(block, parameters["r"], theta0, 0.0, time[-1], max_steps)
-        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=theta_rate is not None)
-        if theta_rate is not None:
-            theta_rate[:] = rate
-        return theta, _housner_outcome(swings, time)
-    theta = np.empty(time.size)
-    rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
-    state = (static_depth(block, parameters["k"], theta0), 0.0, theta0, 0.0)
-    outcome, *_ = _integrate(
-        model, block, parameters, state, time, None, debonding, rtol, max_steps, theta, rates
-    )
-    if theta_rate is not None:
-        theta_rate[:] = rates[:, 2]
-    return theta, OUTCOMES[outcome]
+    return _released(_Scene(model, block, parameters, None, rules, solver), theta0, time, theta_rate)
 
 
 def simulate_fitted(
@@ -185,8 +175,8 @@ def simulate_fitted(
     values: Mapping[str, float],
     time: Floats,
     *,
-    debonding: str = "geometric",
-    rtol: float = 1e-8,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
     theta_rate: Floats | None = None,
 ) -> Floats:
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
@@ -202,8 +192,8 @@ def simulate_fitted(
         {name: values[name] for name in MODELS[model]},
         time - values.get("t0", 0.0),
         theta0=values["theta0"],
-        debonding=debonding,
-        rtol=rtol,
+        rules=rules,
+        solver=solver,
         theta_rate=theta_rate,
     )
     lost = np.isnan(theta)
@@ -227,10 +217,8 @@ def simulate_many(
     *,
     theta0: float | Floats,
     base_excitation: GroundMotion | None = None,
-    debonding: str = "geometric",
-    rtol: float = 1e-8,
-    max_steps: int = MAX_STEPS,
-    threads: int | None = None,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
 ) -> tuple[Floats, NDArray[np.str_]]:
     """Rotation under many sets of parameters, each released from rest, on several threads.
 
@@ -240,8 +228,6 @@ def simulate_many(
         As in `simulate`, with floats or arrays that broadcast to (n_sets,).
     theta0 : float or ndarray, shape (n_sets,)
         Rotation at t = 0 [rad].
-    threads : int, optional
-        Number of threads; all cores this process may use if None. The results do not depend on it.
 
     The others as in `simulate`.
 
@@ -263,31 +249,20 @@ def simulate_many(
     for values in columns:
         if values.ndim != 1:
             raise FreerockError("parameters", "not one-dimensional", "give one value for each set")
-    lowest = {n: float(v.min()) for n, v in zip(names, columns, strict=True) if n in parameters}
-    highest = {n: float(v.max()) for n, v in zip(names, columns, strict=True) if n in parameters}
-    for extreme in (lowest, highest):
-        instants = _check(model, extreme, time, starts, debonding, rtol)
+    given = {n: v for n, v in zip(names, columns, strict=True) if n in parameters}
+    for extreme in (np.min, np.max):
+        outermost = {name: float(extreme(values)) for name, values in given.items()}
+        instants = check_scene(model, outermost, time, starts, rules, solver.rtol)
     theta = np.empty((starts.size, instants.size))
     outcome = np.empty(starts.size, dtype="U10")
 
     def run(sets: Iterable[int]) -> None:
         for i in sets:
             one = {name: float(values[i]) for name, values in zip(names, columns, strict=True)}
-            start = float(starts[i])
-            if model == "housner" and base_excitation is None:
-                theta[i], outcome[i] = simulate_theta(
-                    model, block, one, instants, theta0=start, max_steps=max_steps
-                )
-                continue
-            z0 = 0.0 if model == "housner" else static_depth(block, one["k"], start)
-            code, *_ = _integrate(
-                model, block, one, (z0, 0.0, start, 0.0), instants, base_excitation, debonding, rtol,
-                max_steps, theta[i], NO_RATES,
-            )  # fmt: skip
-            outcome[i] = OUTCOMES[code]
+            scene = _Scene(model, block, one, base_excitation, rules, solver)
+            theta[i], outcome[i] = _released(scene, float(starts[i]), instants)
 
-    if threads is None:
-        threads = cores()
+    threads = solver.threads or cores()
     # the first run loads or compiles the kernel; the others are dealt out like cards
     run(range(min(1, starts.size)))
     with ThreadPoolExecutor(threads) as pool:
@@ -296,58 +271,88 @@ def simulate_many(
     return theta, outcome
 
 
-def _integrate(
-    model: str,
-    block: Block,
-    parameters: Mapping[str, float],
-    state: Sequence[float],
-    time: Floats,
-    motion: GroundMotion | None,
-    debonding: str,
-    rtol: float,
-    max_steps: int,
-    theta: Floats,
-    rates: Floats,
-) -> tuple[int, int, int, int, int, Floats]:
-    """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
-    m, b, p = block.mass_kg, block.b, block.p
-    k, c, lam = parameters.get("k", 0.0), parameters.get("c", 0.0), parameters.get("lambda", 0.0)
-    law = (k / m, c / m, lam / m, b, block.h, block.inertia_base / m, GRAVITY)
-    # one signature, so that the kernel is compiled once
-    state = tuple(map(float, state))
-    time = np.require(time, float, ["C", "W"])
-    amplitude = block.theta_cr
-    if motion is None:
-        _, z_rate0, theta0, theta_rate0 = state
-        moved = abs(theta0) + abs(theta_rate0) / p + abs(z_rate0) / (p * b)
-        amplitude = min(amplitude, moved) or amplitude
-        motion = STILL
-    if k > 0 and c == 0 and lam == 0:
-        # nothing forgets the errors of a motion without damping
-        amplitude *= 0.3
-    found: tuple[int, int, int, int, int, Floats] = integrate(
-        law,
-        float(parameters["r"]) if model == "housner" else -1.0,
-        debonding == "tensionless" and c + lam > 0,
-        state,
-        time,
-        motion.breaks,
-        motion.coefficients,
-        rtol * amplitude,
-        max_steps,
-        theta,
-        rates,
-        len(rates) > 0,
-    )
-    return found
+@dataclass(frozen=True)
+class _Scene:
+    """A block that moves by a law on a ground, and how the motion is solved."""
+
+    model: str
+    block: Block
+    parameters: Mapping[str, float]
+    motion: GroundMotion | None
+    rules: Rules
+    solver: Solver
+
+    @property
+    def law(self) -> Law:
+        """Its row."""
+        return LAWS[self.model]
+
+    @property
+    def foundation(self) -> Foundation:
+        """What it stands on; none under a rigid block."""
+        return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
+
+    def integrate(
+        self, start: State, time: Floats, theta: Floats, rates: Floats
+    ) -> tuple[int, int, int, int, int, Floats]:
+        """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
+        block, motion, (k, c, lam) = self.block, self.motion, self.foundation
+        m, b, p = block.mass_kg, block.b, block.p
+        law = (k / m, c / m, lam / m, b, block.h, block.inertia_base / m, GRAVITY)
+        # one signature, so that the kernel is compiled once
+        state = tuple(map(float, start))
+        time = np.require(time, float, ["C", "W"])
+        amplitude = block.theta_cr
+        if motion is None:
+            _, z_rate0, theta0, theta_rate0 = state
+            moved = abs(theta0) + abs(theta_rate0) / p + abs(z_rate0) / (p * b)
+            amplitude = min(amplitude, moved) or amplitude
+            motion = STILL
+        if k > 0 and c == 0 and lam == 0:
+            # nothing forgets the errors of a motion without damping
+            amplitude *= 0.3
+        found: tuple[int, int, int, int, int, Floats] = integrate(
+            law,
+            -1.0 if k > 0 else float(self.parameters["r"]),
+            self.rules.debonding == "tensionless" and c + lam > 0,
+            state,
+            time,
+            motion.breaks,
+            motion.coefficients,
+            self.solver.rtol * amplitude,
+            self.solver.max_steps,
+            theta,
+            rates,
+            len(rates) > 0,
+        )
+        return found
 
 
-def _housner(
-    block: Block, r: float, time: Floats, theta0: float, theta_rate0: float, max_steps: int
-) -> Response:
+def _released(
+    scene: _Scene, theta0: float, time: Floats, theta_rate: Floats | None = None
+) -> tuple[Floats, str]:
+    """Rotation of a block released from rest, and how its motion ends; fills theta_rate if given."""
+    block, closed = scene.block, scene.motion is None and not scene.law.is_foundation
+    if closed:
+        swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
+        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=theta_rate is not None)
+        if theta_rate is not None:
+            theta_rate[:] = rate
+        return theta, _housner_outcome(swings, time)
+    depth = static_depth(block, scene.foundation, theta0) if scene.law.is_foundation else 0.0
+    theta = np.empty(time.size)
+    rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
+    outcome, *_ = scene.integrate(State(depth, 0.0, theta0, 0.0), time, theta, rates)
+    if theta_rate is not None:
+        theta_rate[:] = rates[:, 2]
+    return theta, OUTCOMES[outcome]
+
+
+def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int) -> Response:
+    """Free rocking of the rigid block in closed form."""
     until = time[-1] if time.size else 0.0
-    swings = housner_swings(block, r, theta0, theta_rate0, until, max_steps)
-    theta, theta_rate = housner_motion(swings, time, theta0, theta_rate0)
+    swings = housner_swings(block, r, start.theta, start.theta_rate, until, max_steps)
+    theta, theta_rate = housner_motion(swings, time, start.theta, start.theta_rate)
     impacts = swings.impact_time[swings.impact_time <= until]
     statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
     return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(swings, time), statistics)
@@ -383,44 +388,11 @@ def _housner_outcome(swings: Swings, time: Floats) -> str:
     return swings.outcome
 
 
-def _check(
-    model: str,
-    parameters: Mapping[str, float],
-    time: ArrayLike,
-    state: ArrayLike,
-    debonding: str,
-    rtol: float,
-) -> Floats:
-    if model not in MODELS:
-        raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(MODELS)}")
-    for name in MODELS[model]:
-        where = f"parameters.{name}"
-        if name not in parameters:
-            raise FreerockError(where, "missing", f"give {name} [{unit_of(name)}] for the {model} model")
-        value = parameters[name]
-        if not math.isfinite(value) or value < 0 or (name == "k" and value == 0):
-            raise FreerockError(
-                where,
-                f"{value} is not a {'positive' if name == 'k' else 'non-negative'} number",
-                f"give {name} in {unit_of(name)}",
-            )
-        if name == "r" and value > 1:
-            raise FreerockError(
-                where, f"{value} is above 1", "an impact cannot add energy: give r between 0 and 1"
-            )
-    if debonding not in DEBONDING:
-        raise FreerockError("debonding", f"unknown rule {debonding!r}", f"use {' or '.join(DEBONDING)}")
-    law = LAWS[model]
-    if not law.allows(debonding, sum(parameters[name] > 0 for name in law.dampings)):
-        what = "the tensionless rule is not worked out for both dampings at once"
-        raise FreerockError("debonding", what, "use geometric")
-    if not rtol > 0:
-        raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
-    if not np.all(np.isfinite(state)):
-        raise FreerockError(
-            "theta0", "the start is not finite", "give the angle in rad and the rate in rad/s"
-        )
-    instants = np.ascontiguousarray(time, dtype=float)
-    if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
-        raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
-    return instants
+def _contact(block: Block, z_cb: Floats, theta: Floats) -> NDArray[np.int8]:
+    """Which part of the base is below the ground, as in `Response`."""
+    lift = block.b * np.sin(theta)
+    contact = np.zeros(theta.size, np.int8)
+    contact[z_cb - lift <= 0] = 1
+    contact[z_cb + lift <= 0] = -1
+    contact[(z_cb - lift <= 0) & (z_cb + lift <= 0)] = 2
+    return contact

@@ -9,7 +9,7 @@ import pandas as pd
 from freerock.identification.choice import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.models.laws import MODELS, PAPER_MODELS
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.studies.methods.by_name import freerock
 from freerock.studies.scenes import ROUNDS, SAMPLING_HZ, SPAN_S, scenes
@@ -52,7 +52,7 @@ def run(size: str = "full") -> pd.DataFrame:
                 found,
                 sampled - found["t0"],
                 theta0=found["theta0"],
-                rtol=fit.diagnostics["rtol"],
+                solver=Solver(fit.diagnostics["rtol"]),
             )
             ((_, seconds, _),) = interleaved([run], 10 * ROUNDS[size])
             rows.append(

@@ -12,7 +12,7 @@ from freerock.identification.choice import LOUDER
 from freerock.identification.fit import fit_run
 from freerock.identification.standard_errors import standard_errors
 from freerock.models.block import GRAVITY
-from freerock.models.contact import accelerations, contact_force, static_depth
+from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
 from freerock.models.laws import MODELS
 from freerock.studies.virtual_run import (
     LONGEST_S,
@@ -53,20 +53,21 @@ def imperfect_motion(truth: Truth, imperfection: str) -> tuple[Floats, Floats]:
     middle = replace(block, contact_width_m=FEET * block.width_m)
 
     def rates(_: float, y: Floats) -> list[float]:
-        z, v, theta, w = y
+        state = State(*y)
+        _, v, theta, w = state
         damping = lam * (0.5 + abs(theta / truth.theta0)) if imperfection == "amplitude" else lam
-        a, turn = accelerations(block, k, 0.0, damping, z, v, theta, w)
+        a, turn = accelerations(block, Foundation(k, lam=damping), state)
         force = moment = 0.0
         if imperfection == "centre":
             moment = -m * GRAVITY * CENTRE_OFF_M * math.cos(theta)
         elif imperfection == "uneven":
-            force, moment = (-x for x in contact_force(middle, k, 0.0, lam, z, v, theta, w))
+            force, moment = (-x for x in contact_force(middle, Foundation(k, lam=lam), state))
         arm = h * math.sin(theta)
         more = (arm * force - moment) / (block.inertia_base - m * arm * arm)
         return [v, a - force / m - arm * more, w, turn + more]
 
     time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
-    start = [static_depth(block, k, truth.theta0), 0.0, truth.theta0, 0.0]
+    start = [static_depth(block, Foundation(k), truth.theta0), 0.0, truth.theta0, 0.0]
     motion = solve_ivp(rates, (0, LONGEST_S), start, "DOP853", time_s, rtol=1e-7, atol=1e-11)
     return time_s, motion.y[2]
 

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
@@ -116,5 +116,6 @@ def _apart(block: str, foundation: str, final_time_s: float) -> Iterator[Row]:
 
 def _published_theta(model: str, block: str, foundation: str, time_s: Floats) -> Floats:
     shape, theta0, _ = CONFIGURATIONS[block]
-    theta, _ = simulate_theta(model, shape, TABLE_2[foundation][model], time_s, theta0=theta0, rtol=1e-10)
+    parameters = TABLE_2[foundation][model]
+    theta, _ = simulate_theta(model, shape, parameters, time_s, theta0=theta0, solver=Solver(1e-10))
     return theta

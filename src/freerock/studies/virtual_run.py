@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from freerock.models.block import Block
-from freerock.models.simulate import cores, simulate
+from freerock.models.simulate import Solver, cores, simulate
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock.virtual_lab.published import TABLE_2
@@ -95,7 +95,7 @@ def virtual_motion(
     else:
         time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
         response = simulate(
-            truth.model, truth.block, truth.parameters, time_s, theta0=truth.theta0, rtol=1e-10
+            truth.model, truth.block, truth.parameters, time_s, theta0=truth.theta0, solver=Solver(1e-10)
         )
         if response.outcome == "overturned":
             return None

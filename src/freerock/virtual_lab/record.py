@@ -15,13 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import accelerations, contact_force, static_depth
-from freerock.models.simulate import simulate
+from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
+from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Fault, Floats, Noise, converted
 
-# Motion is integrated to 1e-12 and kept to 1 µrad: no byte depends on a processor's last digit.
+# Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
+EXACT = Solver(rtol=1e-12)
 THETA_DECIMALS = 6
 REST_RAD = 2e-5  # the operator's eye: below this the block has come to rest
 VOLTS = (  # what the truth says of a laser: all its outputs are volts
@@ -105,7 +107,7 @@ def simulate_record(
     seed: int,
     recording: Recording = Recording(),
     faults: Sequence[Fault] = (),
-    **options: Any,
+    rules: Rules = GEOMETRIC,
 ) -> VirtualRecord:
     """Simulate one record.
 
@@ -121,19 +123,17 @@ def simulate_record(
     recording : Recording
     faults : sequence of callable
         Each takes (time_s, volts, generator) and returns volts, between sensor and converter.
-    **options
-        Passed on to `freerock.models.simulate.simulate` from the moment the finger has left, such as
-        debonding and rtol.
+    rules : Rules
+        The rule of debonding.
 
     Returns
     -------
     VirtualRecord
     """
-    options = {"debonding": "geometric", "rtol": 1e-12} | options
     rate_hz, noise = recording.rate_hz, recording.noise
     clock, theta, runs = recording.rest_s, [np.zeros(math.ceil(recording.rest_s * rate_hz))], []
     for number, release in enumerate(releases, 1):
-        part, truth, clock = _release(block, model, release, clock, recording, options)
+        part, truth, clock = _release(block, model, release, clock, recording, rules)
         theta.append(part)
         runs.append({"run": number} | truth)
     rotation: Floats = np.concatenate(theta).round(THETA_DECIMALS)
@@ -143,7 +143,7 @@ def simulate_record(
     truth = {
         "origin": "simulated",
         "model": model,
-        "debonding": options["debonding"],
+        "debonding": rules.debonding,
         "kinematics": "base centre restrained in the law; for the laser the block turns by θ about a corner",
         "block": {key: value for key, value in asdict(block).items() if value is not None},
         "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
@@ -179,7 +179,7 @@ def _release(
     release: Release,
     clock: float,
     recording: Recording,
-    options: Mapping[str, Any],
+    rules: Rules,
 ) -> tuple[Floats, dict[str, Any], float]:
     """θ [rad] at the samples from the start of a tilt to the end of the pause, the truth, that end [s]."""
     rate_hz = recording.rate_hz
@@ -191,8 +191,9 @@ def _release(
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
     theta = release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
-    theta[fading], begin = _fade(block, model, release, grid[fading] - let_go, options["debonding"])
-    motion = simulate(model, block, release.parameters, grid[rocking] - free, **begin, **options)
+    theta[fading], begin = _fade(block, model, release, grid[fading] - let_go, rules)
+    since = grid[rocking] - free
+    motion = simulate(model, block, release.parameters, since, theta0=begin, rules=rules, solver=EXACT)
     theta[rocking] = motion.theta
 
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
@@ -216,19 +217,22 @@ def _release(
 
 
 def _fade(
-    block: Block, model: str, release: Release, times: Floats, debonding: str
-) -> tuple[Floats, dict[str, Any]]:
-    """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it."""
+    block: Block, model: str, release: Release, times: Floats, rules: Rules
+) -> tuple[Floats, float | State]:
+    """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it.
+
+    The state after a sudden release is rest at the release angle [rad].
+    """
     from scipy.integrate import solve_ivp
 
     theta0 = release.theta0
     if release.fade_s == 0:
-        return np.empty(0), {"theta0": theta0}
+        return np.empty(0), theta0
 
     def support(t: float) -> float:
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))
 
-    if model == "housner":
+    if not LAWS[model].is_foundation:
         start = [theta0, 0.0]
 
         def rates(t: float, y: Floats) -> list[float]:
@@ -236,13 +240,14 @@ def _fade(
             return [y[1], (1 - support(t)) * fall]
 
     else:
-        k, c, lam = (release.parameters.get(key, 0.0) for key in ("k", "c", "lambda"))
-        start = [theta0, 0.0, static_depth(block, k, theta0), 0.0]
-        moment = contact_force(block, k, c, lam, start[2], 0.0, theta0, 0.0, debonding)[1]
+        foundation = Foundation.of(release.parameters)
+        start = [theta0, 0.0, static_depth(block, foundation, theta0), 0.0]
+        moment = contact_force(block, foundation, State(start[2], 0.0, theta0, 0.0), rules)[1]
         moment -= block.mass_kg * GRAVITY * block.h * math.sin(theta0)  # what the finger bears at first
 
         def rates(t: float, y: Floats) -> list[float]:
-            z_rate2, theta_rate2 = accelerations(block, k, c, lam, y[2], y[3], y[0], y[1], debonding)
+            state = State(y[2], y[3], y[0], y[1])
+            z_rate2, theta_rate2 = accelerations(block, foundation, state, rules)
             arm = block.h * math.sin(y[0])
             turn = support(t) * moment / (block.inertia_base - block.mass_kg * arm**2)
             return [y[1], theta_rate2 + turn, y[3], z_rate2 - arm * turn]
@@ -250,6 +255,5 @@ def _fade(
     fade = solve_ivp(
         rates, (0, release.fade_s), start, "DOP853", rtol=1e-12, atol=1e-14, dense_output=True, max_step=1e-3
     )
-    return fade.sol(times)[0], dict(
-        zip(("theta0", "theta_rate0", "z0", "z_rate0"), map(float, fade.y[:, -1]), strict=False)
-    )
+    theta, theta_rate, z, z_rate = map(float, [*fade.y[:, -1], 0.0, 0.0][:4])
+    return fade.sol(times)[0], State(z, z_rate, theta, theta_rate)

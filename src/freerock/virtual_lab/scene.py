@@ -10,6 +10,7 @@ import pandas as pd
 from freerock.config.scene import GROUND_COLUMNS, GroundSection, Scene
 from freerock.errors import FreerockError
 from freerock.models.ground import GroundMotion, accelerogram, pulse
+from freerock.models.laws import Rules
 from freerock.models.simulate import Response, simulate
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Noise
@@ -87,7 +88,7 @@ def simulate_scene(scene: Scene, folder: str | Path = ".") -> tuple[pd.DataFrame
             time,
             theta0=math.radians(scene.release_angle_deg),
             base_excitation=motion,
-            debonding=scene.debonding,
+            rules=Rules(scene.debonding),
         )
         columns[f"theta_deg_{model}"] = np.degrees(responses[model].theta)
     return pd.DataFrame(columns), responses
@@ -126,6 +127,6 @@ def write_scene_record(scene: Scene, path: Path) -> None:
             longest_s=scene.duration_s,
             noise=Noise(white_v=scene.laser.noise_v),
         ),
-        debonding=scene.debonding,
+        rules=Rules(scene.debonding),
     )
     write_record(path, record)

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from freerock.models.block import Block
-from freerock.models.contact import accelerations, static_depth
+from freerock.models.contact import Foundation, State, accelerations, static_depth
+from freerock.models.laws import Rules
 
 BLOCK = Block(0.14, 0.07, 2.98)
 LAWS = {"winkler": (4.50e6, 4.05e4, 0.0), "hunt_crossley": (2.86e6, 0.0, 8.16e7)}
@@ -20,10 +21,10 @@ def motion(law, time, theta0):
     """θ from rest at theta0 in vertical equilibrium, shape (n_time,) [rad]."""
 
     def rates(_, state):
-        a, turn = accelerations(BLOCK, *law, *state, debonding="tensionless")
+        a, turn = accelerations(BLOCK, Foundation(*law), State(*state), Rules("tensionless"))
         return state[1], a, state[3], turn
 
-    start = [static_depth(BLOCK, law[0], theta0), 0.0, theta0, 0.0]
+    start = [static_depth(BLOCK, Foundation(*law), theta0), 0.0, theta0, 0.0]
     return solve_ivp(
         rates, (0, time[-1]), start, "DOP853", t_eval=time, rtol=1e-13, atol=1e-16, max_step=2e-3
     ).y[2]

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares, minimize_scalar
 
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.studies.atlas.cells import (
     BLOCK,
@@ -144,9 +144,8 @@ def _fitted(
 
     def residual(x: Floats) -> Floats:
         k, lam = np.exp(np.clip(x[:2], 0, 60))
-        modelled, _ = simulate_theta(
-            "hunt_crossley", BLOCK, {"k": k, "lambda": lam}, time, theta0=x[2], rtol=rtol, max_steps=100_000
-        )
+        parameters, solver = {"k": k, "lambda": lam}, Solver(rtol, max_steps=100_000)
+        modelled, _ = simulate_theta("hunt_crossley", BLOCK, parameters, time, theta0=x[2], solver=solver)
         return np.nan_to_num(modelled, nan=math.pi / 2) - theta
 
     return least_squares(residual, start, method="lm", diff_step=diff_step, max_nfev=200)

@@ -10,7 +10,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import DEBONDING, PARAMETERS
+from freerock.models.laws import DEBONDING, PARAMETERS, Rules
 from freerock.models.simulate import simulate_theta
 from freerock.studies.atlas.cells import (
     BLOCK,
@@ -55,7 +55,7 @@ def pipeline_of(problem: Problem, time: Floats) -> str:
         problem.parameters,
         time,
         theta0=problem.theta0,
-        debonding=problem.debonding,
+        rules=Rules(problem.debonding),
     )
     if outcome == "overturned":
         return "inside the bounds: the fit takes the block to lie at ±90°"

@@ -4,7 +4,8 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from freerock.models.simulate import simulate
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
 from freerock.studies.methods.foundation import cyrk, fixed_step, scipy
 from freerock.studies.methods.housner import housner_events, housner_linearised
 from freerock.studies.methods.problem import Floats, Problem, Solution
@@ -18,9 +19,8 @@ def freerock(problem: Problem, time: Floats, rtol: float, limit: float = math.in
         problem.parameters,
         time,
         theta0=problem.theta0,
-        debonding=problem.debonding,
-        rtol=rtol,
-        max_steps=int(min(limit, 2**31)),
+        rules=Rules(problem.debonding),
+        solver=Solver(rtol, max_steps=int(min(limit, 2**31))),
     )
     outcome = "completed" if response.outcome == "at_rest" else response.outcome
     return Solution(response.theta, response.statistics["evaluations"], outcome)

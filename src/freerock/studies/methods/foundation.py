@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from freerock.models.contact import accelerations
+from freerock.models.contact import Foundation, State, accelerations
+from freerock.models.laws import Rules
 from freerock.studies.methods.problem import ATOL_SHARE, BLOWN_UP, Floats, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20
@@ -86,13 +87,12 @@ def right_hand_side(t: float, y: Floats, law: Floats) -> Floats:
 
 def plain_right_hand_side(problem: Problem) -> Callable[[float, Floats], Floats]:
     """The plain law of `freerock.models.contact` as SciPy calls it."""
-    k, c, lam = (problem.parameters.get(name, 0.0) for name in ("k", "c", "lambda"))
-    block, debonding = problem.block, problem.debonding
+    foundation, rules = Foundation.of(problem.parameters), Rules(problem.debonding)
 
     def rates(t: float, y: Floats) -> Floats:
-        z, v, theta, w = y.tolist()
-        a, turn = accelerations(block, k, c, lam, z, v, theta, w, debonding)
-        return np.array([v, a, w, turn])
+        state = State(*y.tolist())
+        a, turn = accelerations(problem.block, foundation, state, rules)
+        return np.array([state.z_rate, a, state.theta_rate, turn])
 
     return rates
 

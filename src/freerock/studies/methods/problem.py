@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import static_depth
+from freerock.models.contact import Foundation, static_depth
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +55,8 @@ class Problem:
     @property
     def start(self) -> Floats:
         """z_cb [m], ż_cb [m/s], θ [rad] and θ̇ [rad/s] at the release."""
-        return np.array([static_depth(self.block, self.parameters["k"], self.theta0), 0.0, self.theta0, 0.0])
+        depth = static_depth(self.block, Foundation.of(self.parameters), self.theta0)
+        return np.array([depth, 0.0, self.theta0, 0.0])
 
     @property
     def amplitudes(self) -> Floats:

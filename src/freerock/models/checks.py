@@ -1,0 +1,57 @@
+"""Refusal of what can't be simulated."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from freerock.errors import FreerockError
+from freerock.models.laws import DEBONDING, LAWS, PARAMETERS, Rules, unit_of
+
+
+def check_scene(
+    model: str,
+    parameters: Mapping[str, float],
+    time: ArrayLike,
+    start: ArrayLike,
+    rules: Rules,
+    rtol: float,
+) -> NDArray[np.float64]:
+    """The instants as an array; raises where an argument is no use."""
+    check_parameters(model, parameters, rules)
+    if not rtol > 0:
+        raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
+    if not np.all(np.isfinite(start)):
+        raise FreerockError(
+            "theta0", "the start is not finite", "give the angle in rad and the rate in rad/s"
+        )
+    instants = np.ascontiguousarray(time, dtype=float)
+    if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
+        raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
+    return instants
+
+
+def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
+    """Raise where the parameters are not those of the model, or the rules not worked out for it."""
+    if model not in LAWS:
+        raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")
+    law = LAWS[model]
+    for name in law.parameters:
+        where, unit = f"parameters.{name}", unit_of(name)
+        if name not in parameters:
+            raise FreerockError(where, "missing", f"give {name} [{unit}] for the {model} model")
+        value, positive = parameters[name], PARAMETERS[name].fitted_as == "logarithm"
+        if not math.isfinite(value) or value < 0 or (positive and value == 0):
+            what = f"{value} is not a {'positive' if positive else 'non-negative'} number"
+            raise FreerockError(where, what, f"give {name} in {unit}")
+        if name == "r" and value > 1:
+            raise FreerockError(
+                where, f"{value} is above 1", "an impact cannot add energy: give r between 0 and 1"
+            )
+    if rules.debonding not in DEBONDING:
+        what = f"unknown rule {rules.debonding!r}"
+        raise FreerockError("debonding", what, f"use {' or '.join(DEBONDING)}")
+    if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.dampings)):
+        what = "the tensionless rule is not worked out for both dampings at once"
+        raise FreerockError("debonding", what, "use geometric")
