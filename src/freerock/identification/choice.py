@@ -97,8 +97,8 @@ def is_noise(found: Mapping[str, Any]) -> bool:
 
 
 def is_wanted(model: str, evidence: Mapping[str, Mapping[str, Any]]) -> bool:
-    """Whether a law is worth a fit: always, unless it has cases. Then one of these was identified, and more
-    than noise is left.
+    """Whether a law is to be fitted: always, unless it has cases. Then only where one of these was identified
+    and leaves more than noise.
 
     `evidence` is that of `choose_model`.
     """

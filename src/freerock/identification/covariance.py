@@ -22,7 +22,7 @@ def covariance(residual: Floats, jacobian: Floats, lengths: Sequence[int]) -> tu
     (JᵀJ)⁻¹ S (JᵀJ)⁻¹, with S in two ways, of which the larger variance counts. S = JᵀΓJ takes the noise for
     stationary, white with a slow part; Γ is that of the spectrum fitted to the residual (`noise_spectrum`).
     The Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
-    doi:10.2307/2938229, takes nothing for granted but needs runs much longer than the noise remembers.
+    doi:10.2307/2938229, assumes nothing, but needs runs much longer than the correlation time of the noise.
 
     Parameters
     ----------

@@ -81,7 +81,7 @@ def uncertainty(
 
 
 def _widened(covariance_x: Floats, apart: Floats) -> tuple[Floats, float]:
-    """Covariance under which the parameters of the first half of a run are no surprise, and the factor.
+    """Covariance that covers the difference of the first half of a run from the whole, and the factor.
 
     Under a law that is not the whole truth, parts of a run disagree by more than the correlation of the
     residual explains. Where they do so by more than three standard errors, the difference is the standard

@@ -21,10 +21,10 @@ SIGNIFICANT = 0.01
 def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
     """Do the blocks on one foundation have the same k and damping?
 
-    Two answers. The likelihood ratio of one set of parameters per block against one for all, in the
-    quadratic approximation of the likelihood around each run's estimate: it takes the standard errors
-    at their word. The F ratio of the scatter between the blocks' means to that between the runs of a block:
-    it allows for what differs from one release to the next. Parameters are compared as logarithms.
+    There are two answers. The likelihood ratio of one set of parameters per block against one for all, in the
+    quadratic approximation of the likelihood around each run's estimate, relies on the standard errors. The F
+    ratio of the scatter between the blocks' means to that between the runs of a block allows for what differs
+    from one release to the next. Parameters are compared as logarithms.
 
     Parameters
     ----------

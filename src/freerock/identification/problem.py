@@ -70,7 +70,7 @@ class Problem:
         Nuisances, in the order of `settings.NUISANCES`.
     debonding : str
     r_low : float
-        Least r: a block that stops too soon is out of step for less time. That false minimum is shut out.
+        Least r: a block that stops too soon is out of step for less time, which would be a false minimum.
     n_impacts : int
         Impacts that have a restitution of their own; the last one's is that of all further ones.
     rtol : float
@@ -244,7 +244,7 @@ class Problem:
     def jacobian(self, x: Floats, samples: Samples, central: bool = False) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
-        The steps are as small as the standard errors may be, hence the tolerance.
+        The steps are about as small as the smallest standard errors, which asks for the tolerance `FINE`.
         """
         rtol = min(self.rtol, FINE)
         jacobian = np.zeros((len(samples.time_s), len(x)))

@@ -1,4 +1,4 @@
-"""How exact a fit must be: the integrator's tolerance and the averaging that the standard errors can bear."""
+"""How exact a fit must be: the integrator's tolerance and the averaging that the standard errors allow."""
 
 from dataclasses import dataclass, replace
 
@@ -33,7 +33,7 @@ class Resolution:
 
 
 def find_resolution(problem: Problem, x: Floats, integrator_error: float) -> Resolution:
-    """Loosest tolerance and coarsest averaging that the standard errors can bear.
+    """Loosest tolerance and coarsest averaging that the standard errors allow.
 
     Parameters
     ----------

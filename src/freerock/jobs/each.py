@@ -1,4 +1,4 @@
-"""The records of a job, one after the other: the misfortune of one does not stop the others."""
+"""The records of a job, one after the other: an error in one does not stop the others."""
 
 import errno
 import logging
@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 
 from freerock.errors import FreerockError
 
-# What the machine lacks, whichever record is at work: space, a disk that answers, memory, open files.
+# What the machine lacks, whatever the record: space, a disk that answers, memory, open files.
 MACHINE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ESTALE}
 MACHINE |= {errno.ENOMEM, errno.EMFILE, errno.ENFILE}
 
 
 def make_each(tests: Sequence[str], make: Callable[[str], None], give_up: Callable[[str, str], None]) -> None:
-    """Make the product of each test of a job; what nobody foresaw in one of them does not stop the others.
+    """Make the product of each test of a job; an unforeseen error in one does not stop the others.
 
     A `FreerockError` and what is the machine's fault, such as a full disk or a lack of memory, end the job.
 

@@ -81,7 +81,7 @@ def check_room(folder: Path) -> None:
 
 
 def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:
-    """Set the times of products that lie in the future to now; refuse inputs from there, not ours to touch.
+    """Set the times of products that lie in the future to now; refuse inputs from the future.
 
     To Snakemake a product that is older than an input is outdated, and the job that made it has failed.
 

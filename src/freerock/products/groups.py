@@ -107,7 +107,7 @@ def one_of_each(
     opened : callable
         `open_record` or `open_fits`; called until every scene has been found.
     usable : callable
-        Tells of a product whether it has something to show.
+        Says whether a product has something to show.
     """
     found: dict[Hashable, xr.DataTree] = {}
     good = set()

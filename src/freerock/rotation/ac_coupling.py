@@ -1,4 +1,4 @@
-"""A channel coupled for AC: whatever stands still in it decays."""
+"""AC coupling: a channel in which every constant reading decays."""
 
 import math
 
@@ -13,7 +13,7 @@ CANDIDATES = 40  # rates of decay that are tried
 
 
 def ac_cutoff(step: float, signal: Floats) -> float | None:
-    """Cut-off frequency [Hz] of a channel coupled for AC, None where a held angle stands still by itself.
+    """Cut-off frequency [Hz] of an AC-coupled channel, None where a held angle stands still.
 
     Behind a first-order high pass of rate λ, whatever stands still decays: y' = -λ (y - y₀). The rates of
     decay of short windows of the signal are gathered; those that occur most are tried. With the right one

@@ -26,8 +26,8 @@ def displacement_from_rotation(theta: ArrayLike, block: Block, laser: Laser) -> 
 
     The beam is on the left face while w sin θ <= Y <= w sin θ + 2h cos θ. With |X| < B the vertical beam is
     on the top while a <= (B + b) cos T - 2h sin T; where the top sinks first (b < |X|), only until it turns
-    back at 2h sin T = -a. With |X| >= B the target is an outrigger level with the top, as long as need be
-    outwards, that begins at the block's edge: there the beam is on it while 2h sin T + (B - b) cos T <= -a,
+    back at 2h sin T = -a. With |X| >= B the target is an outrigger at the level of the top. It begins at the
+    block's edge and is as long as the beam needs: the beam is on it while 2h sin T + (B - b) cos T <= -a,
     and always when the other side goes down.
 
     Parameters

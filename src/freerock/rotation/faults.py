@@ -53,7 +53,7 @@ def listed_faults(record: "xr.Dataset | xr.DataTree") -> list[Fault]:
 
 
 def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
-    """A fault for every stretch of samples with the same flag, those closer than `MERGED_S` taken as one."""
+    """A fault per stretch of samples with the same flag; stretches closer than `MERGED_S` are one fault."""
     faults: list[Fault] = []
     every = np.flatnonzero(flags)
     if every.size == 0:
@@ -75,7 +75,7 @@ def flagged_faults(time_s: Floats, flags: Flags) -> list[Fault]:
 
 
 def lost_at_large_angles(time_s: Floats, theta: Floats, flags: Flags) -> list[Fault]:
-    """Stretches without a target that begin where the block was turning further than it is seen anywhere."""
+    """Stretches without a target that begin beyond every rotation at which the target is seen."""
     gone = (flags & (FLAGS["error_level"] | FLAGS["out_of_range"])) > 0
     if not gone.any():
         return []

@@ -1,4 +1,4 @@
-"""Interference of the mains in a signal that stands still: fitted, or at a frequency that is not theirs."""
+"""Interference of the mains in a still signal: its fit, and its frequency where the rate is wrong."""
 
 import math
 from typing import NamedTuple

@@ -8,7 +8,7 @@ from freerock.errors import FreerockError
 
 @dataclass(frozen=True)
 class ByHand:
-    """Corrections by hand, which win over what is found.
+    """Corrections by hand; they take precedence over what is found.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A run's θ(t) -> impacts: when they happen, the peaks between them, what each restitutes.
+"""Impacts in the θ(t) of a run: their instants, the peaks between them, the restitution of each.
 
 Measured and computed motions go the same way.
 """
@@ -105,7 +105,7 @@ def find_impacts(
 
 
 def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Reason]:
-    """A warning of a run without a restitution to speak of: no swing clearly leaves full contact."""
+    """A warning where no restitution per impact is meaningful: no swing clearly leaves full contact."""
     if impacts.time_s.size or not impacts.theta_uplift:
         return []
     text = (

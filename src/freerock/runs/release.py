@@ -116,8 +116,8 @@ def release_by_hand(
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:
     """Held angle, its standard error and how far it wanders [rad], over the last part of the hold.
 
-    Means over `BLOCK_S` that scatter clearly more than white noise lets them are taken as motion of the
-    block, which may have been released from anywhere within it.
+    Where means over `BLOCK_S` scatter clearly more than white noise would, the block moved, and may have
+    been released from anywhere within that motion.
     """
     end = release_s - limits.finger_s
     near = signal.during(max(hold.start_s, end - limits.held_s), end)

@@ -20,8 +20,8 @@ def uplift_amplitude(t: Floats, theta: Floats, passages: Sequence[float], block:
     no-uplift equations (1)-(2) of Spanos et al. 2017, doi:10.1016/j.proeng.2017.09.024).
 
     Each swing between two passages through zero is tried. Its half period, taken as that of full contact,
-    gives an uplift amplitude, and the swing is in full contact if it is lower than that. A swing that is not
-    gives too small a value, so it excludes itself: about a quarter of its own height on a rigid base.
+    gives an uplift amplitude, and the swing is in full contact if it is lower than that. Any other
+    swing gives too small a value (on a rigid base about a quarter of its height), so it excludes itself.
     """
     weight = block.mass_kg * GRAVITY
     found = []

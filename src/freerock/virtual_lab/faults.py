@@ -90,7 +90,7 @@ def drift(range_v: float) -> Fault:
 
 
 def tone(frequency_hz: float, amplitude_v: float) -> Fault:
-    """A sinusoid: interference of the mains, or, from above the Nyquist frequency, whatever it folds to."""
+    """A sinusoid: interference of the mains, or one from above the Nyquist frequency, folded below it."""
 
     def spoil(time_s: Floats, volts: Floats, generator: Any) -> Floats:
         phase = generator.uniform(0, 2 * np.pi)
