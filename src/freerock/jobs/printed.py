@@ -27,12 +27,8 @@ def print_tables(
         CSV files of the tables runs, parameters, epsilon and table1 to table3.
     folder : path
         Where they are written.
-    origin : str
-        Of the records, "measured" or "simulated".
-    doi : str, optional
-        Of the publication whose values stand beside; empty without one.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
+    origin, doi, labels
+        As of `freerock.tables.paper.printed_tables`.
     """
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():

@@ -15,6 +15,8 @@ from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.text import fixed, quantity, unit_text
 
+SCENE = ("block", "foundation")
+
 
 def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:
     """The runs whose charts go into the page: the worst verdicts first, then the first run of each record.
@@ -103,9 +105,6 @@ def _section(record: xr.DataTree, line: Mapping[str, Any], provenance: Mapping[s
         "by_hand": {key: line[key] for key in ("exclude", "override", "reason", "note") if line.get(key)},
         "rate_hz": float(attrs.get("sampling_rate_hz", math.nan)),
     }
-
-
-SCENE = ("block", "foundation")
 
 
 def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: NDArray[np.float64]) -> dict[str, Any]:
