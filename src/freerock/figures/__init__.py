@@ -1,8 +1,9 @@
 """Figures: a module each, found by the figure's name, and in it one function, `draw`.
 
-It takes the tables and datasets it draws, and returns the figure and the numbers drawn; `style.save` writes
-both.
-What is read for a figure, and from where, stands in the workflow's rule of that figure.
+It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
+figure says so) and `labels`, printed names of blocks and foundations. It returns the figure, or its pages,
+and the numbers drawn; `style.save` writes both. What is read for a figure, and from where, stands in the
+workflow's rule of figures.
 """
 
 __all__ = [

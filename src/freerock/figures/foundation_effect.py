@@ -34,15 +34,10 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     ----------
     records : sequence of xarray.DataTree
         Record datasets.
-    origin : str
-        "simulated" or "measured".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
+    figure, data : Figure, pandas.DataFrame
         Columns block, foundation, test, run, time_s (since the release), theta_deg.
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))

@@ -49,15 +49,10 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
     ----------
     maps : sequence of freerock.products.misfit_maps.RecordMap
         As `open_misfit_maps` gives them.
-    origin : str
-        "simulated" or "measured".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
+    figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
         correlation of ln k and ln λ; SI units.
     """

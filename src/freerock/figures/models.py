@@ -36,15 +36,10 @@ def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tup
     ----------
     fits : sequence of xarray.DataTree
         Fit datasets, as a rule those of one block.
-    origin : str
-        "simulated" or "measured".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
+    figure, data : Figure, pandas.DataFrame
         Columns test, run, source ("measured" or a model), time_s (since the release), theta_deg, residual_deg
         (model minus measured).
     """

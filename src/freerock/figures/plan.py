@@ -28,8 +28,6 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.D
     ----------
     frame : pandas.DataFrame
         From `freerock.identification.plan.plan`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------

@@ -47,15 +47,10 @@ def draw(
         From `freerock.identification.predict.predictions`.
     epsilon : pandas.DataFrame
         Tidy table epsilon.
-    origin : str
-        "simulated" or "measured".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
+    figure, data : Figure, pandas.DataFrame
         Columns of `predictions`, with a row per fit of a run, basis `OWN`.
     """
     single = epsilon[epsilon["run"].astype(str) != "pooled"]

@@ -46,15 +46,10 @@ def draw(
         Tidy table epsilon; impacts of a model whose fit failed are left out.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
-    origin : str
-        "simulated" or "measured".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
 
     Returns
     -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
+    figure, data : Figure, pandas.DataFrame
         Columns of the table restitution.
     """
     data = restitution.merge(usable_rows(runs)[["test", "run"]])

@@ -2,7 +2,7 @@
 
 import functools
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
@@ -217,6 +217,14 @@ def footer(figure: Figure, origin: str) -> None:
         if isinstance(engine := figure.get_layout_engine(), ConstrainedLayoutEngine):
             foot = 1.8 * size / 72 / figure.get_figheight()
             engine.set(rect=(0, foot, 1, 1 - foot))
+
+
+def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes, str, pd.DataFrame]]:
+    """A row of panels, one for each model of a table: the panel, the model, its rows."""
+    models = list(frame["model"].unique())
+    axes = figure.subplots(1, len(models), squeeze=False)[0]
+    for ax, model in zip(axes, models, strict=True):
+        yield ax, model, frame[frame["model"] == model]
 
 
 def headed(figure: Figure) -> None:

@@ -1,1 +1,22 @@
-"""Studies of the methods: what they cost, how far they are from the truth, and where they fail."""
+"""Studies of the methods: what they cost, how far they are from the truth, and where they fail.
+
+A study is a module, and in it one function, `run(size)`, which gives the study's table. Its size is "full" or
+"small": a few cases of everything, in seconds. What several studies need stands beside them.
+"""
+
+__all__ = [
+    "atlas",
+    "choice",
+    "coverage",
+    "faults",
+    "methods",
+    "model_choice",
+    "model_error",
+    "paper",
+    "scenes",
+    "speed_accuracy",
+    "stability",
+    "success",
+    "timing",
+    "virtual_run",
+]

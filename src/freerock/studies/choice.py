@@ -22,11 +22,6 @@ NEAR = 30.0  # distance of two laws [σ] below which it is found without noise
 def run(size: str = "full") -> pd.DataFrame:
     """Whether the choice of model names the law that made a run.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small".
-
     Returns
     -------
     pandas.DataFrame

@@ -17,11 +17,6 @@ RUNS = {"full": {"white": 200, "mains and drift": 80}, "small": {"white": 3}}  #
 def run(size: str = "full") -> pd.DataFrame:
     """Scatter of identified parameters against the Cramér-Rao bound, and whether intervals hold the truth.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small".
-
     Returns
     -------
     pandas.DataFrame

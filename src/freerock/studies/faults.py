@@ -55,11 +55,6 @@ MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
 def run(size: str = "full") -> pd.DataFrame:
     """The faults matrix.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small".
-
     Returns
     -------
     pandas.DataFrame

@@ -21,10 +21,7 @@ SIGMA_DEG = 0.01  # noise of the records the models are fitted to
 def run(size: str = "full") -> pd.DataFrame:
     """What each model costs and reaches on noisy records moved by the Hunt-Crossley law.
 
-    Parameters
-    ----------
-    size : str
-        "full": six scenes, or "small": one.
+    Six scenes, or one in the small size.
 
     Returns
     -------

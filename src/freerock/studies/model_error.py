@@ -75,11 +75,6 @@ def imperfect_motion(truth: Truth, imperfection: str) -> tuple[Floats, Floats]:
 def run(size: str = "full") -> pd.DataFrame:
     """What the identification says of blocks that are not quite what the law says.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small".
-
     Returns
     -------
     pandas.DataFrame

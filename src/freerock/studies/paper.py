@@ -47,10 +47,7 @@ COLUMNS += ["published", "low", "high", "agrees", "message"]
 def run(size: str = "full") -> pd.DataFrame:
     """Tables 2 and 3 of the paper against what the published models themselves say.
 
-    Parameters
-    ----------
-    size : str
-        "full": three blocks and four final times, or "small": the published block and two.
+    Three blocks and four final times; in the small size the published block and two.
 
     Returns
     -------

@@ -26,11 +26,6 @@ def run(size: str = "full") -> pd.DataFrame:
     with which freerock at 1e-13 is compared; that of Housner's block is its closed form, with which
     DOP853 with events is compared.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small" (seconds, without CyRK).
-
     Returns
     -------
     pandas.DataFrame

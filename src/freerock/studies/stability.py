@@ -14,10 +14,7 @@ from freerock.studies.atlas.integration import release_map, springs_map, step_ma
 def run(size: str = "full") -> pd.DataFrame:
     """All maps of the atlas, one row per cell and method.
 
-    Parameters
-    ----------
-    size : str
-        "full", or "small": a few cells of each map, without CyRK.
+    In its small size a few cells of each map, without CyRK.
 
     Returns
     -------

@@ -18,11 +18,6 @@ EXCESS = 1.0  # of the squared residual over σ², up to which two fits are in o
 def run(size: str = "full") -> pd.DataFrame:
     """Whether fits from the automatic start end in the minimum that a fit from the truth ends in.
 
-    Parameters
-    ----------
-    size : str
-        "full" or "small".
-
     Returns
     -------
     pandas.DataFrame

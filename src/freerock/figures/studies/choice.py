@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from freerock.figures.style import MODEL_STYLES, Labels, headed, styled
+from freerock.figures.style import MODEL_STYLES, Labels, headed, panel_per_model, styled
 from freerock.models.laws import MODEL_LABELS
 
 FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws are distinguished, and below which they can't be
@@ -13,25 +13,9 @@ FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws are distinguished, and 
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """The chosen models over the distance of the true law from its nearest rival.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.choice.run`.
-    labels : mapping of str to str, optional
-        Not used.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """The chosen models over the distance of the true law from its nearest rival."""
     figure = Figure(figsize=(7.0, 2.9))
-    models = list(frame["model"].unique())
-    for ax, model in zip(figure.subplots(1, len(models), squeeze=False)[0], models, strict=True):
-        rows = frame[frame["model"] == model]
+    for ax, model, rows in panel_per_model(figure, frame):
         finite = rows["distance"].where(np.isfinite(rows["distance"]))
         edges = np.geomspace(0.1, 1e4, 11)
         position = np.digitize(finite.clip(0.11, 9e3).fillna(9e3), edges) - 1

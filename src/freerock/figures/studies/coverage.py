@@ -49,13 +49,6 @@ def coverage_summary(frame: pd.DataFrame) -> pd.DataFrame:
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
     """Scatter over the Cramér-Rao bound, and coverage of the 95 % intervals, scene by scene.
 
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.coverage.run`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-
     Returns
     -------
     figure : matplotlib.figure.Figure

@@ -12,21 +12,7 @@ SEVERITIES = ("light", "medium", "heavy")
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """A row per fault, a column per severity: the share of records in which the fault was named.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.faults.run`.
-    labels : mapping, optional
-        Not used: there is no block and no foundation in it.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        What is drawn.
-    """
+    """A row per fault, a column per severity: the share of records in which the fault was named."""
     drawn = frame[frame["severity"].isin(SEVERITIES)]
     names = list(drawn["fault"].unique())
     rate = drawn.pivot(index="fault", columns="severity", values="rate").loc[names, list(SEVERITIES)]

@@ -13,21 +13,7 @@ from freerock.models.laws import MODEL_LABELS
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """The three models on the same axes: ε_θ of the fitted model over the time of one run.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.model_choice.run`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """The three models on the same axes: ε_θ of the fitted model over the time of one run."""
     figure = Figure(figsize=(7.0, 3.4))
     ax = figure.subplots()
     ax.set(xscale="log", yscale="log")

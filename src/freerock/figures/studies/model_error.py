@@ -18,21 +18,7 @@ IMPERFECTIONS = {
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """How wide the intervals become, and how far the parameters lie off, under a law that is not the truth.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.model_error.run`.
-    labels : mapping of str to str, optional
-        Not used.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """How wide the intervals become, and how far parameters lie off, under a law that is not the truth."""
     figure = Figure(figsize=(7.0, 3.1))
     left, right = figure.subplots(1, 2)
     kinds = list(frame["imperfection"].unique())

@@ -15,21 +15,7 @@ BLOCK_MARKERS = "osD^v"
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """Re-identified over published parameters, and the distances of the published models in their bounds.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.paper.run`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """Re-identified over published parameters, and the distances of the published models in their bounds."""
     figure = Figure(figsize=(7.0, 3.2))
     left, right = figure.subplots(1, 2)
     colours = {

@@ -35,21 +35,7 @@ OWN_STYLES: dict[str, Style] = {
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """Work and precision: time of a run over its error, a panel per scene.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.speed_accuracy.run`.
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """Work and precision: time of a run over its error, a panel per scene."""
     data = frame[frame["outcome"] == "completed"]
     rows: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
     scenes = dict(list(data.groupby(["model", "foundation", "block"], sort=False)))

@@ -43,19 +43,7 @@ TICKS = 5  # of an axis at most
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
-    """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.stability.run`.
-
-    Returns
-    -------
-    pages : list of matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed."""
     pages = [
         _atlas_page(frame, ["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
         _atlas_page(frame, ["step"], ["model"], "Fixed steps", None),

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from freerock.figures.style import Labels, Style, headed, styled
+from freerock.figures.style import Labels, Style, headed, panel_per_model, styled
 from freerock.models.laws import LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS
 
 OUTCOMES: dict[str, Style] = {  # of a fit: how it is drawn
@@ -18,25 +18,9 @@ OUTCOMES: dict[str, Style] = {  # of a fit: how it is drawn
 
 @styled()
 def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """Random truths and whether the fit from the automatic start ended in the global minimum.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        From `freerock.studies.success.run`.
-    labels : mapping of str to str, optional
-        Not used.
-
-    Returns
-    -------
-    figure : matplotlib.figure.Figure
-    data : pandas.DataFrame
-        The rows drawn.
-    """
+    """Random truths and whether the fit from the automatic start ended in the global minimum."""
     figure = Figure(figsize=(7.0, 2.9))
-    models = list(frame["model"].unique())
-    for ax, model in zip(figure.subplots(1, len(models), squeeze=False)[0], models, strict=True):
-        rows = frame[frame["model"] == model]
+    for ax, model, rows in panel_per_model(figure, frame):
         outcome = np.select(
             [rows["reported"], ~rows["reached"]], ["reported as failed", "missed"], "global minimum"
         )
