@@ -19,9 +19,13 @@ if TYPE_CHECKING:
     from freerock.models.simulate import Response, Solver, simulate
     from freerock.products.netcdf import open_fits, open_record
     from freerock.records.read import list_channels, read_record
+    from freerock.rotation.faults import SignalQuality
+    from freerock.rotation.options import RotationOptions
     from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
+    from freerock.runs.by_hand import ByHand
     from freerock.runs.impacts import Impacts, find_impacts
+    from freerock.runs.limits import ImpactLimits, RunLimits
     from freerock.runs.motion import Motion
     from freerock.runs.segment import Run, find_runs
 
@@ -38,25 +42,34 @@ _ROOMS = {  # module: the public names it holds
     "models.simulate": ("Response", "Solver", "simulate"),
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),
+    "rotation.faults": ("SignalQuality",),
+    "rotation.options": ("RotationOptions",),
     "rotation.rotation": ("find_rotation",),
     "rotation.sensor": ("Laser",),
+    "runs.by_hand": ("ByHand",),
     "runs.impacts": ("Impacts", "find_impacts"),
+    "runs.limits": ("ImpactLimits", "RunLimits"),
     "runs.motion": ("Motion",),
     "runs.segment": ("Run", "find_runs"),
 }
 
 __all__ = [
     "Block",
+    "ByHand",
     "Fit",
     "FitSettings",
     "FreerockError",
     "GroundMotion",
+    "ImpactLimits",
     "Impacts",
     "Laser",
     "Motion",
     "Response",
+    "RotationOptions",
     "Rules",
     "Run",
+    "RunLimits",
+    "SignalQuality",
     "Solver",
     "State",
     "accelerogram",
