@@ -117,6 +117,9 @@ def minutes(first):
     return lambda wildcards, attempt: first * attempt
 
 
-def resources_of(step, **usual):
-    """Resources of a job of records: what --set-resources says of its step instead of the usual ones."""
-    return usual | dict(workflow.resource_settings.overwrite_resources.get(step, {}))
+def named_after(step, job):
+    """The name of the rule of a job; what --set-resources says of its step holds for it."""
+    name, asked = f"{step}_{job}", workflow.resource_settings.overwrite_resources
+    if step in asked:
+        asked.setdefault(name, asked[step])
+    return name

@@ -15,7 +15,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                f"record_{job}"
+                named_after("record", job)
             input:
                 raw=raw_files_of(name, records),
             output:
@@ -29,7 +29,8 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **resources_of("record", mem_mb=memory(400), runtime=minutes(5 + len(tests))),
+                mem_mb=memory(400),
+                runtime=minutes(5 + len(tests)),
             params:
                 code=code("record"),
                 records=own,
@@ -41,7 +42,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                f"fit_{job}"
+                named_after("fit", job)
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             output:
@@ -55,7 +56,8 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **resources_of("fit", mem_mb=memory(700), runtime=minutes(5 + len(tests))),
+                mem_mb=memory(700),
+                runtime=minutes(5 + len(tests)),
             params:
                 code=code("fit"),
                 records=own_fit,
@@ -67,7 +69,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                f"quality_{job}"
+                named_after("quality", job)
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
@@ -93,7 +95,8 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                **resources_of("quality", mem_mb=memory(500), runtime=minutes(5 + len(tests))),
+                mem_mb=memory(500),
+                runtime=minutes(5 + len(tests)),
             params:
                 code=code("quality"),
                 tests=tests,
