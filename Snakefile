@@ -21,8 +21,8 @@ given = config.get("campaigns")
 include: "workflow/rules/common.smk"
 include: "workflow/rules/start.smk"
 include: "workflow/rules/records.smk"
+include: "workflow/rules/figures.smk"
 include: "workflow/rules/campaign.smk"
-include: "workflow/rules/targets.smk"
 include: "workflow/rules/studies.smk"
 
 

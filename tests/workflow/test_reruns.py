@@ -86,7 +86,8 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/models/kernel.py", {"fit": 2} | AFTER_FITS),
         ("src/freerock/records/tdms.py", EVERYTHING),
         ("src/freerock/rotation/sensor.py", EVERYTHING),
-        ("workflow/scripts/figure_restitution.py", {"figure_restitution": 1, "report": 1, "complete": 1}),
+        ("src/freerock/figures/restitution.py", {"figure_restitution": 1} | REPORT),
+        ("workflow/scripts/figure.py", FIGURES | {"figure_misfit_map": 1, "figure_predictions": 1} | REPORT),
         ("workflow/scripts/complete.py", {"complete": 1}),
     ],
 )

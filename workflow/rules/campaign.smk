@@ -76,95 +76,6 @@ rule printed_tables:
         "../scripts/printed_tables.py"
 
 
-rule figure_foundation_effect:
-    input:
-        records=products("records"),
-    output:
-        pdf="results/{campaign}/figures/foundation_effect.pdf",
-        png=report(
-            "results/{campaign}/figures/foundation_effect.png",
-            caption="../report/foundation_effect.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "Effect of the foundation"},
-        ),
-        data="results/{campaign}/figures/foundation_effect.csv",
-    log:
-        "results/{campaign}/logs/figure_foundation_effect.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_foundation_effect.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("figure_foundation_effect"),
-        scenes=scenes,
-        labels=of_campaign(settings.labels),
-    message:
-        "{wildcards.campaign}: figure of the effect of the foundation"
-    script:
-        "../scripts/figure_foundation_effect.py"
-
-
-rule figure_models:
-    input:
-        fits=products("fits"),
-    output:
-        pdf="results/{campaign}/figures/models_{block}.pdf",
-        png=report(
-            "results/{campaign}/figures/models_{block}.png",
-            caption="../report/models.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "Measured and modelled rotation of {block}"},
-        ),
-        data="results/{campaign}/figures/models_{block}.csv",
-    log:
-        "results/{campaign}/logs/figure_models_{block}.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_models_{block}.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("figure_models"),
-        scenes=scenes,
-        labels=of_campaign(settings.labels),
-    message:
-        "{wildcards.campaign}: figure of the models of {wildcards.block}"
-    script:
-        "../scripts/figure_models.py"
-
-
-rule figure_restitution:
-    input:
-        runs="results/{campaign}/tables/runs.csv",
-        restitution="results/{campaign}/tables/restitution.csv",
-        epsilon="results/{campaign}/tables/epsilon.csv",
-    output:
-        pdf="results/{campaign}/figures/restitution.pdf",
-        png=report(
-            "results/{campaign}/figures/restitution.png",
-            caption="../report/restitution.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "Restitution of each impact"},
-        ),
-        data="results/{campaign}/figures/restitution.csv",
-    log:
-        "results/{campaign}/logs/figure_restitution.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_restitution.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("figure_restitution"),
-        blocks=of_campaign(settings.geometries),
-        labels=of_campaign(settings.labels),
-    message:
-        "{wildcards.campaign}: figure of the restitution of each impact"
-    script:
-        "../scripts/figure_restitution.py"
-
-
 rule recovered:
     input:
         parameters="results/{campaign}/tables/parameters.csv",
@@ -215,71 +126,13 @@ rule misfit_map:
         "../scripts/misfit_map.py"
 
 
-rule figure_misfit_map:
-    input:
-        maps=rules.misfit_map.output.maps,
-    output:
-        pdf="results/{campaign}/figures/misfit_map.pdf",
-        png=report(
-            "results/{campaign}/figures/misfit_map.png",
-            caption="../report/misfit_map.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "Misfit maps"},
-        ),
-        data="results/{campaign}/figures/misfit_map.csv",
-    log:
-        "results/{campaign}/logs/figure_misfit_map.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_misfit_map.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("figure_misfit_map"),
-        labels=of_campaign(settings.labels),
-    message:
-        "{wildcards.campaign}: figure of the misfit maps"
-    script:
-        "../scripts/figure_misfit_map.py"
-
-
-rule figure_predictions:
-    input:
-        predictions="results/{campaign}/tables/predictions.csv",
-        epsilon="results/{campaign}/tables/epsilon.csv",
-    output:
-        pdf="results/{campaign}/figures/predictions.pdf",
-        png=report(
-            "results/{campaign}/figures/predictions.png",
-            caption="../report/predictions.rst",
-            category="{campaign}",
-            subcategory="Figures",
-            labels={"figure": "Predictions from other runs and blocks"},
-        ),
-        data="results/{campaign}/figures/predictions.csv",
-    log:
-        "results/{campaign}/logs/figure_predictions.log",
-    benchmark:
-        "results/{campaign}/benchmarks/figure_predictions.tsv"
-    conda:
-        "../envs/freerock.yaml"
-    params:
-        code=code("figure_predictions"),
-        origin=lambda w: campaign(w).origin,
-        labels=of_campaign(settings.labels),
-    message:
-        "{wildcards.campaign}: figure of the predictions"
-    script:
-        "../scripts/figure_predictions.py"
-
-
 rule report:
     input:
         records=products("records"),
         fits=products("fits"),
         tables=csv_tables(*REPORTED),
         figures=lambda w: expand(
-            "results/{campaign}/figures/{figure}.png", campaign=w.campaign, figure=figures_of(w)
+            "results/{campaign}/figures/{figure}.png", campaign=w.campaign, figure=figures_of(campaign(w))
         ),
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
@@ -305,6 +158,7 @@ rule report:
         code=code("report"),
         campaign=of_campaign(settings.plain),
         blocks=of_campaign(settings.geometries),
+        titles=lambda w: [figure_title(w.campaign, figure) for figure in figures_of(campaign(w))],
     message:
         "{wildcards.campaign}: report"
     script:

@@ -36,9 +36,9 @@ wildcard_constraints:
     target="single_column|double_column|slide",
 
 
-def code(script):
+def code(script, *modules):
     """Checksum of the files a script runs, as a parameter: an edited module reruns the steps that use it."""
-    return code_checksum(SCRIPTS / f"{script}.py")
+    return code_checksum(SCRIPTS / f"{script}.py", *modules)
 
 
 def campaign(wildcards):
@@ -59,33 +59,15 @@ def of_campaign(settings):
 
 
 def tests_of(wildcards):
-    """The tests of a campaign, or of one block where the rule has that wildcard."""
-    block = wildcards.get("block")
-    return [each.test for each in campaign(wildcards).records if block in (None, each.block)]
-
-
-def blocks(wildcards):
-    """The blocks that were tested."""
-    return list(dict.fromkeys(each.block for each in campaign(wildcards).records))
-
-
-def scenes(wildcards):
-    """What block stood on what foundation in each of these tests, as one word that can be compared."""
-    block = wildcards.get("block")
-    records = campaign(wildcards).records
-    return [f"{each.block} on {each.foundation}" for each in records if block in (None, each.block)]
-
-
-def figures_of(wildcards):
-    """The figures of a campaign, in the order of its report."""
-    models = [f"models_{block}" for block in blocks(wildcards)]
-    return ["foundation_effect", *models, "restitution", "misfit_map", "predictions"]
+    """The tests of a campaign."""
+    return [each.test for each in campaign(wildcards).records]
 
 
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
-    names, folder = figures_of(wildcards), f"results/{wildcards.campaign}/figures"
-    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=campaign(wildcards).figures_for, name=names)
+    section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"
+    names = figures_of(section)
+    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=names)
 
 
 def csv_tables(*names):
@@ -115,11 +97,3 @@ def memory(mb):
 def minutes(first):
     """Minutes of a job on a cluster; more at the next attempt."""
     return lambda wildcards, attempt: first * attempt
-
-
-def named_after(step, job):
-    """The name of the rule of a job; what --set-resources says of its step holds for it."""
-    name, asked = f"{step}_{job}", workflow.resource_settings.overwrite_resources
-    if step in asked:
-        asked.setdefault(name, asked[step])
-    return name

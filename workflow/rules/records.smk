@@ -4,9 +4,21 @@
 
 from freerock.jobs.batches import batches
 
+BATCHES = {
+    name: batches([each.test for each in section.records], section.records_per_job)
+    for name, section in CAMPAIGNS.items()
+}
+
+# Snakemake looks the resources of all rules up when the first is made.
+asked = workflow.resource_settings.overwrite_resources
+for step in {"record", "fit", "quality"} & {*asked}:
+    for name, all_tests in BATCHES.items():
+        for tests in all_tests:
+            asked.setdefault(f"{step}_{name}_{tests[0]}", asked[step])
+
 for name, section in CAMPAIGNS.items():
     of_test = {each.test: each for each in section.records}
-    for tests in batches(list(of_test), section.records_per_job):
+    for tests in BATCHES[name]:
         records = [of_test[test] for test in tests]
         own, shared = settings.record_settings(section, records, CHECKSUMS[name])
         own_fit, shared_fit = settings.fit_settings(section, records)
@@ -15,7 +27,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                named_after("record", job)
+                f"record_{job}"
             input:
                 raw=raw_files_of(name, records),
             output:
@@ -42,7 +54,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                named_after("fit", job)
+                f"fit_{job}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             output:
@@ -69,7 +81,7 @@ for name, section in CAMPAIGNS.items():
 
         rule:
             name:
-                named_after("quality", job)
+                f"quality_{job}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],

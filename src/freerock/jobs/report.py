@@ -13,20 +13,12 @@ from freerock.products.provenance import inputs_of, provenance
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 
-CAPTIONS = {
-    "foundation_effect": "Effect of the foundation on the measured rotation",
-    "models": "Measured rotation of {block} and the models fitted to it",
-    "restitution": "Restitution of each impact",
-    "misfit_map": "Misfit maps around the identified parameters",
-    "predictions": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
-}
-
 
 def make_report(
     settings: Mapping[str, Any],
     datasets: Mapping[str, tuple[str | Path, str | Path]],
     tables: Mapping[str, str | Path],
-    figures: Sequence[str | Path],
+    figures: Sequence[tuple[str, str | Path]],
     pages: Mapping[str, str | Path],
     output: Mapping[str, str | Path],
 ) -> None:
@@ -40,8 +32,8 @@ def make_report(
         Record and fit dataset of each test.
     tables : mapping of str to path
         CSV file by name of the table.
-    figures : sequence of path
-        PNG files, in the order of the report.
+    figures : sequence of (str, path)
+        Titles and PNG files, in the order of the report.
     pages : mapping of str to path
         Quality page of each test.
     output : mapping of str to path
@@ -63,12 +55,6 @@ def make_report(
         tables={name: read_csv(path) for name, path in tables.items()},
         blocks={name: Block(**block) for name, block in settings["blocks"].items()},
         opened=opened,
-        figures=[(_caption(Path(file).stem, settings["campaign"]), file) for file in figures],
+        figures=figures,
         pages=pages,
     )
-
-
-def _caption(figure: str, campaign: Mapping[str, Any]) -> str:
-    name, _, block = figure.partition("_") if figure.startswith("models_") else (figure, "", "")
-    label = campaign["blocks"][block]["label"] if block else ""
-    return CAPTIONS[name].format(block=label)

@@ -1,0 +1,54 @@
+"""A figure of a campaign: what its module asks for is read, drawn and saved."""
+
+import inspect
+from collections.abc import Mapping, Sequence
+from types import ModuleType
+from typing import Any
+
+from freerock.figures.style import save
+from freerock.models.block import Block
+from freerock.products.groups import one_of_each, runs_of, usable_runs
+from freerock.products.netcdf import open_fits, open_record
+from freerock.tables.csvfile import read_csv
+
+
+def make_figure(
+    figure: ModuleType,
+    files: Mapping[str, str | Sequence[str]],
+    settings: Mapping[str, Any],
+    stem: str,
+    target: str = "double_column",
+) -> None:
+    """Write a figure as `stem`.pdf and .png, the numbers drawn as .csv.
+
+    Parameters
+    ----------
+    figure : module
+        One of `freerock.figures`. Its function `draw` names as its arguments what it takes of files and
+        settings. Of records or fits it gets the first of each scene that has something to draw: usable runs,
+        fitted runs, or what its own function `has_map` finds.
+    files : mapping
+        Paths: datasets of all tests under "records" or "fits", tables under their names.
+    settings : mapping
+        origin, labels, and what the figure needs of scenes (of the datasets), blocks, debonding.
+    stem : str
+    target : str
+        What it is drawn for, see `freerock.figures.style`.
+    """
+    known = {name: _read(figure, name, paths, settings) for name, paths in files.items()}
+    known |= {name: value for name, value in settings.items() if name != "scenes"}
+    if "blocks" in settings:
+        known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
+    asked = inspect.signature(figure.draw).parameters
+    drawn = figure.draw(**{name: value for name, value in known.items() if name in asked}, target=target)
+    save(*drawn, stem, settings["origin"], target=target)
+
+
+def _read(
+    figure: ModuleType, name: str, paths: str | Sequence[str], settings: Mapping[str, Any]
+) -> Any:  # datasets of one kind, or a table
+    if name == "records":
+        return one_of_each(paths, settings["scenes"], open_record, usable_runs)
+    if name == "fits":
+        return one_of_each(paths, settings["scenes"], open_fits, getattr(figure, "has_map", runs_of))
+    return read_csv(str(paths))
