@@ -27,8 +27,10 @@ def test_a_study_and_its_figure(checkout):
     )
     assert done.returncode == 0, done.stderr
     assert all((checkout / product).stat().st_size > 0 for product in wanted)
-    for script in ("study_model_choice.py", "figure_study.py"):
+    modules = {"study.py": "studies.model_choice", "figure_study.py": "figures.studies.model_choice"}
+    for script, module in modules.items():
         (trace,) = (checkout / "trace").glob(f"{script}*")
-        declared = {Path(file).relative_to(ROOT) for file in code(ROOT / "workflow/scripts" / script)}
+        files = code(ROOT / "workflow/scripts" / script, f"freerock.{module}")
+        declared = {Path(file).relative_to(ROOT) for file in files}
         imported = {Path(file).relative_to(checkout.folder) for file in trace.read_text().split("\n")}
         assert imported <= declared

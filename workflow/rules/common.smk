@@ -63,6 +63,64 @@ def tests_of(wildcards):
     return [each.test for each in campaign(wildcards).records]
 
 
+# What a line of FIGURES may name as its settings.
+SETTINGS = {
+    "blocks": settings.geometries,
+    "debonding": lambda section: section.fits.debonding,
+}
+
+
+def figures_of(section):
+    """Of each figure of a campaign, in the order of its report: its line and the block it is of, if of one."""
+    blocks = dict.fromkeys(record.block for record in section.records)
+    return {
+        line.format(block=block): (line, block)
+        for line in FIGURES
+        for block in (blocks if "{block}" in line else [None])
+    }
+
+
+def figure_of(wildcards):
+    """A figure's line, and the campaign's records that it is of."""
+    section = campaign(wildcards)
+    line, block = figures_of(section)[wildcards.figure]
+    return FIGURES[line], [each for each in section.records if block in (None, each.block)]
+
+
+def figure_module(wildcards):
+    return figures_of(campaign(wildcards))[wildcards.figure][0].partition("_{")[0]
+
+
+def figure_files(wildcards):
+    """Input function: what a figure reads, by name."""
+    line, records = figure_of(wildcards)
+    folder = f"results/{wildcards.campaign}"
+    return {
+        name: (
+            [f"{folder}/{name}/{each.test}.nc" for each in records]
+            if name in ("records", "fits")
+            else f"{folder}/tables/{name}.csv"
+        )
+        for name in line["reads"]
+    }
+
+
+def figure_settings(wildcards):
+    """What a figure needs to know of a campaign. Scenes: what stood on what in each test, to be compared."""
+    section = campaign(wildcards)
+    line, records = figure_of(wildcards)
+    known = {"origin": section.origin, "labels": settings.labels(section)}
+    if {"records", "fits"} & {*line["reads"]}:
+        known["scenes"] = [f"{each.block} on {each.foundation}" for each in records]
+    return known | {name: SETTINGS[name](section) for name in line.get("settings", ())}
+
+
+def figure_title(campaign, figure):
+    section = CAMPAIGNS[campaign]
+    line, block = figures_of(section)[figure]
+    return FIGURES[line]["title"].format(block=block and section.blocks[block].label)
+
+
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
     section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"

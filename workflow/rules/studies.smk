@@ -34,12 +34,12 @@ rule study:
         "../envs/freerock.yaml"
     threads: workflow.cores  # alone on the machine: it takes times
     params:
-        code=lambda w: code(f"study_{w.study}"),
+        code=lambda w: code("study", f"freerock.studies.{w.study}"),
         size=config.get("studies", "full"),
     message:
         "study: {wildcards.study}"
     script:
-        "../scripts/study_{wildcards.study}.py"
+        "../scripts/study.py"
 
 
 rule figure_study:
@@ -63,7 +63,7 @@ rule figure_study:
     conda:
         "../envs/freerock.yaml"
     params:
-        code=lambda w: code("figure_study"),
+        code=lambda w: code("figure_study", f"freerock.figures.studies.{w.study}"),
     message:
         "study: figure of {wildcards.study}"
     script:

@@ -28,10 +28,14 @@ def complete(campaign: str, runs: str | Path, output: str | Path) -> None:
     for row in rows:
         records.setdefault(row["test"], []).append(row)
     if left := _left_over(Path(output).parent, set(records)):
-        warning = f"{Path(output).parent}: {', '.join(left)} belong to no record of the campaign's CSV; delete them"
+        warning = (
+            f"{Path(output).parent}: {', '.join(left)} belong to no record of the campaign's CSV; delete them"
+        )
         log.warning(warning)
         print(warning, file=sys.stderr)
-    failed = [f"{campaign}: record {test} failed: {why}" for test, own in records.items() if (why := _failed(own))]
+    failed = [
+        f"{campaign}: record {test} failed: {why}" for test, own in records.items() if (why := _failed(own))
+    ]
     if failed:
         log.error("\n".join(failed))
         sys.exit(1)

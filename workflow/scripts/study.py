@@ -1,0 +1,10 @@
+"""A study of the methods."""
+
+from importlib import import_module
+
+from freerock.jobs.log import log_to
+from freerock.tables.csvfile import write_csv
+
+log_to(snakemake.log[0])
+study = import_module(f"freerock.studies.{snakemake.wildcards.study}")
+write_csv(study.run(snakemake.params.size), snakemake.output.csv)

@@ -1,8 +1,0 @@
-"""Study: how surely each fault of a signal is named."""
-
-from freerock.jobs.log import log_to
-from freerock.studies.faults import run
-from freerock.tables.csvfile import write_csv
-
-log_to(snakemake.log[0])
-write_csv(run(snakemake.params.size), snakemake.output.csv)

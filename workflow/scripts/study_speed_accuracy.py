@@ -1,8 +1,0 @@
-"""Study: time of a run against its error, every method."""
-
-from freerock.jobs.log import log_to
-from freerock.studies.speed_accuracy import run
-from freerock.tables.csvfile import write_csv
-
-log_to(snakemake.log[0])
-write_csv(run(snakemake.params.size), snakemake.output.csv)

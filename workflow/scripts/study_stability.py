@@ -1,8 +1,0 @@
-"""Study: where each method converges and where it fails."""
-
-from freerock.jobs.log import log_to
-from freerock.studies.stability import run
-from freerock.tables.csvfile import write_csv
-
-log_to(snakemake.log[0])
-write_csv(run(snakemake.params.size), snakemake.output.csv)
