@@ -73,23 +73,22 @@ class Checkout:
         command = [sys.executable, "-m", "snakemake", "--cores", "2", *map(str, arguments)]
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
 
-    def planned(self) -> dict:
+    def planned(self, *targets) -> dict:
         """Number of jobs a run would have, by rule; of record, fit and quality, and of each figure."""
-        done = self.snakemake("--dry-run")
+        done = self.snakemake("--dry-run", *targets)
         assert done.returncode == 0, done.stdout + done.stderr
         if "Nothing to be done" in done.stdout + done.stderr:
             return {}
         told = done.stdout + done.stderr
         jobs = Counter()
-        for rule, number in re.findall(
-            r"^(\w+) +(\d+)$", told.split("Job stats:")[1].split("total")[0], re.M
-        ):
-            jobs[re.sub(r"^(record|fit|quality)_.*", r"\1", rule)] += int(number)
+        stats = told.split("Job stats:")[1].split("total")[0]
+        for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M):
+            if rule not in ("all", *targets):
+                jobs[re.sub(r"^(record|fit|quality)_.*", r"\1", rule)] += int(number)
         for figure in re.findall(r"^ *Job \d+: \w+: figure (\w+)$", told, re.M):
             jobs["figure_" + re.sub(r"^models_.*", "models", figure)] += 1
         drawn = sum(number for job, number in jobs.items() if job.startswith("figure_"))
         assert jobs.pop("figure", 0) == drawn
-        del jobs["all"]
         return dict(jobs)
 
     def edit(self, path, old: str, new: str) -> None:

@@ -121,11 +121,15 @@ def test_products_of_a_record_no_longer_listed_are_named(checkout):
 
 def test_records_that_share_a_job_rerun_together(checkout):
     checkout.edit(YAML, "records_per_job: 1", "records_per_job: 2")
-    assert checkout.snakemake().returncode == 0
-    assert checkout.planned() == {}
+    assert checkout.snakemake("record").returncode == 0
+    assert checkout.planned("record") == {}
+    checkout.edit(YAML, "mass_kg: 2.98", "mass_kg: 2.97")
+    assert checkout.planned("record") == {"record": 1}
+    checkout.edit(YAML, "mass_kg: 2.97", "mass_kg: 2.98")
+    checkout.edit(YAML, "records_per_job: 2", "records_per_job: 3")
     write_record(checkout / "raw/small/third.tdms", simulated("squat", 7))
     append(checkout, CSV, "third,third.tdms,,squat,mat,low,,,,\n")
-    assert checkout.planned() == OF_ONE_RECORD
+    assert checkout.planned("record") == {"record": 1}
 
 
 def test_record_replaced_or_taken_away(checkout):
