@@ -117,7 +117,7 @@ rule misfit_map:
         "../envs/freerock.yaml"
     params:
         code=code("misfit_map"),
-        scenes=scenes,
+        scenes=lambda w: scenes_of(campaign(w).records),
         blocks=of_campaign(settings.geometries),
         debonding=lambda w: campaign(w).fits.debonding,
     message:

@@ -63,11 +63,9 @@ def tests_of(wildcards):
     return [each.test for each in campaign(wildcards).records]
 
 
-# What a line of FIGURES may name as its settings.
-SETTINGS = {
-    "blocks": settings.geometries,
-    "debonding": lambda section: section.fits.debonding,
-}
+def scenes_of(records):
+    """What block stood on what foundation in each of these records, as one word that can be compared."""
+    return [f"{each.block} on {each.foundation}" for each in records]
 
 
 def figures_of(section):
@@ -95,24 +93,22 @@ def figure_files(wildcards):
     """Input function: what a figure reads, by name."""
     line, records = figure_of(wildcards)
     folder = f"results/{wildcards.campaign}"
-    return {
-        name: (
-            [f"{folder}/{name}/{each.test}.nc" for each in records]
-            if name in ("records", "fits")
-            else f"{folder}/tables/{name}.csv"
-        )
-        for name in line["reads"]
-    }
+    files = {name: f"{folder}/tables/{name}.csv" for name in line["reads"]}
+    files |= {kind: [f"{folder}/{kind}/{each.test}.nc" for each in records] for kind in ("records", "fits")}
+    files["maps"] = f"{folder}/misfit_map.nc"
+    return {name: files[name] for name in line["reads"] if name != "blocks"}
 
 
 def figure_settings(wildcards):
-    """What a figure needs to know of a campaign. Scenes: what stood on what in each test, to be compared."""
+    """What a figure needs to know of a campaign."""
     section = campaign(wildcards)
     line, records = figure_of(wildcards)
     known = {"origin": section.origin, "labels": settings.labels(section)}
     if {"records", "fits"} & {*line["reads"]}:
-        known["scenes"] = [f"{each.block} on {each.foundation}" for each in records]
-    return known | {name: SETTINGS[name](section) for name in line.get("settings", ())}
+        known["scenes"] = scenes_of(records)
+    if "blocks" in line["reads"]:
+        known["blocks"] = settings.geometries(section)
+    return known
 
 
 def figure_title(campaign, figure):

@@ -1,5 +1,5 @@
 # The figures of a campaign: a line for each, by the name of its module in freerock.figures; {block} stands for one
-# figure of each block. What a figure reads: records, fits, or tables by name; and settings of the campaign.
+# figure of each block. What a figure reads: records, fits, maps (of the misfit), tables by name, the blocks.
 
 FIGURES = {
     "foundation_effect": {
@@ -16,14 +16,12 @@ FIGURES = {
         "title": "Restitution of each impact",
         "caption": "Restitution of each impact, from the peaks before and after it; dotted, a rigid block on a rigid "
         "base. Fits that failed are left out.",
-        "reads": ["runs", "restitution", "epsilon"],
-        "settings": ["blocks"],
+        "reads": ["runs", "restitution", "epsilon", "blocks"],
     },
     "misfit_map": {
         "title": "Misfit maps around the identified parameters",
         "caption": "How far the discrepancy rises around the identified parameters of the Hunt–Crossley law.",
-        "reads": ["fits"],
-        "settings": ["blocks", "debonding"],
+        "reads": ["maps"],
     },
     "predictions": {
         "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
