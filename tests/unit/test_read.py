@@ -3,19 +3,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from reading import refusal
 
 from freerock.errors import FreerockError
 from freerock.records.read import READERS, read_record
 
 EXAMPLES = Path(__file__).parents[3] / "shared/data/acquisition"
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert message.startswith(f"{path}: ") and "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 def test_missing_file(tmp_path):

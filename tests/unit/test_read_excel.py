@@ -4,8 +4,8 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 from openpyxl import Workbook
+from reading import refusal
 
-from freerock.errors import FreerockError
 from freerock.records.read import read_record
 
 TIME = np.arange(80) / 100
@@ -43,14 +43,6 @@ def save(path, *rows, title="tests"):
         book.active.append(row)
     book.save(path)
     return path
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 def test_each_pair_has_its_own_time(pairs):

@@ -5,22 +5,14 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from reading import refusal
 from scipy.io import netcdf_file
 
-from freerock.errors import FreerockError
 from freerock.products.netcdf import write_record
 from freerock.records.read import read_record
 
 TIME = np.arange(60) / 500
 VOLTS = 5 + np.sin(20 * TIME)
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 def hdf5(path, arrays, **attrs):

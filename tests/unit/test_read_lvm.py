@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from reading import refusal
 
-from freerock.errors import FreerockError
 from freerock.records.read import read_record
 
 VOLTS = np.round(5 + np.sin(np.arange(40) / 9), 6)
@@ -45,14 +45,6 @@ def write(path, *segments, head=("Separator\tTab", "Decimal_Separator\t."), enco
         lines += [*rows, ""]
     path.write_bytes("\r\n".join(lines).encode(encoding))
     return path
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 @pytest.mark.parametrize("x", ["No", "One", "Multi"])
@@ -183,9 +175,6 @@ def test_no_sampling_interval(tmp_path):
 
 
 def test_another_file(tmp_path):
-    path = tmp_path / "a.lvm"
-    path.write_text("time;volts\n0;1\n")
-    assert refusal(path) == (
-        "not an LVM file: its first line is not 'LabVIEW Measurement'; "
-        "correct the ending of its name, or copy it again"
-    )
+    (tmp_path / "a.lvm").write_text("time;volts\n0;1\n")
+    what = "not an LVM file: its first line is not 'LabVIEW Measurement'"
+    assert refusal(tmp_path / "a.lvm") == f"{what}; correct the ending of its name, or copy it again"

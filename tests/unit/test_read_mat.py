@@ -3,9 +3,9 @@ import struct
 import h5py
 import numpy as np
 import pytest
+from reading import refusal
 from scipy.io import savemat
 
-from freerock.errors import FreerockError
 from freerock.records.read import read_record
 
 TIME = np.arange(60) / 500
@@ -22,14 +22,6 @@ def save(path, variables, version):
     else:
         savemat(path, variables, format="4" if version == "4" else "5", do_compression=version == "7")
     return path
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 @pytest.mark.parametrize("version", ["4", "5", "7", "7.3"])

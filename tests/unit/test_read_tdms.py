@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from nptdms import ChannelObject, RootObject, TdmsWriter
+from reading import refusal
 
 from freerock.errors import FreerockError
 from freerock.records.read import read_record
@@ -19,12 +20,10 @@ def write(path, *channels, segments=1):
     return path
 
 
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert message.startswith(f"{path}: ") and "\n" not in message
-    return message.removeprefix(f"{path}: ")
+def scaled(scale):
+    """Properties of a channel of raw counts with one of NI's scales."""
+    properties = {"NI_Scaling_Status": "unscaled", "NI_Number_Of_Scales": 1}
+    return WAVEFORM | properties | {f"NI_Scale[0]_{name}": value for name, value in scale.items()}
 
 
 @pytest.fixture
@@ -53,14 +52,8 @@ def test_start_time_and_missing_start_offset(tmp_path):
 
 def test_linear_scaling(tmp_path):
     counts = np.arange(-5, 995, dtype=np.int32)
-    scaling = {
-        "NI_Scaling_Status": "unscaled",
-        "NI_Number_Of_Scales": 1,
-        "NI_Scale[0]_Scale_Type": "Linear",
-        "NI_Scale[0]_Linear_Slope": 0.5,
-        "NI_Scale[0]_Linear_Y_Intercept": 2.0,
-    }
-    path = write(tmp_path / "record.tdms", ("g", "laser", counts, WAVEFORM | scaling))
+    linear = {"Scale_Type": "Linear", "Linear_Slope": 0.5, "Linear_Y_Intercept": 2.0}
+    path = write(tmp_path / "record.tdms", ("g", "laser", counts, scaled(linear)))
     np.testing.assert_array_equal(read_record(path)["laser"], 2 + 0.5 * counts)
 
 
@@ -178,16 +171,14 @@ def test_unset_start_time(tmp_path):
 def test_data_acquisition_scaling(tmp_path):
     """Counts of a converter, scaled by the polynomial that the driver stores."""
     counts = np.arange(-500, 500, dtype=np.int16)
-    scaling = {
-        "NI_Scaling_Status": "unscaled",
-        "NI_Number_Of_Scales": 1,
-        "NI_Scale[0]_Scale_Type": "Polynomial",
-        "NI_Scale[0]_Polynomial_Coefficients_Size": 3,
-        "NI_Scale[0]_Polynomial_Coefficients[0]": 1.0,
-        "NI_Scale[0]_Polynomial_Coefficients[1]": 0.5,
-        "NI_Scale[0]_Polynomial_Coefficients[2]": 0.25,
-        "NI_Scale[0]_Polynomial_Input_Source": 0xFFFFFFFF,
+    polynomial = {
+        "Scale_Type": "Polynomial",
+        "Polynomial_Coefficients_Size": 3,
+        "Polynomial_Coefficients[0]": 1.0,
+        "Polynomial_Coefficients[1]": 0.5,
+        "Polynomial_Coefficients[2]": 0.25,
+        "Polynomial_Input_Source": 0xFFFFFFFF,
     }
-    path = write(tmp_path / "record.tdms", ("g", "laser", counts, WAVEFORM | scaling))
+    path = write(tmp_path / "record.tdms", ("g", "laser", counts, scaled(polynomial)))
     x = counts.astype(float)
     np.testing.assert_allclose(read_record(path)["laser"], 1 + 0.5 * x + 0.25 * x**2, rtol=1e-14)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from reading import refusal
 
-from freerock.errors import FreerockError
 from freerock.records.read import read_record
 
 TIME = np.arange(50) / 1000
@@ -14,14 +14,6 @@ def table(path, *head, delimiter=";", comma=False, encoding="utf-8", columns=(TI
         rows = [row.replace(".", ",") for row in rows]
     path.write_bytes((end.join([*head, *rows]) + end).encode(encoding))
     return path
-
-
-def refusal(path, channel=None):
-    with pytest.raises(FreerockError) as error:
-        read_record(path, channel)
-    message = str(error.value)
-    assert message.startswith(f"{path}: ") and "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 @pytest.mark.parametrize(
