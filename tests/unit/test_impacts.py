@@ -75,7 +75,7 @@ def test_noise_may_vary_from_sample_to_sample():
     assert np.array_equal(same.restitution, impacts().restitution)
 
 
-def test_a_lobe_cut_off_by_the_end_is_not_used():
+def test_a_swing_cut_off_by_the_end_is_not_used():
     for end in (LOBES.peak_time[4] - 0.05, LOBES.peak_time[4] + 0.05):
         found = impacts(TIME[end > TIME], NOISY[end > TIME])
         assert found.time_s.size == 3

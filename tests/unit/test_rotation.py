@@ -135,7 +135,7 @@ def test_the_error_of_the_zero_is_that_of_the_rest_levels(lasers, seed):
     assert 0.3 * np.std(levels) < np.mean(told) < 3 * np.std(levels)
 
 
-def test_a_beam_over_a_corner_tells_no_error_of_its_zero():
+def test_a_beam_over_a_corner_gives_no_error_of_its_zero():
     block = Block(0.28, 0.07, 5.84, 0.06)
     theta = -np.abs(THETA)
     signal = 5 + displacement_from_rotation(theta, block, Laser("vertical", 0.03, 0.1)) / 0.01
@@ -143,7 +143,7 @@ def test_a_beam_over_a_corner_tells_no_error_of_its_zero():
     assert math.isnan(found.attrs["zero_stderr_rad"])
 
 
-def test_milliseconds_taken_for_seconds_are_told():
+def test_milliseconds_taken_for_seconds_are_refused():
     with pytest.raises(FreerockError) as error:
         find_rotation(1e3 * TIME, volts(), HIGH, BLOCK)
     assert str(error.value) == (
@@ -157,7 +157,7 @@ def test_milliseconds_taken_for_seconds_are_told():
     [(HIGH, LOW), (replace(HIGH, face="right"), replace(LOW, face="right"))],
     ids=["left face", "right face"],
 )
-def test_two_lasers_tell_rotation_from_translation(pair):
+def test_two_lasers_separate_rotation_from_translation(pair):
     slid = 5e-4 * np.sin(TIME) * np.abs(THETA / THETA.max())
     signals = [volts(laser, seed, shift_m=slid) for seed, laser in enumerate(pair)]
     found = find_rotation(TIME, signals, pair, BLOCK)
@@ -174,7 +174,7 @@ def test_two_vertical_lasers_know_the_side():
 
 
 @pytest.mark.parametrize("x", [0.02, -0.02])
-def test_a_vertical_beam_off_centre_knows_the_side_of_lobes_after_those_too_faint(x):
+def test_a_vertical_beam_off_centre_knows_the_side_of_swings_after_those_too_faint(x):
     """Those about the nearer corner lift the target least, and are lost in the noise first."""
     laser, theta = Laser("vertical", x, 0.1), motion(2.0)
     signal = 5 + displacement_from_rotation(theta, BLOCK, laser) / laser.metres_per() + noise(1, 0.002)
@@ -184,7 +184,7 @@ def test_a_vertical_beam_off_centre_knows_the_side_of_lobes_after_those_too_fain
     assert np.abs(found.theta.values - theta)[clear].max() < 6 * found.sigma_theta.values[clear].max()
 
 
-def test_two_lasers_that_disagree_are_told():
+def test_two_lasers_that_disagree_are_named():
     wrong = replace(LOW, range_m=0.12)
     found = find_rotation(TIME, [volts(HIGH, 1), volts(LOW, 2)], (HIGH, wrong), BLOCK)
     (fault,) = listed_faults(found)

@@ -40,7 +40,7 @@ def kinds(phases):
     return [phase.kind for phase in phases]
 
 
-def test_rest_and_held_are_told_apart():
+def test_rest_and_held_are_kept_apart():
     time, signal, holds = record(np.random.default_rng(1), [(1.0, 2.0), (-0.8, 1.5), (0.9, 1.0)])
     phases = stationary_phases(time, signal)
     assert kinds(phases) == ["rest", "held"] * 3 + ["rest"]

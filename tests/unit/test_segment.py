@@ -182,7 +182,7 @@ def touched(grow=1.0, slow=1.0):
     return theta, release
 
 
-def test_a_hand_on_a_rocking_block_is_told():
+def test_a_hand_on_a_rocking_block_is_noticed():
     (run,) = find_runs(*record(touched(grow=1.8))[0])
     assert run.verdict.level == "fail"
     assert "higher than before: the block was touched" in run.verdict.texts[0]

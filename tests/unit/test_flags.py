@@ -1,0 +1,96 @@
+"""Flags of the samples of signals of known make."""
+
+import numpy as np
+import pytest
+
+from freerock.models.block import Block
+from freerock.rotation.flags import FLAGS, Limits, flag_samples
+from freerock.rotation.sensor import Laser
+
+LIMITS = Limits(-0.1, 10.1, 10.2, 0.01)
+BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)
+STEP = 5e-4
+TIME = STEP * np.arange(8000)
+
+
+def swinging(noise=0.002, seed=1):
+    """Volts of a block at rest that swings from 1 s to 3 s."""
+    moving = (TIME > 1) & (TIME < 3)
+    swing = np.where(moving, np.sin(np.pi * (TIME - 1)) ** 3 * np.cos(9 * TIME), 0.0)
+    return 5 + 2 * swing + noise * np.random.default_rng(seed).standard_normal(TIME.size)
+
+
+def flagged(volts, name):
+    return np.flatnonzero(flag_samples(volts, LIMITS, step=STEP) & FLAGS[name])
+
+
+def test_a_good_signal_has_no_flag():
+    for seed in range(20):
+        assert not flag_samples(swinging(seed=seed), LIMITS, step=STEP).any()
+
+
+def test_levels_and_limits():
+    volts = swinging()
+    volts[100:110] = 10.2 + np.linspace(-0.009, 0.009, 10)
+    volts[200], volts[201], volts[202], volts[203] = 10.12, -0.2, np.nan, np.inf
+    assert list(flagged(volts, "error_level")) == list(range(100, 110))
+    assert list(flagged(volts, "out_of_range")) == [200, 201, 203]
+    assert list(flagged(volts, "dropout")) == [202]
+
+
+def test_an_error_level_within_the_valid_output():
+    inside = Limits(-0.1, 10.1, 0.0, 0.02)
+    volts = swinging()
+    volts[2000:7000] = 0.004 * np.random.default_rng(1).standard_normal(5000)
+    flags = flag_samples(volts, inside, step=STEP)
+    assert list(np.flatnonzero(flags & FLAGS["error_level"])) == list(range(2000, 7000))
+    assert not (flags & FLAGS["out_of_range"]).any()
+
+
+def test_a_passage_of_an_error_level_costs_only_the_samples_at_it():
+    volts = swinging()
+    flags = flag_samples(volts, Limits(-0.1, 10.1, 6.0, 0.02), step=STEP)
+    np.testing.assert_array_equal(flags == FLAGS["error_level"], np.abs(volts - 6.0) <= 0.02)
+    assert 0 < np.count_nonzero(flags) < 0.01 * volts.size
+
+
+@pytest.mark.parametrize("bits", [16, 24])
+def test_saturation(bits):
+    count = 21 / 2**bits
+    volts = np.rint(np.minimum(swinging(), 6.0) / count) * count
+    found = flagged(volts, "saturated")
+    assert set(found) == set(np.flatnonzero(volts == volts.max())) and found.size > 50
+    assert not flagged(volts, "dropout").any()
+
+
+@pytest.mark.parametrize("at", [500, 2500, 3300])
+@pytest.mark.parametrize("lasts", [8, 40, 200])
+def test_dropouts(at, lasts):
+    frozen, off = swinging(), swinging()
+    frozen[at : at + lasts] = frozen[at - 1]
+    off[at : at + lasts] = 1e-4 * np.random.default_rng(2).standard_normal(lasts)
+    assert set(range(at, at + lasts)) <= set(flagged(frozen, "dropout"))
+    assert set(flagged(off, "dropout")) == set(range(at, at + lasts))
+
+
+@pytest.mark.parametrize("at", [500, 2500, 3300])
+@pytest.mark.parametrize("height", [0.05, -0.5])
+@pytest.mark.parametrize("lasts", [1, 3])
+def test_spikes(at, height, lasts):
+    volts = swinging()
+    volts[at : at + lasts] += height
+    assert list(flagged(volts, "spike")) == list(range(at, at + lasts))
+
+
+@pytest.mark.parametrize(
+    "volts",
+    [
+        swinging(0.0),
+        np.round(5 + 0.01 * np.sin(np.arange(8000) / 20), 2),
+        np.where(TIME < 2, 5.0, 6.0),
+        np.abs(swinging(1e-4) - 5) + 1,
+    ],
+    ids=["no noise", "coarse converter", "a step", "a reading without sign"],
+)
+def test_what_is_no_fault(volts):
+    assert not flag_samples(volts, LIMITS, step=STEP).any()

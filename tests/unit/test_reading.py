@@ -1,0 +1,171 @@
+"""One laser: rotation with honest errors, flags, and signals from which none can come."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.rotation.beam import displacement_from_rotation
+from freerock.rotation.flags import FLAGS
+from freerock.rotation.options import RotationOptions
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+
+BLOCK = Block(0.28, 0.07, 5.84)
+LASER = Laser("horizontal", 0.2, 0.1)
+RATE = 2000.0
+
+
+def record(generator, *, noise=0.002, drift=0.0, mains=0.0, laser=LASER, block=BLOCK, release_deg=8.0):
+    """Rest, tilt by hand, hold, a decaying swing about zero, rest: time, θ and volts."""
+    time = np.arange(0, 20, 1 / RATE)
+    t = time - 8.0
+    tilt = np.clip((time - 4) / 1.5, 0, 1)
+    theta = math.radians(release_deg) * tilt**2 * (3 - 2 * tilt)
+    swing = (
+        math.radians(release_deg) * np.exp(-1.2 * np.maximum(t, 0)) * np.cos(2 * np.pi * (1.1 + 0.4 * t) * t)
+    )
+    theta = np.where(t > 0, swing, theta)
+    volts = 5.1 + displacement_from_rotation(theta, block, laser) / laser.metres_per()
+    volts = volts + drift * time / 20 + mains * np.sin(2 * np.pi * 50.013 * time + 0.4)
+    return time, theta, volts + noise * generator.standard_normal(time.size)
+
+
+@pytest.mark.parametrize(
+    "laser", [LASER, replace(LASER, face="right"), replace(LASER, sign=-1), Laser("vertical", 0.12, 0.1)]
+)
+def test_rotation_scores_have_unit_variance(laser):
+    time, theta, volts = record(np.random.default_rng(2), drift=0.003, mains=0.003, laser=laser)
+    found = find_rotation(time, volts, laser, BLOCK)
+    score = (found.theta - theta) / found.sigma_theta
+    assert score.var().item() == pytest.approx(1, abs=0.03)
+    assert found.attrs["noise_v"] == pytest.approx(0.002, rel=0.02)
+    assert found.attrs["mains_amplitude_v"] == pytest.approx(0.003, rel=0.03)
+    assert found.attrs["mains_hz"] == pytest.approx(50.013, abs=0.001)
+    assert found.attrs["sampling_rate_hz"] == pytest.approx(RATE)
+    assert not found.flags.any()
+
+
+def test_mains_stay_when_asked_to():
+    time, _, volts = record(np.random.default_rng(3), mains=0.004)
+    found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
+    assert found.attrs["mains_amplitude_v"] == 0
+    assert (
+        found.theta[: int(RATE)].std()
+        > 1.5 * find_rotation(time, volts, LASER, BLOCK).theta[: int(RATE)].std()
+    )
+
+
+def test_noise_free_rotation_is_exact():
+    time, theta, volts = (x[: int(8 * RATE)] for x in record(np.random.default_rng(4), noise=0.0))
+    found = find_rotation(time, volts, LASER, BLOCK, options=RotationOptions(mains_hz=None))
+    assert np.abs(found.theta - theta).max() <= 1e-12
+
+
+def test_vertical_beam_between_the_corners_changes_side_at_touch_down():
+    laser = Laser("vertical", 0.004, 0.1, release_side="negative")
+    time, theta, volts = record(np.random.default_rng(5), noise=0.001, laser=laser, release_deg=-5.0)
+    found = find_rotation(time, volts, laser, BLOCK)
+    clear = np.abs(theta) > math.radians(0.4)
+    assert np.abs(found.theta - theta)[clear].max() < 6 * found.sigma_theta.max()
+    assert {1.0, -1.0} == set(np.sign(theta[clear]))
+
+
+def test_invalid_samples_leave_the_rest_untouched():
+    time, theta, volts = record(np.random.default_rng(6))
+    volts[9000:9800] = 10.2  # a hand in the beam during the tilt
+    volts[2000:2003] = np.nan
+    found = find_rotation(time, volts, LASER, BLOCK)
+    assert (found.flags[9000:9800] == FLAGS["error_level"]).all()
+    assert np.isnan(found.theta[9000:9800]).all() and np.isnan(found.sigma_theta[9000:9800]).all()
+    assert ((found.theta - theta) / found.sigma_theta).var().item() == pytest.approx(1, abs=0.03)
+
+
+def test_target_lost_is_flagged():
+    time, _, volts = record(np.random.default_rng(7))
+    low = replace(LASER, position_m=0.02)
+    found = find_rotation(time, volts, low, BLOCK)
+    lost = found.flags == FLAGS["target_lost"]
+    assert lost.any() and np.isnan(found.theta[lost.values]).all()
+
+
+@pytest.mark.parametrize(
+    ("volts", "message"),
+    [
+        (
+            np.full(4000, np.nan),
+            "laser signal: no sample is a number; check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 4.5),
+            "laser signal: constant at 4.5 V; check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 10.2),
+            "laser signal: no sample within -0.1 to 10.1 V (100% error_level); "
+            "check the channel, the cable and the sensor's range",
+        ),
+        (
+            np.full(4000, 10.5),
+            "laser signal: no sample within -0.1 to 10.1 V (100% out_of_range); "
+            "check the channel, the cable and the sensor's range",
+        ),
+        (
+            5 + np.sin(np.arange(4000) / 100),
+            "laser signal: the block never stands still, so θ = 0 is unknown; "
+            "record the block at rest before the first or after the last release",
+        ),
+    ],
+)
+def test_useless_signals(volts, message):
+    with pytest.raises(FreerockError) as error:
+        find_rotation(np.arange(volts.size) / RATE, volts, LASER, BLOCK)
+    assert str(error.value) == message
+
+
+def test_uneven_time():
+    time, _, volts = record(np.random.default_rng(8))
+    with pytest.raises(FreerockError, match="time is not evenly spaced; resample it"):
+        find_rotation(np.where(time > 10, time + 1, time), volts, LASER, BLOCK)
+    with pytest.raises(FreerockError, match="one equal length"):
+        find_rotation(time[:-1], volts, LASER, BLOCK)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(
+    kind=st.sampled_from(["noise", "walk", "steps", "swing", "spoilt"]),
+    n=st.integers(2, 6000),
+    scale=st.sampled_from([1e-300, 1e-9, 1e-3, 1.0, 1e3, 1e300]),
+    centre=st.sampled_from([0.0, 5.0, -1e6]),
+    seed=st.integers(0, 1000),
+    units=st.sampled_from(["V", "mA", "mm", "deg"]),
+)
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units):
+    signal = centre + scale * random_signal(kind, n, np.random.default_rng(seed))
+    laser = Laser("horizontal", 0.2, 0.1, units=units)
+    try:
+        found = find_rotation(np.arange(n) / 500, signal, laser, BLOCK)
+    except FreerockError as error:
+        assert "\n" not in str(error)
+        return
+    assert found.theta.size == n and np.isfinite(found.attrs["zero_stderr_rad"])
+
+
+def random_signal(kind, n, draw):
+    """A signal of nonsense: noise, walks, steps, swings, with what converters add."""
+    base = {
+        "noise": lambda: draw.standard_normal(n),
+        "walk": lambda: np.cumsum(draw.standard_normal(n)),
+        "steps": lambda: np.repeat(draw.standard_normal(n // 50 + 1), 50)[:n],
+        "swing": lambda: np.exp(-np.arange(n) / 400) * np.cos(np.arange(n) / draw.uniform(3, 90)),
+        "spoilt": lambda: np.round(draw.standard_normal(n), draw.integers(0, 3)),
+    }[kind]()
+    if kind == "spoilt":
+        base[draw.integers(0, n, n // 10 + 1)] = draw.choice([np.nan, np.inf, -np.inf, 0.0, 10.2])
+    return base

@@ -1,0 +1,31 @@
+"""Sensors: what their output means, and what no sensor has."""
+
+from dataclasses import replace
+
+import pytest
+
+from freerock.errors import FreerockError
+from freerock.rotation.sensor import Laser, distance_from_output
+
+LASER = Laser("horizontal", 0.2, 0.1)
+
+
+def test_sensor_manual_example():
+    sensor = Laser("horizontal", 0.2, 0.010)
+    assert distance_from_output(4.6, sensor)[0] == pytest.approx(0.0046)
+    assert distance_from_output(4.6, sensor)[0] - 0.010 / 2 == pytest.approx(-0.0004)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"beam": "slanted"}, "laser.beam: 'slanted' is unknown; use one of horizontal, vertical"),
+        ({"position_m": 0.0}, "laser.position_m: height 0.0 m; give a height above 0"),
+        ({"range_m": -1.0}, "laser.range_m: range -1.0 m; give a range above 0"),
+        ({"volts_at_end": 0.0}, "laser.volts_at_end: not above volts_at_start; "),
+    ],
+)
+def test_impossible_laser(change, message):
+    with pytest.raises(FreerockError) as error:
+        replace(LASER, **change)
+    assert str(error.value).startswith(message)
