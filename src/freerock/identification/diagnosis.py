@@ -42,7 +42,7 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
         There, of all samples; without the columns of parameters held at a bound.
     """
     wider = extended_by(problem.model)
-    if wider is None or not LAWS[wider[0]].allows(problem.debonding, len(LAWS[wider[0]].dampings)):
+    if wider is None or not LAWS[wider[0]].allows(problem.settings.debonding, len(LAWS[wider[0]].dampings)):
         return None
     samples, (_, other) = problem.samples(), wider
     # the trough of the misfit is bent: a larger trace gives no derivative

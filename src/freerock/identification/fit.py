@@ -138,7 +138,7 @@ def fit_record(
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     check(model, blocks, settings)
     problem = posed(model, blocks, motions, settings)
-    return _fit(*search(problem, start, settings.integrator_error), settings.profile)
+    return _fit(*search(problem, start))
 
 
 def evidence(fit: Fit) -> dict[str, float]:
@@ -147,7 +147,7 @@ def evidence(fit: Fit) -> dict[str, float]:
     return fit.diagnostics | numbers
 
 
-def _fit(problem: Problem, solution: Solution, resolution: Resolution, profile: bool) -> Fit:
+def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth."""
     x, motions, samples = solution.x, problem.motions, problem.samples()
     residual = problem.residual(x, samples)
@@ -170,7 +170,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution, profile: 
     else:
         lacking = added_damping(problem, x, residual, jacobian[:, ~held])
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
-    if profile and not failed:
+    if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
     aic, bic = information_criteria(residual, len(x))

@@ -13,7 +13,7 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.identification.arrays import Floats, Mask
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
-from freerock.identification.settings import NUISANCES, FitSettings
+from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, Rules, extended_by, parameter_of
 from freerock.models.simulate import Solver, simulate_fitted
@@ -66,9 +66,7 @@ class Problem:
     blocks : tuple of Block
         That of each run.
     motions : tuple of Motion
-    free : tuple of str
-        Nuisances, in the order of `settings.NUISANCES`.
-    debonding : str
+    settings : FitSettings
     r_low : float
         Least r: a block that stops too soon is out of step for less time, which would be a false minimum.
     n_impacts : int
@@ -80,8 +78,7 @@ class Problem:
     model: str
     blocks: tuple[Block, ...]
     motions: tuple[Motion, ...]
-    free: tuple[str, ...]
-    debonding: str
+    settings: FitSettings
     r_low: float
     n_impacts: int = 0
     rtol: float = COARSE
@@ -89,13 +86,13 @@ class Problem:
     @cached_property
     def common(self) -> tuple[str, ...]:
         """Parameters that all runs share."""
-        return (*MODELS[self.model], *(name for name in self.free if name == "width"))
+        return (*MODELS[self.model], *(name for name in ("width",) if name in self.settings.free))
 
     @cached_property
     def own(self) -> tuple[str, ...]:
         """Parameters of each run."""
         further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
-        return (*(name for name in self.free if name in PER_RUN), *further)
+        return (*(name for name in PER_RUN if name in self.settings.free), *further)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -116,6 +113,11 @@ class Problem:
     def is_ratio(self) -> Mask:
         """Which of them are ratios to the stiffness, the first parameter."""
         return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
+
+    @cached_property
+    def rules(self) -> Rules:
+        """Those of the simulation."""
+        return Rules(self.settings.debonding)
 
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
@@ -220,7 +222,7 @@ class Problem:
             self.blocks[i],
             {**values, **(added or {})},
             time_s,
-            rules=Rules(self.debonding),
+            rules=self.rules,
             solver=Solver(rtol or self.rtol),
             theta_rate=rate,
         )
@@ -287,8 +289,7 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
         model,
         tuple(blocks),
         tuple(motions),
-        tuple(name for name in NUISANCES if name in settings.free),
-        settings.debonding,
+        settings,
         r_low=rocking_for(blocks[0], motions[0], moving_s(motions[0]) / 2) if rigid else 0.0,
     )
     if min(problem.samples().lengths, default=0) <= len(problem.names):

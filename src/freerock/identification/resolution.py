@@ -32,7 +32,7 @@ class Resolution:
     shift: float
 
 
-def find_resolution(problem: Problem, x: Floats, integrator_error: float) -> Resolution:
+def find_resolution(problem: Problem, x: Floats) -> Resolution:
     """Loosest tolerance and coarsest averaging that the standard errors allow.
 
     Parameters
@@ -40,8 +40,6 @@ def find_resolution(problem: Problem, x: Floats, integrator_error: float) -> Res
     problem : Problem
     x : ndarray, shape (n_parameters,)
         The fitted numbers, near their best.
-    integrator_error : float
-        Largest shift allowed, as a share of a standard error.
     """
     samples = problem.samples()
     theta = problem.curve(x, samples)
@@ -58,7 +56,7 @@ def find_resolution(problem: Problem, x: Floats, integrator_error: float) -> Res
         exact = problem.curve(x, samples, rtol / 100)
         shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
         shift = float(np.max(shifts, initial=0.0))
-        if not shift > integrator_error or rtol <= FINEST:
+        if not shift > problem.settings.integrator_error or rtol <= FINEST:
             return Resolution(rtol, m, shift)
         rtol /= 10
         theta = problem.curve(x, samples, rtol)

@@ -17,9 +17,7 @@ GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
 
 
-def search(
-    problem: Problem, start: Sequence[float] | None, integrator_error: float
-) -> tuple[Problem, Solution, Resolution]:
+def search(problem: Problem, start: Sequence[float] | None) -> tuple[Problem, Solution, Resolution]:
     """Best end of the candidates over growing horizons, at the tolerance and sampling the noise asks for.
 
     Parameters
@@ -27,8 +25,6 @@ def search(
     problem : Problem
     start : sequence of float or None
         The model's parameters to start from [SI]; None scans for them on the first run.
-    integrator_error : float
-        Largest shift of a parameter by the integrator's error, as a share of its standard error.
 
     Returns
     -------
@@ -48,7 +44,7 @@ def search(
     promising = PROMISING * min(error for error, _ in tracks)
     tracks = [_follow(problem, x, horizons[1:], error) for error, x in tracks if error <= promising]
     x = min(tracks, key=lambda track: track[0])[1]
-    resolution = find_resolution(problem, x, integrator_error)
+    resolution = find_resolution(problem, x)
     problem = replace(problem, rtol=resolution.rtol)
     return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
 
