@@ -1,5 +1,6 @@
 # make               set up, then analyse every configured campaign
-# make test          set up, then lint and test
+# make quick         set up, then lint and the tests that take seconds
+# make test          set up, then lint and every test
 # make slurm         what jobs on a Slurm cluster need besides
 # make test-cluster  tests on a real Slurm, where its programs are installed
 PYTHON ?= python3
@@ -9,7 +10,9 @@ KERNEL := $(VENV)/.kernel
 SLURM := $(VENV)/.slurm
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
-.PHONY: all setup slurm lint test test-cluster clean
+TESTS := python -m pytest --numprocesses 2 --dist loadgroup
+
+.PHONY: all setup slurm lint quick test test-cluster clean
 
 all: setup
 	snakemake
@@ -41,11 +44,15 @@ lint: setup
 	ruff check .
 	ruff format --check .
 	mypy
+	lint-imports --no-cache --no-logo
 	snakefmt --check Snakefile workflow
 	snakemake --lint
 
+quick: lint
+	$(TESTS) -m "not slow"
+
 test: lint
-	python -m pytest
+	$(TESTS)
 
 test-cluster: setup $(SLURM)
 	python -m pytest tests/cluster

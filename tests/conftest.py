@@ -1,22 +1,40 @@
 """Settings of all tests, and the shipped campaign, analysed once for those that look at its products."""
 
 import shutil
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
-from small_campaign import ROOT, check_out
+from small_campaign import ROOT, check_out, once
 
 settings.register_profile("same every time", deadline=None, derandomize=True)
 settings.load_profile("same every time")
+
+SLOW = ("workflow", "browser", "docs", "cluster")  # folders whose tests run Snakemake, browsers, commands
+DIVIDED = ("test_reruns.py", "test_only_read.py", "test_elsewhere.py", "test_commands.py")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Mark what `make quick` leaves out; keep the tests of a module in one process."""
+    for item in items:
+        inside = item.path.parent.name if item.path.is_relative_to(Path(__file__).parent) else ""
+        if inside in SLOW:
+            item.add_marker(pytest.mark.slow)
+        if item.path.name not in DIVIDED:
+            item.add_marker(pytest.mark.xdist_group(item.path.name))
 
 
 @pytest.fixture(scope="session")
 def palermo(tmp_path_factory):
     """The results of the shipped campaign, from record files to report."""
-    checkout = check_out(tmp_path_factory.mktemp("palermo"))
-    shutil.rmtree(checkout / "config")
-    for part in ("config", "raw"):
-        shutil.copytree(ROOT / part, checkout / part)
-    done = checkout.snakemake()
-    assert done.returncode == 0, done.stdout + done.stderr
-    return checkout / "results/palermo_virtual"
+
+    def analyse(folder):
+        checkout = check_out(folder)
+        shutil.rmtree(checkout / "config")
+        for part in ("config", "raw"):
+            shutil.copytree(ROOT / part, checkout / part)
+        done = checkout.snakemake()
+        assert done.returncode == 0, done.stdout + done.stderr
+
+    return once(tmp_path_factory, "palermo", analyse) / "results/palermo_virtual"

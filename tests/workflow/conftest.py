@@ -4,7 +4,7 @@ import os
 import shutil
 
 import pytest
-from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, simulated
+from small_campaign import BLOCKS, CAMPAIGN, TRACE, Checkout, add_campaign, check_out, once, simulated
 
 from freerock.virtual_lab.tdms import write_records
 
@@ -12,21 +12,25 @@ from freerock.virtual_lab.tdms import write_records
 @pytest.fixture(scope="session")
 def finished(tmp_path_factory):
     """A campaign of two records, analysed; with the package's files each script imported in `trace`."""
-    checkout = check_out(tmp_path_factory.mktemp("finished"))
-    add_campaign(checkout, "small", CAMPAIGN, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
-    records = [(f"{block}_mat", simulated(block, seed)) for seed, block in enumerate(BLOCKS)]
-    write_records(checkout / "raw/small", records)
-    for part in ("hook", "trace"):
-        (checkout / part).mkdir()
-    (checkout / "hook/sitecustomize.py").write_text(TRACE)
-    path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
-    done = checkout.snakemake(PYTHONPATH=path, TRACE=str(checkout / "trace"))
-    assert done.returncode == 0, done.stderr
-    return checkout
+
+    def analyse(folder):
+        checkout = check_out(folder)
+        add_campaign(checkout, "small", CAMPAIGN, [("tall_mat", "", "tall"), ("squat_mat", "", "squat")])
+        records = [(f"{block}_mat", simulated(block, seed)) for seed, block in enumerate(BLOCKS)]
+        write_records(checkout / "raw/small", records)
+        for part in ("hook", "trace"):
+            (checkout / part).mkdir()
+        (checkout / "hook/sitecustomize.py").write_text(TRACE)
+        path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
+        done = checkout.snakemake(PYTHONPATH=path, TRACE=str(checkout / "trace"))
+        assert done.returncode == 0, done.stderr
+
+    return Checkout(once(tmp_path_factory, "finished", analyse))
 
 
 @pytest.fixture
 def checkout(finished, tmp_path):
     """A copy of the finished campaign, to be changed."""
-    shutil.copytree(finished.folder, tmp_path / "copy")
+    passing = shutil.ignore_patterns("iocache", "log")  # another test may plan in the same folder
+    shutil.copytree(finished.folder, tmp_path / "copy", ignore=passing)
     return Checkout(tmp_path / "copy")

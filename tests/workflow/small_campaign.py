@@ -1,5 +1,6 @@
 """A small campaign in a checkout of its own, and Snakemake run in it."""
 
+import fcntl
 import math
 import os
 import re
@@ -103,6 +104,21 @@ class Checkout:
             for path in sorted((self / "results").rglob("*"))
             if path.is_file() and path.parent.name not in ("benchmarks", "logs")
         }
+
+
+def once(tmp_path_factory, name: str, make) -> Path:
+    """A folder made by the first test that asks for it, in whichever process of this run of the tests."""
+    base = tmp_path_factory.getbasetemp()
+    base = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    folder, made = base / name, base / f"{name}.made"
+    with open(base / f"{name}.lock", "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not made.exists():
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir()
+            make(folder)
+            made.touch()
+    return folder
 
 
 def check_out(folder: Path) -> Checkout:

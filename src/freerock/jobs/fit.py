@@ -21,8 +21,15 @@ from freerock.products.runs import motions_in, runs_in
 from freerock.runs.impacts import find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
+
+
+def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
+    """Write the fits of a record in whose identification something unforeseen happened: none."""
+    outcome = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)]}
+    write_fits(output, {}, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
 
 
 def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str | Path) -> None:

@@ -52,6 +52,11 @@ class _Processed(NamedTuple):
     impacts: list[Impacts]
 
 
+def give_up(settings: Settings, output: str | Path, reason: str) -> None:
+    """Write the dataset of a record in whose processing something unforeseen happened."""
+    write_failure(output, Reason("fail", "not_processed", reason), settings["attributes"])
+
+
 def make_record(settings: Settings, output: str | Path) -> None:
     """Write the dataset of a record; of one that can't be processed, with the verdict fail and the reason.
 
