@@ -6,7 +6,7 @@ from pathlib import Path
 
 from small_campaign import ROOT
 
-from freerock.jobs.code import code
+from freerock.jobs.reruns import code
 
 
 def test_only_on_demand(finished):

@@ -6,7 +6,7 @@ from freerock.config import steps as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
-from freerock.jobs.code import PACKAGE, code_checksum
+from freerock.jobs.reruns import PACKAGE, code_checksum
 from freerock.jobs.guard import check_folder
 from freerock.jobs.log import why_failed
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
+from freerock.records.channels import Samples
 
 MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp from the grid
 GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
@@ -18,8 +19,6 @@ ROUNDED_STAMPS = 10  # different stamps that show rounding at least
 NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth a note
 
 SPLIT = "split it into one file per recording"
-
-Samples = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

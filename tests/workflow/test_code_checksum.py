@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
-from freerock.jobs import code as workflow
-from freerock.jobs.code import code, code_checksum
+from freerock.jobs import reruns as workflow
+from freerock.jobs.reruns import code, code_checksum
 
 SCRIPTS = {path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name}
 
@@ -54,7 +54,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
     workflow._files.cache_clear()
-    monkeypatch.setattr("freerock.jobs.code.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.reruns.PACKAGE", package)
     told = set()
     for folder in ("a", "z"):
         script = tmp_path / folder / "script.py"
@@ -69,7 +69,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
 def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
     package = tmp_path / "freerock"
     package.mkdir()
-    monkeypatch.setattr("freerock.jobs.code.PACKAGE", package)
+    monkeypatch.setattr("freerock.jobs.reruns.PACKAGE", package)
     script = tmp_path / "script.py"
     script.write_text("import freerock.sensor\n")
     for name in ("__init__.py", "sensor.py", "another.py"):

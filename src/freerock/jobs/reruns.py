@@ -1,4 +1,4 @@
-"""The code a step runs, and one checksum of it."""
+"""What makes a step run again besides its inputs and settings: one checksum of the code that it runs."""
 
 import hashlib
 import re
