@@ -60,6 +60,11 @@ def test_help_loads_no_library():
     assert done.stdout.strip() == "set()"
 
 
+def test_every_module_is_a_command():
+    modules = {path.stem for path in (ROOT / "src/freerock/cli").glob("[!_]*.py")}
+    assert modules == {name.replace("-", "_") for name in cli.COMMANDS}
+
+
 @pytest.mark.parametrize("command", cli.COMMANDS)
 def test_every_command_has_an_example_and_the_exit_codes(command, capsys):
     with pytest.raises(SystemExit) as done:
