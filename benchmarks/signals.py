@@ -33,10 +33,10 @@ def motion(draw, rate_hz, n_runs):
     for _ in range(n_runs):
         theta0 = math.radians(draw.uniform(4, 11)) * draw.choice([-1, 1])
         tilt, hold, pause = draw.uniform(0.8, 2), draw.uniform(1, 3), draw.uniform(1, 3)
-        lobes = housner_swings(BLOCK, draw.uniform(0.75, 0.95), theta0)
-        n = round((tilt + hold + lobes.rest_time + pause) * rate_hz)
+        swings = housner_swings(BLOCK, draw.uniform(0.75, 0.95), theta0)
+        n = round((tilt + hold + swings.rest_time + pause) * rate_hz)
         t = np.arange(n) / rate_hz
-        theta = housner_motion(lobes, t - tilt - hold, theta0, rates=False)[0]
+        theta = housner_motion(swings, t - tilt - hold, theta0, rates=False)[0]
         share = np.clip(t / tilt, 0, 1)
         theta[t < tilt + hold] = (theta0 * share**2 * (3 - 2 * share))[t < tilt + hold]
         parts.append(theta)
@@ -117,14 +117,14 @@ def errors(records=2000, sigma=math.radians(0.01)):
         block = Block(draw.choice([0.14, 0.28, 0.42]), 0.07, 5.84)
         r, theta0 = draw.uniform(0.75, 0.96), block.theta_cr * draw.uniform(0.5, 0.8)
         rate_hz = draw.choice([1e3, 2e3, 5e3, 1e4])
-        lobes = housner_swings(block, r, theta0, until=6.0)
+        swings = housner_swings(block, r, theta0, until=6.0)
         time_s = (draw.uniform() + np.arange(round(6 * rate_hz))) / rate_hz
-        theta = housner_motion(lobes, time_s, theta0, rates=False)[0] + sigma * draw.standard_normal(
+        theta = housner_motion(swings, time_s, theta0, rates=False)[0] + sigma * draw.standard_normal(
             time_s.size
         )
         found = find_impacts(time_s, theta, sigma, block, theta0=theta0)
         scores.append((found.restitution - r) / found.restitution_stderr)
-        heights.append(lobes.peak[1 : found.time_s.size + 1] / sigma)
+        heights.append(swings.peak[1 : found.time_s.size + 1] / sigma)
     score, height = np.concatenate(scores), np.concatenate(heights)
     for low, high in ((0, np.inf), (0, 20), (20, 100), (100, np.inf)):
         each = score[(height >= low) & (height < high) & np.isfinite(score)]
@@ -143,8 +143,8 @@ def errors(records=2000, sigma=math.radians(0.01)):
             exact = max(
                 exact, np.nanmax(np.abs(rotation_from_displacement(s, BLOCK, laser, np.sign(theta)) - theta))
             )
-            hum = 5e-3 * np.sin(2 * np.pi * 50.02 * time_s)
-            found = find_rotation(time_s, volts_of(theta, draw, laser) + hum, laser, BLOCK)
+            mains = 5e-3 * np.sin(2 * np.pi * 50.02 * time_s)
+            found = find_rotation(time_s, volts_of(theta, draw, laser) + mains, laser, BLOCK)
             away = np.abs(theta) > math.radians(0.2)
             theta, measured = (np.abs(x) if is_unsigned(BLOCK, laser) else x for x in (theta, found.theta))
             scores.append(((measured - theta) / found.sigma_theta).values[away])

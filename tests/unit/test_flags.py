@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 
-from freerock.models.block import Block
 from freerock.rotation.flags import FLAGS, Limits, flag_samples
-from freerock.rotation.sensor import Laser
 
 LIMITS = Limits(-0.1, 10.1, 10.2, 0.01)
-BLOCK, LASER = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1)
 STEP = 5e-4
 TIME = STEP * np.arange(8000)
 

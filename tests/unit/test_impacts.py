@@ -17,9 +17,9 @@ from freerock.runs.limits import ImpactLimits
 
 BLOCK = Block(0.28, 0.07, 5.84)
 THETA0, R = math.radians(10), 0.9
-LOBES = housner_swings(BLOCK, R, THETA0, until=5.0)
+SWINGS = housner_swings(BLOCK, R, THETA0, until=5.0)
 TIME = np.arange(8000) / 2000
-THETA = housner_motion(LOBES, TIME, THETA0, rates=False)[0]
+THETA = housner_motion(SWINGS, TIME, THETA0, rates=False)[0]
 SIGMA = math.radians(0.01)
 NOISY = THETA + SIGMA * np.random.default_rng(3).standard_normal(THETA.size)
 
@@ -76,7 +76,7 @@ def test_noise_may_vary_from_sample_to_sample():
 
 
 def test_a_swing_cut_off_by_the_end_is_not_used():
-    for end in (LOBES.peak_time[4] - 0.05, LOBES.peak_time[4] + 0.05):
+    for end in (SWINGS.peak_time[4] - 0.05, SWINGS.peak_time[4] + 0.05):
         found = impacts(TIME[end > TIME], NOISY[end > TIME])
         assert found.time_s.size == 3
 

@@ -124,15 +124,15 @@ def test_a_rest_that_moves_is_an_error_of_the_zero(lasers):
 )
 def test_the_error_of_the_zero_is_that_of_the_rest_levels(lasers, seed):
     """Against the scatter of θ at rest over many noises."""
-    generator, levels, told = np.random.default_rng(seed), [], []
+    generator, levels, given = np.random.default_rng(seed), [], []
     clean = [5 + displacement_from_rotation(THETA, BLOCK, each) / each.metres_per() for each in lasers]
     for _ in range(25):
         signals = [each + 0.002 * generator.standard_normal(TIME.size) for each in clean]
         found = find_rotation(TIME, signals, lasers, BLOCK, options=RotationOptions(mains_hz=None))
         held = (TIME > 4.2) & (TIME < 5.8)
         levels.append(float((found.theta.values - THETA)[held].mean()))
-        told.append(found.attrs["zero_stderr_rad"])
-    assert 0.3 * np.std(levels) < np.mean(told) < 3 * np.std(levels)
+        given.append(found.attrs["zero_stderr_rad"])
+    assert 0.3 * np.std(levels) < np.mean(given) < 3 * np.std(levels)
 
 
 def test_a_beam_over_a_corner_gives_no_error_of_its_zero():
@@ -239,9 +239,9 @@ def test_a_line_on_a_harmonic_of_the_mains_is_not_theirs_without_a_fundamental()
 @pytest.mark.parametrize("ratio", [0.9, 0.99, 1.05])
 def test_a_sampling_rate_that_the_mains_contradict_is_named(ratio):
     found = find_rotation(TIME, volts() + 0.005 * np.sin(2 * np.pi * 50 * ratio * TIME), HIGH, BLOCK)
-    told = {fault.name: fault.note for fault in listed_faults(found)}
-    assert set(told) in ({"sampling_rate"}, {"sampling_rate", "aliasing"})
-    rate = told["sampling_rate"].split("the sampling rate is ")[1].split()[0]
+    given = {fault.name: fault.note for fault in listed_faults(found)}
+    assert set(given) in ({"sampling_rate"}, {"sampling_rate", "aliasing"})
+    rate = given["sampling_rate"].split("the sampling rate is ")[1].split()[0]
     assert float(rate) == pytest.approx(RATE / ratio, rel=2e-4)
     without = find_rotation(TIME, volts(), HIGH, BLOCK, options=RotationOptions(mains_hz=None))
     assert without.sizes["fault"] == 0
@@ -255,8 +255,8 @@ def test_gaps_are_dropouts():
         signal[part] = np.nan
     found = find_rotation(TIME, signal, HIGH, BLOCK)
     assert np.array_equal(np.flatnonzero(found.flags), np.concatenate([np.r_[part] for part in gone]))
-    told = [(fault.name, fault.start_s, fault.note) for fault in listed_faults(found)]
-    assert told == [
+    given = [(fault.name, fault.start_s, fault.note) for fault in listed_faults(found)]
+    assert given == [
         ("dropout", 1.0, "100 samples"),
         ("dropout", 5.0, "3 samples"),
         ("dropout", 6.5, "20 samples"),

@@ -34,9 +34,9 @@ def one_run(
     """θ [rad] from the start of the tilt to the end of the pause, and the instant of release [s]."""
     theta0 = math.radians(theta0_deg)
     release = tilt_s + hold_s
-    lobes = housner_swings(BLOCK, r, theta0, rate0)
-    t = np.arange(round((release + lobes.rest_time + pause_s) * RATE_HZ)) / RATE_HZ
-    theta = housner_motion(lobes, t - release, theta0, rate0, rates=False)[0]
+    swings = housner_swings(BLOCK, r, theta0, rate0)
+    t = np.arange(round((release + swings.rest_time + pause_s) * RATE_HZ)) / RATE_HZ
+    theta = housner_motion(swings, t - release, theta0, rate0, rates=False)[0]
     tilt, hold = t < tilt_s, (t >= tilt_s) & (t < release)
     theta[tilt] = theta0 * np.sin(np.pi / 2 * t[tilt] / tilt_s) ** 2
     theta[hold] += math.radians(creep_deg) * (t[hold] - release)
@@ -89,9 +89,9 @@ def test_release_error_is_honest():
 def test_end_is_where_the_motion_is_lost_in_noise():
     arguments, (release,) = record(one_run(r=0.85))
     (run,) = find_runs(*arguments)
-    lobes = housner_swings(BLOCK, 0.85, math.radians(10))
-    visible = lobes.impact_time[lobes.peak > 6 * SIGMA][-1]
-    assert release + visible <= run.end_s <= release + lobes.rest_time + 0.01
+    swings = housner_swings(BLOCK, 0.85, math.radians(10))
+    visible = swings.impact_time[swings.peak > 6 * SIGMA][-1]
+    assert release + visible <= run.end_s <= release + swings.rest_time + 0.01
 
 
 def test_a_tilt_in_steps_and_a_hand_in_the_beam():

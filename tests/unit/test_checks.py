@@ -1,0 +1,87 @@
+"""Checks of a run: each from facts to reasons, all in one list, all in the documentation."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from freerock.models.block import Block
+from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.still import Phase
+from freerock.runs.checks import Facts, verdict_on
+from freerock.runs.limits import RunLimits
+from freerock.runs.release import HeldAngle, Release
+from freerock.runs.signal import signal_of
+from freerock.runs.verdict import Verdict
+
+ROOT = Path(__file__).parents[2]
+TIME = np.arange(0, 10, 0.001)
+
+
+def signal(flagged=0, grow=1.0):
+    """A decaying motion from 3 s on, with some invalid samples, or higher from 5 s on."""
+    theta = 0.1 * np.exp(-np.maximum(TIME - 3, 0)) * np.cos(10 * np.maximum(TIME - 3, 0))
+    theta *= np.where(TIME > 5, grow, 1)
+    flags = np.zeros(TIME.size, np.uint8)
+    flags[3030 : 3030 + flagged] = 1
+    return signal_of(TIME, theta, 1e-5, flags)
+
+
+GOOD = Facts(
+    signal=signal(),
+    faults=(),
+    block=Block(0.28, 0.07, 5.84),
+    limits=RunLimits(),
+    hold=Phase(1.0, 3.0, 0.1, 1e-6, "held"),
+    rest=Phase(8.0, 10.0, 0.0, 1e-6, "rest"),
+    level_before=0.0,
+    release=Release(3.0, 1e-4, 0.0, 3.0),
+    end_s=7.5,
+    held=HeldAngle(0.1, 1e-6, 0.0),
+    sigma_theta=1e-5,
+    n_impacts=20,
+)
+ONE_FACT = [
+    ({"override": "a truck passed by"}, "ok", "overridden"),
+    ({"exclusion": "slipped"}, "ok", "excluded"),
+    ({"release": Release(3.0, 0.03, 0.0, 3.0, timed=False)}, "warn", "release_not_timed"),
+    ({"release": Release(3.0, 1e-4, 0.021, 3.0)}, "warn", "pushed"),
+    ({"release": Release(3.0, 1e-4, -0.021, 3.0)}, "warn", "held_back"),
+    ({"held": HeldAngle(0.25, 1e-6, 0.0)}, "fail", "beyond_critical_angle"),
+    ({"held": HeldAngle(0.1, 1e-6, 0.001)}, "warn", "hold_wanders"),
+    ({"n_impacts": 2}, "fail", "few_impacts"),
+    ({"rest": None}, "warn", "cut_short"),
+    ({"rest": Phase(8.0, 10.0, 0.05, 1e-6)}, "fail", "stopped"),
+    ({"rest": Phase(8.0, 10.0, 1.5, 1e-6)}, "fail", "overturned"),
+    ({"level_before": 0.002}, "warn", "rest_shift"),
+    ({"faults": [Fault("drift", 0.0, 10.0, "", 0.002)]}, "warn", "drift"),
+    ({"faults": [Fault("aliasing", 0.0, 10.0, "124 Hz")]}, "warn", "aliasing"),
+    ({"signal": signal(flagged=10)}, "warn", "invalid_samples"),
+    ({"signal": signal(flagged=100)}, "fail", "invalid_samples"),
+    ({"signal": signal(grow=1.5)}, "fail", "touched"),
+    ({"signal": signal(grow=1.5), "block": Block(0.07, 0.07, 1.5)}, "warn", "touched"),
+]
+
+
+def test_nothing_speaks_against_a_good_run():
+    assert verdict_on(GOOD) == Verdict()
+
+
+@pytest.mark.parametrize(("change", "level", "name"), ONE_FACT)
+def test_one_fact_one_reason(change, level, name):
+    (reason,) = verdict_on(replace(GOOD, **change)).reasons
+    assert reason[:2] == (level, name)
+
+
+def test_faults_that_do_not_meet_the_run_do_not_count():
+    before, after = Fault("aliasing", 0.0, 0.9, ""), Fault("aliasing", 7.6, 9.0, "")
+    assert verdict_on(replace(GOOD, faults=(before, after))) == Verdict()
+
+
+def test_every_reason_is_documented():
+    table = (ROOT / "docs/signals.md").read_text(encoding="utf-8").partition("## Runs")[2]
+    rows = re.findall(r"^\| \w+.*? \| (`.+?) \|", table, re.M)
+    documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS, "no_restitution"}
