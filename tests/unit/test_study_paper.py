@@ -12,10 +12,10 @@ from freerock.figures.studies.paper import draw
 from freerock.figures.style import save
 from freerock.identification.choice import epsilon_theta
 from freerock.models.laws import MODELS
+from freerock.models.published import TABLE_2, TABLE_3
 from freerock.models.simulate import simulate_theta
 from freerock.studies.paper import COLUMNS, run
 from freerock.virtual_lab.palermo import CONFIGURATIONS
-from freerock.virtual_lab.published import TABLE_2, TABLE_3
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 8, 5e-4)

@@ -1,3 +1,6 @@
-"""Physics: blocks, laws of the foundation, their motion. Imports nothing of the pipeline."""
+"""Physics: blocks, the ground, laws of the foundation, their motion. Imports nothing of the pipeline.
 
-__all__ = ["block", "contact", "ground", "housner", "laws", "simulate"]
+A law is a row in `laws`, plain formulas in `contact` and compiled ones in `kernel`; `simulate` is the way in.
+"""
+
+__all__ = ["block", "contact", "ground", "housner", "laws", "published", "simulate"]

@@ -1,16 +1,23 @@
 """How the models' inner loops are compiled."""
 
+from collections.abc import Callable
+from typing import Any, TypeVar
+
 from numba import njit
 
+Function = TypeVar("Function", bound=Callable[..., Any])
 
-def compiled(**options):
+
+def compiled(**options: Any) -> Callable[[Function], Function]:
     """Compile with a cache on disk, or without one where no folder for it can be written."""
     options |= {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 
-    def decorate(function):
+    def decorate(function: Function) -> Function:
+        made: Function
         try:
-            return njit(cache=True, **options)(function)
+            made = njit(cache=True, **options)(function)
         except RuntimeError:
-            return njit(**options)(function)
+            made = njit(**options)(function)
+        return made
 
     return decorate

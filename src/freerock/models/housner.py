@@ -16,10 +16,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import ellipj, elliprf
 
 from freerock.models.block import Block
 from freerock.models.compiled import compiled
+
+Floats = NDArray[np.float64]
 
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13
@@ -50,30 +53,30 @@ class Swings:
     """
 
     block: Block
-    sign: np.ndarray
-    k2: np.ndarray
-    energy: np.ndarray
-    peak_time: np.ndarray
-    impact_time: np.ndarray
+    sign: Floats
+    k2: Floats
+    energy: Floats
+    peak_time: Floats
+    impact_time: Floats
     rest_time: float
     outcome: str
 
     @property
-    def peak(self) -> np.ndarray:
+    def peak(self) -> Floats:
         """|θ| at the peak of each swing, shape (n_swings,) [rad]."""
         s, c = math.sin(self.block.theta_cr / 2), math.cos(self.block.theta_cr / 2)
         k2 = np.maximum(self.k2, 0.0)
-        return 2 * np.arcsin(self.energy / (s * np.sqrt(1 - k2) + c * np.sqrt(k2)))
+        return np.asarray(2 * np.arcsin(self.energy / (s * np.sqrt(1 - k2) + c * np.sqrt(k2))))
 
     @property
-    def impact_rate(self) -> np.ndarray:
+    def impact_rate(self) -> Floats:
         """|θ̇| just before the impact of each swing, shape (n_swings,) [rad/s]."""
-        return 2 * self.block.p * np.sqrt(self.energy)
+        return np.asarray(2 * self.block.p * np.sqrt(self.energy))
 
 
 def housner_swings(
     block: Block,
-    r: float | np.ndarray,
+    r: float | Floats,
     theta0: float,
     theta_rate0: float = 0.0,
     until: float = math.inf,
@@ -99,39 +102,18 @@ def housner_swings(
     -------
     Swings
     """
-    p, theta_cr = block.p, block.theta_cr
-    s2 = math.sin(theta_cr / 2) ** 2
-    sign = math.copysign(1.0, theta0 if theta0 else theta_rate0)
-    phi0, inward = theta_cr - abs(theta0), -sign * theta_rate0
-    k2_first = math.sin(phi0 / 2) ** 2 - (theta_rate0 / (2 * p)) ** 2
-    # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
-    energy = math.sin(abs(theta0) / 2) * math.sin(theta_cr - abs(theta0) / 2) + (theta_rate0 / (2 * p)) ** 2
-
-    def swings(k2, energy, peak_time, impact_time, rest_time=math.inf, outcome="completed"):
-        signs = sign * (-1.0) ** np.arange(len(k2))
-        return Swings(block, signs, k2, energy, peak_time, impact_time, rest_time, outcome)
-
-    none = np.empty(0)
-    if theta0 == 0 and theta_rate0 == 0:
-        return swings(none, none, none, none, rest_time=0.0)
-    if (phi0 <= 0 and k2_first >= 0) or (k2_first <= 0 and inward <= 0):
-        return swings(none, none, none, none, outcome="overturned")
-    start = _from_peak(math.sin(phi0 / 2) ** 2, k2_first, phi0) / p
-    if inward < 0:
-        start = -start
-    first_impact = _from_peak(s2, k2_first, theta_cr) / p - start
-
+    first = _first_swing(block, theta0, theta_rate0)
+    if isinstance(first, str):
+        none: Floats = np.empty(0)
+        rest_time = 0.0 if first == "completed" else math.inf
+        return Swings(block, none, none, none, none, none, rest_time, first)
     each = np.atleast_1d(np.asarray(r, dtype=float))
-    kept, r = np.cumprod(np.append(1.0, each[:-1])) ** 2, float(each[-1])  # shares of the energy
-    n_rest = math.inf
-    if r < 1:
-        rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
-        n_rest = len(kept)
-        if r > 0 and kept[-1] * energy > rest_energy:
-            n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
-    first = (k2_first, energy, first_impact + start, first_impact)
+    kept: Floats = np.cumprod(np.append(1.0, each[:-1])) ** 2  # shares of the energy
+    r = float(each[-1])
+    n_rest = _number_to_rest(kept, r, first[1], block.theta_cr)
+    s2 = math.sin(block.theta_cr / 2) ** 2
     k2, energies, half, impact_time = _find_swings(
-        first, s2, p, kept, r, float(until), float(min(n_rest, max_impacts))
+        first[:4], s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
     )
     outcome = "completed"
     if impact_time[-1] < until and len(k2) < n_rest:
@@ -142,12 +124,57 @@ def housner_swings(
         last = 2 * half[-1] if len(k2) > 1 else 0.0
         rest_time = impact_time[-1] + last * r / (1 - r)
     peak_time = impact_time - half
-    peak_time[0] = -start
-    return swings(k2, energies, peak_time, impact_time, rest_time, outcome)
+    peak_time[0] = first[4]
+    side = math.copysign(1.0, theta0 if theta0 else theta_rate0)
+    sign = np.where(np.arange(len(k2)) % 2 == 0, side, -side)
+    return Swings(block, sign, k2, energies, peak_time, impact_time, rest_time, outcome)
+
+
+def _first_swing(
+    block: Block, theta0: float, theta_rate0: float
+) -> tuple[float, float, float, float, float] | str:
+    """k'², energy, time from the peak to the impact, instants of the impact and of the peak.
+
+    The outcome where there is no impact.
+    """
+    p, theta_cr = block.p, block.theta_cr
+    phi0 = theta_cr - abs(theta0)
+    inward = -math.copysign(1.0, theta0 if theta0 else theta_rate0) * theta_rate0
+    k2 = math.sin(phi0 / 2) ** 2 - (theta_rate0 / (2 * p)) ** 2
+    # sin²(θ_cr/2) - sin²(φ0/2), without cancellation
+    energy = math.sin(abs(theta0) / 2) * math.sin(theta_cr - abs(theta0) / 2) + (theta_rate0 / (2 * p)) ** 2
+    if theta0 == 0 and theta_rate0 == 0:
+        return "completed"
+    if (phi0 <= 0 and k2 >= 0) or (k2 <= 0 and inward <= 0):
+        return "overturned"
+    start = _from_peak(math.sin(phi0 / 2) ** 2, k2, phi0) / p
+    if inward < 0:
+        start = -start
+    impact = _from_peak(math.sin(theta_cr / 2) ** 2, k2, theta_cr) / p - start
+    return k2, energy, impact + start, impact, -start
+
+
+def _number_to_rest(kept: Floats, r: float, energy: float, theta_cr: float) -> float:
+    """Number of impacts after which the rest of them is summed; inf without losses."""
+    if r >= 1:
+        return math.inf
+    rest_energy = 0.5 * REST_AMPLITUDE * math.sin(theta_cr)
+    n_rest = len(kept)
+    if r > 0 and kept[-1] * energy > rest_energy:
+        n_rest += math.ceil(0.5 * math.log(rest_energy / (kept[-1] * energy)) / math.log(r))
+    return n_rest
 
 
 @compiled()
-def _find_swings(first, s2, p, kept, r, until, most):
+def _find_swings(
+    first: tuple[float, float, float, float],
+    s2: float,
+    p: float,
+    kept: Floats,
+    r: float,
+    until: float,
+    most: float,
+) -> Floats:
     """k'², energy, half duration and impact time of the swings, shape (4, n_swings), until one overturns."""
     table = np.empty((4, 64))
     table[0, 0], table[1, 0], table[2, 0], table[3, 0] = first
@@ -172,7 +199,7 @@ def _find_swings(first, s2, p, kept, r, until, most):
 
 
 @compiled()
-def _carlson(x, y, z):
+def _carlson(x: float, y: float, z: float) -> float:
     """Carlson's elliptic integral R_F by duplication (DLMF 19.36.1), to the last digits."""
     while True:
         mean = (x + y + z) / 3
@@ -187,8 +214,8 @@ def _carlson(x, y, z):
 
 
 def housner_motion(
-    swings: Swings, time: np.ndarray, theta0: float, theta_rate0: float = 0.0, rates: bool = True
-):
+    swings: Swings, time: Floats, theta0: float, theta_rate0: float = 0.0, rates: bool = True
+) -> tuple[Floats, Floats]:
     """Rotation and angular rate of the closed form.
 
     Parameters
@@ -206,32 +233,54 @@ def housner_motion(
     -------
     theta : ndarray, shape (n_time,)
         [rad]; NaN after the last swing of a block that overturns or of an incomplete sequence.
-    theta_rate : ndarray, shape (n_time,), or None
-        [rad/s]
+    theta_rate : ndarray, shape (n_time,)
+        [rad/s]; empty where it is not wanted.
     """
     p, theta_cr = swings.block.p, swings.block.theta_cr
     after = 0.0 if swings.outcome == "completed" else np.nan
     theta = np.full(time.shape, after)
-    theta_rate = np.full(time.shape, after) if rates else None
+    theta_rate = np.full(time.shape if rates else 0, after)
     edges = np.searchsorted(time, np.append(0.0, swings.impact_time), side="right")
     theta[: edges[0]] = theta0
-    if rates:
-        theta_rate[: edges[0]] = theta_rate0
+    theta_rate[: edges[0]] = theta_rate0
     first = 0
     if len(swings.k2) and swings.k2[0] <= 0:
         piece, first = slice(edges[0], edges[1]), 1
-        kappa = -swings.k2[0]
-        psi = ellipj(math.sqrt(1 + kappa) * p * (time[piece] - swings.peak_time[0]), 1 / (1 + kappa))[3]
-        half_phi = np.arctan(math.sqrt(kappa / (1 + kappa)) * np.tan(psi))
-        theta[piece] = swings.sign[0] * (theta_cr - 2 * half_phi)
+        theta[piece], thrown_rate = _thrown(swings, time[piece])
         if rates:
-            theta_rate[piece] = -swings.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
+            theta_rate[piece] = thrown_rate
     counts = np.diff(edges)[first:]
     used = np.flatnonzero(counts) + first
     piece = slice(edges[first], edges[-1])
     if not len(used):
         return theta, theta_rate
+    columns = _theta_functions(swings, used, rates)
+    values = theta[piece]
+    slopes = theta_rate[piece]
+    _fill_motion(columns, counts[used - first], time[piece], theta_cr, values, slopes)
+    theta[piece] = values
+    if rates:
+        theta_rate[piece] = 2 * p * slopes
+    return theta, theta_rate
 
+
+def _thrown(swings: Swings, time: Floats) -> tuple[Floats, Floats]:
+    """Rotation [rad] and rate [rad/s] in a first swing that has no peak, thrown in from beyond θ_cr."""
+    p, theta_cr = swings.block.p, swings.block.theta_cr
+    kappa = -swings.k2[0]
+    psi = ellipj(math.sqrt(1 + kappa) * p * (time - swings.peak_time[0]), 1 / (1 + kappa))[3]
+    half_phi = np.arctan(math.sqrt(kappa / (1 + kappa)) * np.tan(psi))
+    rate = -swings.sign[0] * 2 * p * np.sqrt(kappa + np.sin(half_phi) ** 2)
+    return swings.sign[0] * (theta_cr - 2 * half_phi), rate
+
+
+def _theta_functions(swings: Swings, used: NDArray[np.intp], rates: bool) -> Floats:
+    """What `_fill_motion` needs of each swing used, a column per swing.
+
+    Rows: p times the scale of the argument, the peak's instant, the factor of cosh, the sign, the
+    coefficients of the even and the odd theta function; with rates the factor of sinh and the coefficients
+    of the alternating one.
+    """
     sign, k2, peak_time = swings.sign[used], swings.k2[used], swings.peak_time[used]
     m = 1 - k2
     k_quarter, k_complement = elliprf(0.0, k2, 1.0), elliprf(0.0, m, 1.0)
@@ -240,7 +289,7 @@ def housner_motion(
     # theta functions of imaginary argument i x as polynomials in C = cosh 2x
     even = (1 - 2 * q**4 + 2 * q**16, 2 * q - 6 * q**9, 4 * q**4 - 16 * q**16, 8 * q**9, 16 * q**16)
     odd = (1 - q**2 - q**6 + q**12, 2 * q**2 - 2 * q**6 - 4 * q**12, 4 * q**6 - 4 * q**12, 8 * q**12)
-    columns = [p * scale, peak_time, np.sqrt(k2) * sum(even) / sum(odd), sign, *even, *odd]
+    rows = [swings.block.p * scale, peak_time, np.sqrt(k2) * sum(even) / sum(odd), sign, *even, *odd]
     if rates:
         alternating = (
             1 - q**2 - q**6 + q**12,
@@ -248,19 +297,20 @@ def housner_motion(
             4 * q**6 - 4 * q**12,
             -8 * q**12,
         )
-        columns += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
-    values = theta[piece]
-    slopes = theta_rate[piece] if rates else np.empty(0)
-    _fill_motion(np.array(columns), counts[used - first], time[piece], theta_cr, values, slopes)
-    theta[piece] = values
-    if rates:
-        theta_rate[piece] = 2 * p * slopes
-    return theta, theta_rate
+        rows += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
+    return np.array(rows)
 
 
 @compiled()
-def _fill_motion(columns, counts, time, theta_cr, theta, slopes):
-    """Fill θ, and θ̇ / 2p where wanted, swing by swing; the columns as `housner_motion` makes them."""
+def _fill_motion(
+    columns: Floats,
+    counts: NDArray[np.intp],
+    time: Floats,
+    theta_cr: float,
+    theta: Floats,
+    slopes: Floats,
+) -> None:
+    """Fill θ, and θ̇ / 2p where wanted, swing by swing."""
     end = 0
     for i in range(counts.size):
         v = columns[:, i]
@@ -277,13 +327,13 @@ def _fill_motion(columns, counts, time, theta_cr, theta, slopes):
                 slopes[j] = -v[3] * v[13] * 0.5 * (e - 1 / e) * alternating / even
 
 
-def _from_peak(sin2, k2, phi):
-    """p times the time from the peak to φ, where sin²(φ/2) = sin2, for arrays of k'²."""
-    if np.ndim(k2) == 0 and k2 < 0:
+def _from_peak(sin2: float, k2: float, phi: float) -> float:
+    """p times the time from the peak to φ, where sin²(φ/2) = sin2."""
+    if k2 < 0:
         # no peak: from the instant at which φ = 0
         cot2 = 1 / math.tan(abs(phi) / 2) ** 2 if phi else math.inf
         value = 0.0 if phi == 0 else elliprf(-k2 * cot2, -k2 * (1 + cot2), 1 - k2 * (1 + cot2))
         return math.copysign(value, phi)
     m = 1 - k2
     sn2 = np.maximum(sin2 - k2, 0.0) / (sin2 * m)
-    return np.sqrt(sn2) * elliprf(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0)
+    return float(np.sqrt(sn2) * elliprf(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0))

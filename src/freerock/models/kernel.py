@@ -14,9 +14,11 @@ Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numba import typeof
+from numpy.typing import NDArray
 
 from freerock.models.compiled import compiled
 
@@ -955,7 +957,7 @@ def _integrate(
 _loaded = False
 
 
-def integrate(*arguments):
+def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.float64]]:
     """Integrate from t = 0 and sample at `time`.
 
     Parameters
@@ -990,12 +992,14 @@ def integrate(*arguments):
         Instants at which θ changes its sign [s], if `record`.
     """
     global _loaded
+    dispatcher: Any = _integrate
     if not _loaded:
         try:
-            _integrate.compile(tuple(typeof(argument) for argument in arguments))
+            dispatcher.compile(tuple(typeof(argument) for argument in arguments))
         except Exception:
             # a damaged file in the cache fails until it is deleted
-            for path in Path(_integrate.stats.cache_path or "").glob(f"{Path(__file__).stem}.*.nb[ic]"):
+            for path in Path(dispatcher.stats.cache_path or "").glob(f"{Path(__file__).stem}.*.nb[ic]"):
                 path.unlink(missing_ok=True)
         _loaded = True
-    return _integrate(*arguments)
+    found: tuple[int, int, int, int, int, NDArray[np.float64]] = dispatcher(*arguments)
+    return found

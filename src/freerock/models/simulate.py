@@ -311,7 +311,7 @@ class _Scene:
         if k > 0 and c == 0 and lam == 0:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
-        found: tuple[int, int, int, int, int, Floats] = integrate(
+        return integrate(
             law,
             -1.0 if k > 0 else float(self.parameters["r"]),
             self.rules.debonding == "tensionless" and c + lam > 0,
@@ -325,7 +325,6 @@ class _Scene:
             rates,
             len(rates) > 0,
         )
-        return found
 
 
 def _released(

@@ -30,10 +30,10 @@ from numpy.typing import NDArray
 
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
+from freerock.models.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
 
 SAMPLING_HZ = 2000.0
 SIGMA_RAD = 1e-6  # the motions are free of noise; sets the integrator's tolerance in the fits

@@ -2,8 +2,8 @@
 
 from importlib.util import find_spec
 
+from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.studies.methods.problem import Problem
-from freerock.virtual_lab.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 
 SAMPLING_HZ = 2000.0
 SPAN_S = {"full": 5.0, "small": 1.0}

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from freerock.models.block import Block
+from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, cores, simulate
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
-from freerock.virtual_lab.published import TABLE_2
 
 Floats = NDArray[np.float64]
 SEED = 2017

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from freerock.models.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Noise
-from freerock.virtual_lab.published import BLOCKS, RELEASE_ANGLES, TABLE_2
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 from freerock.virtual_lab.tdms import write_records
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.models.laws import LAWS
+from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.studies.methods.by_name import METHODS, Method, freerock
 from freerock.studies.methods.problem import Floats, Problem, Solution
 from freerock.studies.scenes import cyrk_installed
-from freerock.virtual_lab.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")
 CONVERGED = 1e-6  # largest ε_θ against the reference
