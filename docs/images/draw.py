@@ -12,16 +12,19 @@ from scipy.integrate import quad
 
 from freerock.figures.style import styled
 from freerock.files import atomic
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, contact_intervals
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import simulate
+from freerock.virtual_lab import published
 
-BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
-RELEASE = {1: math.radians(6), 2: math.radians(10), 3: math.radians(20)}
-WINKLER_MARBLE = {"k": 6.77e6, "c": 2.17e4}
-HUNT_CROSSLEY_MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
+BLOCKS, RELEASE = (
+    dict(enumerate(values.values(), 1)) for values in (published.BLOCKS, published.RELEASE_ANGLES)
+)
+WINKLER_MARBLE, HUNT_CROSSLEY_MARBLE = (
+    published.TABLE_2["marble"][law] for law in ("winkler", "hunt_crossley")
+)
 BLUE, RED, GREY = "#0072b2", "#d55e00", "0.45"
 STONE, GROUND = "#f2ede4", "0.88"
 LINES = {"geometric": "-", "tensionless": "--"}
@@ -80,7 +83,12 @@ def free_body():
         for point in (at(0, 0), at(0, h)):
             ax.plot(*point, "ko", markersize=3)
 
-    ax = axes[0]
+    geometry_and_signs(axes[0], at, b, h, theta, depth)
+    what_acts(axes[1], at, b, h, u0, depth, s)
+    return figure
+
+
+def geometry_and_signs(ax, at, b, h, theta, depth):
     ax.plot(*np.transpose([at(0, 0), at(0, 2 * h)]), color=GREY, linewidth=0.6, linestyle="-.")
     ax.plot([0, 0], [-depth, 3.0], color=GREY, linewidth=0.6, linestyle="-.")
     ax.add_patch(Arc((0, -depth), 5.6, 5.6, theta1=90 - math.degrees(theta), theta2=90, color=BLUE))
@@ -107,7 +115,8 @@ def free_body():
     ax.text(*at(0.86, -0.4), "u", color=BLUE)
     ax.text(2.58, -0.24, "z(u) = z$_{cb}$ + u sin θ", color=BLUE, ha="right", fontsize=7)
 
-    ax = axes[1]
+
+def what_acts(ax, at, b, h, u0, depth, s):
     arrow(ax, at(0, h), (at(0, h)[0], at(0, h)[1] - 1.05))
     ax.text(at(0, h)[0] + 0.1, at(0, h)[1] - 1.0, "m g")
     for u in np.linspace(u0 + 0.12, b, 8):
@@ -125,7 +134,6 @@ def free_body():
     ax.text(-1.6, -0.6, "ẍ$_g$ > 0", ha="center", va="top", color=BLUE)
     arrow(ax, (-2.15, -0.6), (-2.15, 0.1), BLUE)
     ax.text(-2.25, 0.18, "z̈$_g$ > 0", color=BLUE)
-    return figure
 
 
 def contact_interval():

@@ -1,3 +1,5 @@
+import inspect
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from freerock import figures
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
 from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
@@ -323,3 +326,10 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: b1_marble, run\N{NO-BREAK SPACE}1"
     ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]
+
+
+@pytest.mark.parametrize("name", ["foundation_effect", "misfit_map", "models", "predictions", "restitution"])
+def test_a_figure_of_a_campaign_is_one_module_with_one_function(name):
+    draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
+    assert {"origin", "labels"} < set(draw.parameters)
+    assert name in figures.__all__
