@@ -6,9 +6,9 @@ from freerock.config import steps as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
-from freerock.jobs.reruns import PACKAGE, code_checksum
 from freerock.jobs.guard import check_folder
 from freerock.jobs.log import why_failed
+from freerock.jobs.reruns import PACKAGE, code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
