@@ -16,6 +16,7 @@ from typing import Any
 
 from freerock.errors import FreerockError, exit_code
 
+MANIFEST = "manifest.csv"
 COLUMNS = ["file", "sha256", "bytes"]
 
 
@@ -76,7 +77,7 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     FreerockError
         The manifest can't be read, has other columns, or lacks a checksum.
     """
-    manifest = Path(folder) / "manifest.csv"
+    manifest = Path(folder) / MANIFEST
     if not manifest.exists():
         return {}
     try:
@@ -118,7 +119,7 @@ def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> No
 
 def check_file(folder: str | Path, file: str, listed: str) -> None:
     """Refuse a raw file whose SHA-256 is not the one listed; raises as `check_manifest`."""
-    path, manifest = Path(folder, file), Path(folder, "manifest.csv")
+    path, manifest = Path(folder, file), Path(folder, MANIFEST)
     if not path.is_file():
         raise FreerockError(path, f"is missing but listed in {manifest}", "restore the file")
     found = sha256(path)
@@ -134,13 +135,13 @@ def raw_files(folder: Path) -> list[str]:
     """Files in a folder and its subfolders, relative to it, without its manifest and hidden ones."""
     found = (path.relative_to(folder) for path in folder.rglob("*") if path.is_file())
     shown = (file.as_posix() for file in found if not any(part.startswith(".") for part in file.parts))
-    return [file for file in shown if file != "manifest.csv"]
+    return [file for file in shown if file != MANIFEST]
 
 
 def write_manifest(folder: str | Path, files: Iterable[str]) -> Path:
     """Write manifest.csv for files of a folder, named relative to it; returns its path."""
     folder = Path(folder)
-    manifest = folder / "manifest.csv"
+    manifest = folder / MANIFEST
     rows = [[file, sha256(folder / file), (folder / file).stat().st_size] for file in sorted(files)]
     with atomic(manifest) as partial, open(partial, "w", newline="", encoding="utf-8") as stream:
         csv.writer(stream, lineterminator="\n").writerows([COLUMNS, *rows])

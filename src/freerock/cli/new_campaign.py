@@ -23,11 +23,10 @@ from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
 from freerock.config.values import NAME
 from freerock.errors import FreerockError
-from freerock.files import sha256, write_manifest
+from freerock.files import MANIFEST, sha256, write_manifest, write_text
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
-MANIFEST = "manifest.csv"
 MOST_PANELS = 24
 SENSORS = {  # what a sensor of each quantity needs: keys and their meaning
     "voltage": "beam: {fill}, position_m: {fill}, range_m: {fill}",
@@ -124,10 +123,9 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
         _copy(looks, raw)
     if not (raw / MANIFEST).exists():
         write_manifest(raw, files)
-    yaml.parent.mkdir(parents=True, exist_ok=True)
     sensors = _sensors(looks)
-    _write(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
-    _write(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
+    write_text(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
+    write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
     return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused))
 
 
@@ -178,13 +176,6 @@ def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
         raise FreerockError(raw, f"can't be written: {error.strerror}", "check space and rights") from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-
-
-def _write(path: Path, text: str) -> None:
-    from freerock.files import atomic
-
-    with atomic(path) as partial:
-        Path(partial).write_text(text, encoding="utf-8")
 
 
 def _quantity(channel: ChannelLook) -> str:
