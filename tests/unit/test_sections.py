@@ -93,7 +93,7 @@ def test_every_key_is_used():
         for word in re.findall(r"\.(\w+)", path.read_text("utf-8"))
     }
     for path in others:
-        found = re.findall(r"\.(\w+)|[\"'](\w+)[\"']|^ +(\w+): [^=\n]+", path.read_text("utf-8"), re.M)
+        found = re.findall(r"\.(\w+)|[\"'](\w+)[\"']|^ +(\w+): (?=[^=\n]+)", path.read_text("utf-8"), re.M)
         used.update(*found)
 
     def keys(model):
