@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
 
-from test_reading import random_signal
+from nonsense import random_signal
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nonsense import random_signal
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
@@ -155,17 +156,3 @@ def test_any_signal_is_answered_or_refused(kind, n, scale, centre, seed, units):
         assert "\n" not in str(error)
         return
     assert found.theta.size == n and np.isfinite(found.attrs["zero_stderr_rad"])
-
-
-def random_signal(kind, n, draw):
-    """A signal of nonsense: noise, walks, steps, swings, with what converters add."""
-    base = {
-        "noise": lambda: draw.standard_normal(n),
-        "walk": lambda: np.cumsum(draw.standard_normal(n)),
-        "steps": lambda: np.repeat(draw.standard_normal(n // 50 + 1), 50)[:n],
-        "swing": lambda: np.exp(-np.arange(n) / 400) * np.cos(np.arange(n) / draw.uniform(3, 90)),
-        "spoilt": lambda: np.round(draw.standard_normal(n), draw.integers(0, 3)),
-    }[kind]()
-    if kind == "spoilt":
-        base[draw.integers(0, n, n // 10 + 1)] = draw.choice([np.nan, np.inf, -np.inf, 0.0, 10.2])
-    return base
