@@ -49,14 +49,8 @@ def pipeline_of(problem: Problem, time: Floats) -> str:
     (softest, stiffest), (low, high) = of_stiffness, of_damping
     if not (softest <= k <= stiffest and low <= damping / k <= high):
         return "outside the bounds of the fit: never reached"
-    _, outcome = simulate_theta(
-        problem.model,
-        problem.block,
-        problem.parameters,
-        time,
-        theta0=problem.theta0,
-        rules=Rules(problem.debonding),
-    )
+    block, theta0, rules = problem.block, problem.theta0, Rules(problem.debonding)
+    _, outcome = simulate_theta(problem.model, block, problem.parameters, time, theta0=theta0, rules=rules)
     if outcome == "overturned":
         return "inside the bounds: the fit takes the block to lie at ±90°"
     return (
