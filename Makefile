@@ -10,7 +10,8 @@ KERNEL := $(VENV)/.kernel
 SLURM := $(VENV)/.slurm
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
-TESTS := python -m pytest --numprocesses 2 --dist loadgroup
+# The tests of a file share what they set up.
+TESTS := python -m pytest --numprocesses 2 --dist loadfile
 
 .PHONY: all setup slurm lint quick test test-cluster clean
 

@@ -11,18 +11,13 @@ settings.register_profile("same every time", deadline=None, derandomize=True)
 settings.load_profile("same every time")
 
 SLOW = ("workflow", "browser", "docs", "cluster")  # folders whose tests run Snakemake, browsers, commands
-DIVIDED = ("test_reruns.py", "test_only_read.py", "test_elsewhere.py", "test_commands.py")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Mark what `make quick` leaves out; keep the tests of a module in one process."""
-    for item in items:
-        inside = item.path.parent.name if item.path.is_relative_to(Path(__file__).parent) else ""
-        if inside in SLOW:
-            item.add_marker(pytest.mark.slow)
-        if item.path.name not in DIVIDED:
-            item.add_marker(pytest.mark.xdist_group(item.path.name))
+def pytest_itemcollected(item):
+    """Mark what `make quick` leaves out."""
+    inside = item.path.parent.name if item.path.is_relative_to(Path(__file__).parent) else ""
+    if inside in SLOW:
+        item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session")
