@@ -234,14 +234,13 @@ def _partial_force(regime, z, v, s, spin, law):
 
 
 @compiled(forceinline=True)
-def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
-    """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
-    k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
-    s, cos = _sincos(theta)
-    if regime >= HOUSNER_RIGHT:
-        side = b if regime == HOUSNER_RIGHT else -b
-        return 0.0, (x_ground * (h * cos + side * s) - gravity * (side * cos - h * s)) / (inertia + b * b)
-    # force, and moment / cosθ, are linear in ż and θ̇: their factors are ready before the rates of a stage are
+def _force_factors(regime, z, s, cos, law):
+    """What the law of the foundation makes of the base in the whole, partial or no contact of a regime.
+
+    Force = f_0 + f_v ż + f_w θ̇ and moment / cosθ = m_0 + m_v ż + m_w θ̇, per unit mass: linear in the rates,
+    so that these factors are ready before the rates of a stage are. NaN where the formula can't be continued.
+    """
+    k, c, lam, b = law[0], law[1], law[2], law[3]
     f_0 = f_v = f_w = m_0 = m_v = m_w = 0.0
     if regime in (RIGHT, LEFT):
         sigma = 1.0 if regime == RIGHT else -1.0
@@ -249,7 +248,7 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         # seen from the sunken corner: its depth, the length of contact
         depth = z + b * slope
         if not slope > 0 or abs(depth) > 8 * b * slope:
-            return math.nan, math.nan
+            return math.nan, math.nan, math.nan, math.nan, math.nan, math.nan
         length = depth / slope
         turning = sigma * cos
         by_rate, by_loss = c + 0.5 * lam * depth, 0.5 * c + (1 / 6) * lam * depth
@@ -269,7 +268,21 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         m_0 = second * k * s
         m_v = second * lam * s
         m_w = second * (c + lam * z) * cos
-    elif regime != FLIGHT:
+    return f_0, f_v, f_w, m_0, m_v, m_w
+
+
+@compiled(forceinline=True)
+def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
+    """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
+    b, h, inertia = law[3], law[4], law[5]
+    s, cos = _sincos(theta)
+    if regime >= HOUSNER_RIGHT:
+        side = b if regime == HOUSNER_RIGHT else -b
+        return 0.0, (x_ground * (h * cos + side * s) - gravity * (side * cos - h * s)) / (inertia + b * b)
+    f_0, f_v, f_w, m_0, m_v, m_w = _force_factors(regime, z, s, cos, law)
+    if f_0 != f_0:
+        return math.nan, math.nan
+    if regime not in (RIGHT, LEFT, FULL, FLIGHT):
         f_0, m_0 = _partial_force(regime, z, v, s, w * cos, law)
     hs, hc = h * s, h * cos
     inverse = 1 / (inertia - hs * hs)

@@ -1,0 +1,45 @@
+"""The rows of laws and parameters: complete, and consistent with one another."""
+
+import subprocess
+import sys
+
+import pytest
+
+from freerock.models.laws import LAWS, PARAMETERS, Rules, extended_by, parameter_of, unit_of
+
+
+@pytest.mark.parametrize("model", LAWS)
+def test_a_law_is_made_of_known_parameters(model):
+    law = LAWS[model]
+    assert set(law.parameters) <= set(PARAMETERS) and set(law.free) <= set(law.nuisances)
+    assert all(set(LAWS[case].parameters) < set(law.parameters) for case in law.cases)
+    if law.is_foundation:
+        assert law.parameters[0] == "k"
+        for name in law.parameters:
+            (low, high), (least, most, n) = PARAMETERS[name].bounds, PARAMETERS[name].grid
+            assert low < least < most < high and n > 1
+
+
+def test_damping_that_a_law_lacks():
+    assert extended_by("winkler") == ("general", "lambda")
+    assert extended_by("hunt_crossley") == ("general", "c")
+    assert extended_by("general") is None and extended_by("housner") is None
+
+
+def test_parameters_are_numbered_by_run_and_impact():
+    assert unit_of("theta0") == unit_of("theta0_2") == "rad"
+    assert parameter_of("r_12") is PARAMETERS["r"]
+    with pytest.raises(KeyError):
+        unit_of("stiffness")
+
+
+def test_tensionless_rule_is_for_one_damping_at_a_time():
+    general, tensionless = LAWS["general"], Rules("tensionless").debonding
+    assert general.allows(tensionless, 1) and not general.allows(tensionless, 2)
+    assert general.allows(Rules().debonding, 2) and LAWS["winkler"].allows(tensionless, 1)
+
+
+def test_rows_load_without_the_numerical_libraries():
+    code = "import sys, freerock.models.laws; print([m for m in ('numpy', 'scipy') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
