@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY, Block

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.misfit import CELLS, FINER, between_cells, misfit_map
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta

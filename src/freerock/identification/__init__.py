@@ -6,6 +6,7 @@ A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `r
 
 __all__ = [
     "choice",
+    "discrepancy",
     "estimate",
     "fit",
     "misfit",

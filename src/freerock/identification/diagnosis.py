@@ -3,8 +3,8 @@
 import numpy as np
 
 from freerock.identification.arrays import Floats
-from freerock.identification.choice import epsilon_theta
 from freerock.identification.covariance import covariance
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import FINE, Problem

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from freerock.errors import FreerockError
 from freerock.identification.arrays import Floats
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, Rules
 from freerock.models.simulate import Solver, simulate_fitted

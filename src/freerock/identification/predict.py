@@ -8,7 +8,7 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.block import Block
 from freerock.models.laws import Rules

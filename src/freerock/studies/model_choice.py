@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from freerock.identification.choice import epsilon_theta
+from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.models.simulate import Solver, simulate_theta
