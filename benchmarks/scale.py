@@ -153,16 +153,16 @@ def plan(numbers: list[int]) -> None:
 
 
 IMPORTS = {  # what starting the job of a step costs: its script's imports
-    "record": "freerock.products.netcdf, freerock.jobs.record, freerock.jobs.each, freerock.jobs.log",
-    "fit": "freerock.products.netcdf, freerock.jobs.fit, freerock.jobs.each, freerock.jobs.log",
-    "qc": "freerock.jobs.quality, freerock.jobs.each, freerock.jobs.log",
+    "record": "freerock.jobs.record, freerock.jobs.each, freerock.jobs.log",
+    "fit": "freerock.jobs.fit, freerock.jobs.each, freerock.jobs.log",
+    "quality": "freerock.jobs.quality, freerock.jobs.each, freerock.jobs.log",
 }
 PARTS = {  # function of a step's module -> part of the cost
     "record": {
         "provenance": "reading",
         "check_file": "reading",
         "read_record": "reading",
-        "rotation": "processing",
+        "find_rotation": "processing",
         "find_runs": "processing",
         "find_impacts": "processing",
         "write_record": "writing",
@@ -174,7 +174,7 @@ PARTS = {  # function of a step's module -> part of the cost
         "find_impacts": "processing",
         "write_fits": "writing",
     },
-    "qc": {"open_record": "reading", "open_fits": "reading", "qc": "drawing", "save": "writing pages"},
+    "quality": {"open_record": "reading", "open_fits": "reading", "save": "writing pages"},
 }
 
 
@@ -207,6 +207,7 @@ def parts(n: int = 24) -> None:
     """What a record costs, part by part: n records, one after the other in this process."""
     from freerock.config import steps as settings
     from freerock.config.campaign import load_campaign
+    from freerock.jobs.describe import described
 
     spent, whole = defaultdict(float), 0.0
     with tempfile.TemporaryDirectory() as scratch:
@@ -215,13 +216,15 @@ def parts(n: int = 24) -> None:
         campaign = load_campaign("config/campaigns/scale.yaml")
         own, shared = settings.record_settings(campaign, campaign.records, {})
         own_fit, shared_fit = settings.fit_settings(campaign, campaign.records)
-        tests = [record.test for record in campaign.records]
+        texts = {campaign.name: settings.descriptions(campaign)}
+        own, own_fit = described(own, texts), described(own_fit, texts)
+        tests, labels = [record.test for record in campaign.records], settings.labels(campaign)
         work = {
             "record": lambda step, test: step.make_record(own[test] | shared, f"{test}.nc"),
             "fit": lambda step, test: step.make_fits(
                 own_fit[test] | shared_fit, f"{test}.nc", f"{test}_fits.nc"
             ),
-            "qc": lambda step, test: step.make_pages(f"{test}.nc", f"{test}_fits.nc", test),
+            "quality": lambda step, test: step.make_pages(f"{test}.nc", f"{test}_fits.nc", test, labels),
         }
         for step, make in work.items():
             with timed(step, defaultdict(float)) as module:
@@ -236,7 +239,7 @@ def parts(n: int = 24) -> None:
         subprocess.run([sys.executable, "-c", f"import {imports}"], check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        print(f"start-up of {step:6s} {seconds:6.3f} s, {seconds / RECORDS_PER_JOB:.3f} s per record")
+        print(f"start-up of {step:7s} {seconds:6.3f} s, {seconds / RECORDS_PER_JOB:.3f} s per record")
     for part, seconds in spent.items():
         print(f"{part:17s} {seconds / (n - 1):6.3f} s per record")
     print(f"{'the rest':17s} {(whole - sum(spent.values())) / (n - 1):6.3f} s per record")

@@ -12,12 +12,12 @@ from scipy.integrate import quad
 
 from freerock.figures.style import styled
 from freerock.files import atomic
+from freerock.models import published
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, contact_intervals
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import simulate
-from freerock.virtual_lab import published
 
 BLOCKS, RELEASE = (
     dict(enumerate(values.values(), 1)) for values in (published.BLOCKS, published.RELEASE_ANGLES)
