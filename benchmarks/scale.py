@@ -29,7 +29,7 @@ from freerock.virtual_lab.record import simulate_record
 from freerock.virtual_lab.tdms import write_records
 
 ROOT = Path(__file__).parents[1]
-RECORDS_PER_JOB = 25
+RECORDS_PER_JOB = 40
 COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 
 
@@ -134,7 +134,7 @@ def steps(folder: Path) -> dict:
     for path in sorted((folder / "results/scale/benchmarks").glob("*.tsv")):
         with open(path, newline="") as file:
             (row,) = csv.DictReader(file, delimiter="\t")
-        step = re.sub(r"_\d+$", "", path.stem)
+        step = re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem)
         seconds, memory = spent[step]
         numbers = [float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("cpu_time", "max_rss")]
         spent[step] = seconds + numbers[0], max(memory, numbers[1])

@@ -66,7 +66,7 @@ class CampaignFile(Section):
         min_length=1, description="one or more sensors, each by its name"
     )
     records_per_job: int = Field(
-        4, ge=1, description="records that a job takes on; with hundreds of records 25 saves start-up time"
+        4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
     )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
         (), description="further targets of the figures, beside the double column of a paper"
