@@ -333,3 +333,13 @@ def test_a_figure_of_a_campaign_is_one_module_with_one_function(name):
     draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
     assert {"origin", "labels"} < set(draw.parameters)
     assert name in figures.__all__
+
+
+def test_axes_of_parameters_have_the_units_of_the_laws():
+    assert [style.axis_of(name) for name in ("k", "c", "lambda", "t0")] == [
+        "k / (N/m²)",
+        "c / (N s/m²)",
+        "λ / (N s/m³)",
+        "t₀ / s",
+    ]
+    assert [style.ratio_axis_of(name) for name in ("c", "lambda")] == ["c/k / s", "λ/k / (s/m)"]

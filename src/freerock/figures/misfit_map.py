@@ -14,6 +14,7 @@ from freerock.figures.style import (
     Axes,
     Labels,
     Style,
+    axis_of,
     columns,
     footer,
     gathered,
@@ -26,7 +27,7 @@ from freerock.figures.style import (
     wrapped,
 )
 from freerock.identification.misfit import SPAN
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import RecordMap
 from freerock.tables.text import quantity
 
@@ -68,7 +69,7 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
         drawn = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
         title = panel(i, len(maps), f"{block}, {foundation}: {drawn}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
-        ax.set(xlabel=f"{SYMBOLS['k']} / (N/m²)", ylabel=f"{SYMBOLS['lambda']} / (N s/m³)")
+        ax.set(xlabel=axis_of("k"), ylabel=axis_of("lambda"))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
     handles = _handles()

@@ -1,6 +1,7 @@
 """What all figures share: the style sheet, line styles, thinning, the footer, and writing to files."""
 
 import functools
+import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import cycle
@@ -21,8 +22,9 @@ from matplotlib.textpath import TextPath
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.files import atomic
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
+from freerock.tables.text import SUPERSCRIPTS
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -130,6 +132,21 @@ FOOTER = "simulated record – not the laboratory's data"
 def label(labels: Labels, name: str) -> str:
     """Printed name of a block or foundation; the name itself where none is given."""
     return (labels or {}).get(name) or name
+
+
+def axis_of(parameter: str) -> str:
+    """Label of an axis along which a parameter is drawn, "k / (N/m²)"."""
+    unit = re.sub(r" (\w+)-(\d)", lambda m: f"/{m[1]}{m[2].translate(SUPERSCRIPTS)}", unit_of(parameter))
+    return f"{SYMBOLS[parameter]} / {_in_brackets(unit)}"
+
+
+def ratio_axis_of(damping: str) -> str:
+    """Label of an axis along which a damping over the stiffness is drawn, "λ/k / (s/m)"."""
+    return f"{SYMBOLS[damping]}/{SYMBOLS['k']} / {_in_brackets(PARAMETERS[damping].ratio_unit)}"
+
+
+def _in_brackets(unit: str) -> str:
+    return f"({unit})" if "/" in unit or " " in unit else unit
 
 
 def letter(index: int) -> str:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from freerock.figures.style import Axes, Labels, Style, styled
+from freerock.figures.style import Axes, Labels, Style, axis_of, ratio_axis_of, styled
 from freerock.models.laws import MODEL_LABELS, PARAMETERS
 
 STATE_COLOURS = {
@@ -26,11 +26,10 @@ CAUSE_STYLES: dict[str, Style] = {
     "denormal numbers": {"marker": "x", "markersize": 3},
 }
 STATE_LABELS = {"too_slow": "too slow"}
-QUANTITIES = {"c/k [s]": "c/k / s", "lambda/k [s/m]": "λ/k / (s/m)", "k [N/m²]": "k / (N/m²)"}
-QUANTITIES |= {
-    "step [s]": "step / s",
-    "record [s]": "record / s",
-    "start off by a factor of": "start off by a factor of",
+QUANTITIES = {"k [N/m²]": axis_of("k"), "step [s]": "step / s", "record [s]": "record / s"} | {
+    f"{name}/k [{parameter.ratio_unit}]": ratio_axis_of(name)
+    for name, parameter in PARAMETERS.items()
+    if parameter.ratio_unit
 }
 Bounds = Mapping[str, tuple[float, float]]
 BOUNDS: Bounds = {

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from freerock.figures.style import Labels, Style, headed, panel_per_model, styled
-from freerock.models.laws import LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS
+from freerock.figures.style import Labels, Style, axis_of, headed, panel_per_model, ratio_axis_of, styled
+from freerock.models.laws import LAWS, MODEL_LABELS
 
 OUTCOMES: dict[str, Style] = {  # of a fit: how it is drawn
     "global minimum": {"color": "0.6", "marker": ".", "markersize": 2},
@@ -30,9 +30,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
         else:
             damping = LAWS[model].dampings[0]
             x, y = rows["k"], rows[damping] / rows["k"]
-            unit = PARAMETERS[damping].ratio_unit
-            unit = f"({unit})" if "/" in unit else unit
-            ax.set(xlabel="k / (N/m²)", ylabel=f"{SYMBOLS[damping]}/k / {unit}")
+            ax.set(xlabel=axis_of("k"), ylabel=ratio_axis_of(damping))
         for name, style in OUTCOMES.items():
             ax.plot(x[outcome == name], y[outcome == name], linestyle="", **style)
         missed = int(np.sum(outcome == "missed"))
