@@ -24,9 +24,7 @@ ground = st.tuples(st.floats(-5, 5), st.floats(0, 20))  # ẍ_g, g + z̈_g
 
 
 def per_mass(law, block=BLOCK):
-    k, c, lam = law
-    m = block.mass_kg
-    return (k / m, c / m, lam / m, block.b, block.h, block.inertia_base / m, GRAVITY)
+    return Foundation(*law).constants(block)
 
 
 def regime_of(law, state, tensionless):

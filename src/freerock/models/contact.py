@@ -45,6 +45,17 @@ class Foundation(NamedTuple):
         """The foundation that a model's parameters, named as in `laws`, describe; those it lacks are zero."""
         return cls(parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0))
 
+    @property
+    def is_damped(self) -> bool:
+        """Whether it takes energy from the block."""
+        return self.c > 0 or self.lam > 0
+
+    def constants(self, block: Block) -> tuple[float, ...]:
+        """The law and the block as the compiled kernel takes them: k/m, c/m, λ/m, b, h, I/m and g."""
+        m = block.mass_kg
+        law = (self.k / m, self.c / m, self.lam / m)
+        return (*law, block.b, block.h, block.inertia_base / m, GRAVITY)
+
 
 class State(NamedTuple):
     """State of the block.
@@ -87,8 +98,8 @@ def contact_intervals(
     cuts = {-b, b, *_roots(depth, slope)}
     if rules.debonding == "tensionless":
         # f = z (k + λ ż) without c: the first factor is cut already
-        k, c, lam = foundation
-        cuts |= set(_roots(*force) if c else _roots(k + lam * rate, lam * spin))
+        k, lam = foundation.k, foundation.lam
+        cuts |= set(_roots(*force) if foundation.c else _roots(k + lam * rate, lam * spin))
     inside = sorted(u for u in cuts if -b <= u <= b)
     intervals: list[tuple[float, float]] = []
     for u0, u1 in pairwise(inside):
@@ -220,7 +231,7 @@ def _along_base(state: State) -> tuple[float, float, float, float]:
 
 def _force_coefficients(foundation: Foundation, state: State) -> tuple[float, float, float]:
     """Coefficients of f(u) = f0 + f1 u + f2 u²."""
-    k, c, lam = foundation
+    k, c, lam = foundation.k, foundation.c, foundation.lam
     depth, slope, rate, spin = _along_base(state)
     return (
         k * depth + c * rate + lam * depth * rate,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.errors import FreerockError
-from freerock.models.block import GRAVITY, Block
+from freerock.models.block import Block
 from freerock.models.checks import check_scene
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.ground import GroundMotion
@@ -296,25 +296,23 @@ class _Scene:
         self, start: State, time: Floats, theta: Floats, rates: Floats
     ) -> tuple[int, int, int, int, int, Floats]:
         """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
-        block, motion, (k, c, lam) = self.block, self.motion, self.foundation
-        m, b, p = block.mass_kg, block.b, block.p
-        law = (k / m, c / m, lam / m, b, block.h, block.inertia_base / m, GRAVITY)
+        block, foundation, motion = self.block, self.foundation, self.motion
         # one signature, so that the kernel is compiled once
         state = tuple(map(float, start))
         time = np.require(time, float, ["C", "W"])
         amplitude = block.theta_cr
         if motion is None:
             _, z_rate0, theta0, theta_rate0 = state
-            moved = abs(theta0) + abs(theta_rate0) / p + abs(z_rate0) / (p * b)
+            moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
             amplitude = min(amplitude, moved) or amplitude
             motion = STILL
-        if k > 0 and c == 0 and lam == 0:
+        if self.law.is_foundation and not foundation.is_damped:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
         return integrate(
-            law,
-            -1.0 if k > 0 else float(self.parameters["r"]),
-            self.rules.debonding == "tensionless" and c + lam > 0,
+            foundation.constants(block),
+            -1.0 if self.law.is_foundation else float(self.parameters["r"]),
+            self.rules.debonding == "tensionless" and foundation.is_damped,
             state,
             time,
             motion.breaks,
