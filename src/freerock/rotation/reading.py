@@ -123,8 +123,9 @@ def read_channel(
         mains = significant_mains(signal, options.mains_hz)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
-        without = signal.values - mains.over(time_s[0], step, time_s.size)
-        signal = still_signal(time_s, without, step, options.window_s)
+        values = signal.values
+        values -= mains.over(time_s[0], step, time_s.size)
+        signal = still_signal(time_s, values, step, options.window_s)
     zero = _zero(signal, laser, quantity)
     displacement, slope = _displacement(signal, zero, laser, quantity)
     beyond = np.isnan(displacement) & (flags == 0)
