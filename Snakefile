@@ -14,7 +14,7 @@ gc.set_threshold(1_000_000)
 atexit.register(gc.freeze)
 
 # Campaigns given by --config or by the workflow that uses this one as a module. Without them freerock.config.campaign reads
-# config/config.yaml and tells its mistakes line by line, which the directive configfile would not.
+# config/config.yaml and reports its mistakes line by line, which the directive configfile would not.
 given = config.get("campaigns")
 
 

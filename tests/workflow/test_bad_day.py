@@ -239,7 +239,7 @@ def test_record_replaced_under_its_name(finished, checkout, undisturbed, seen):
     assert not product.children
     (checkout / RAW).write_bytes(original)
     heals(checkout, undisturbed, finished, RECORD)
-    seen["record replaced", "record"] = "restore the file told, then the same command"
+    seen["record replaced", "record"] = "restore the file that is named, then the same command"
 
 
 def test_what_was_seen_is_documented(seen):
