@@ -28,7 +28,7 @@ from freerock.figures.style import (
 )
 from freerock.identification.misfit import SPAN
 from freerock.models.laws import MODEL_LABELS
-from freerock.products.misfit_maps import RecordMap
+from freerock.products.misfit_maps import RecordMap, open_misfit_maps
 from freerock.tables.text import quantity
 
 MODEL = "hunt_crossley"
@@ -37,6 +37,11 @@ LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 OF_A_RUN: Style = {"marker": "o", "color": "black", "linestyle": ""}
 JOINT: Style = {"marker": "x", "color": "#d55e00", "linestyle": ""}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
+
+
+def read(path: str) -> list[RecordMap]:
+    """The misfit maps of a campaign, see `freerock.products.misfit_maps`."""
+    return open_misfit_maps(path)[0]
 
 
 @printed

@@ -8,7 +8,6 @@ from typing import Any
 from freerock.figures.style import save
 from freerock.models.block import Block
 from freerock.products.groups import one_of_each, runs_of, usable_runs
-from freerock.products.misfit_maps import open_misfit_maps
 from freerock.products.netcdf import open_fits, open_record
 from freerock.tables.csvfile import read_csv
 
@@ -26,7 +25,8 @@ def make_figure(
     ----------
     figure : module
         One of `freerock.figures`. Its function `draw` names as its arguments what it takes of files and
-        settings. Of records or fits it gets the first of each scene with a usable or fitted run.
+        settings; its function `read` opens maps. Of records or fits it gets the first of each scene with a
+        usable or fitted run.
     files : mapping
         Paths: datasets of all tests under "records" or "fits", misfit maps under "maps", tables under their
         names.
@@ -36,7 +36,7 @@ def make_figure(
     target : str
         What it is drawn for, see `freerock.figures.style`.
     """
-    known = {name: _read(name, paths, settings) for name, paths in files.items()}
+    known = {name: _read(figure, name, paths, settings) for name, paths in files.items()}
     known |= {name: value for name, value in settings.items() if name != "scenes"}
     if "blocks" in settings:
         known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
@@ -45,10 +45,10 @@ def make_figure(
     save(*drawn, stem, settings["origin"], target=target)
 
 
-def _read(name: str, paths: str | Sequence[str], settings: Mapping[str, Any]) -> Any:
+def _read(figure: ModuleType, name: str, paths: str | Sequence[str], settings: Mapping[str, Any]) -> Any:
     """Datasets of one kind, or a table."""
     if name == "records":
         return one_of_each(paths, settings["scenes"], open_record, usable_runs)
     if name == "fits":
         return one_of_each(paths, settings["scenes"], open_fits, runs_of)
-    return open_misfit_maps(str(paths))[0] if name == "maps" else read_csv(str(paths))
+    return figure.read(paths) if name == "maps" else read_csv(str(paths))
