@@ -205,7 +205,7 @@ def timed(step: str, spent: dict):
 
 def parts(n: int = 24) -> None:
     """What a record costs, part by part: n records, one after the other in this process."""
-    from freerock.config import steps as settings
+    from freerock.config import step_settings as settings
     from freerock.config.campaign import load_campaign
     from freerock.jobs.describe import described
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
 
-from freerock import cli
+from freerock.cli import subcommands as cli
 from freerock.cli.check import check_config
 from freerock.files import sha256, write_manifest
 

@@ -5,7 +5,7 @@ import json
 import pytest
 from fabricated import campaign
 
-from freerock import cli
+from freerock.cli import subcommands as cli
 from freerock.cli.compare import compare_results, comparison_text
 from freerock.errors import FreerockError
 from freerock.tables.csvfile import write_csv

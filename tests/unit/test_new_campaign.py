@@ -8,7 +8,7 @@ import pytest
 from nptdms import ChannelObject, TdmsWriter
 from openpyxl import Workbook
 
-from freerock import cli
+from freerock.cli import subcommands as cli
 from freerock.cli.inspect import look_into, look_text
 from freerock.config.campaign import load_campaign
 from freerock.config.mistakes import FILL_IN, ConfigError

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock import cli
+from freerock.cli import subcommands as cli
 from freerock.models.block import Block
 from freerock.models.ground import accelerogram, pulse
 from freerock.models.simulate import simulate

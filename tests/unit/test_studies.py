@@ -13,7 +13,7 @@ from freerock.figures import studies as figures
 from freerock.figures.style import save
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
-from freerock.studies import choice, coverage, model_choice, model_error, speed_accuracy, stability, success
+from freerock.studies import choice, coverage, model_cost, model_error, speed_accuracy, stability, success
 from freerock.studies.atlas.cells import COLUMNS, STATES, attempt, judge
 from freerock.studies.methods.by_name import freerock
 from freerock.studies.methods.problem import Problem, Solution
@@ -49,7 +49,7 @@ def speeds():
 
 @pytest.fixture(scope="module")
 def choices():
-    return model_choice.run("small")
+    return model_cost.run("small")
 
 
 @pytest.fixture(scope="module")
@@ -107,10 +107,10 @@ def test_refusals_are_cells_too():
     assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
 
 
-@pytest.mark.parametrize("name", ["speed_accuracy", "model_choice", "stability"])
+@pytest.mark.parametrize("name", ["speed_accuracy", "model_cost", "stability"])
 def test_figures(name, request, tmp_path):
     frame = request.getfixturevalue(
-        {"speed_accuracy": "speeds", "model_choice": "choices", "stability": "cells"}[name]
+        {"speed_accuracy": "speeds", "model_cost": "choices", "stability": "cells"}[name]
     )
     drawn, data = getattr(figures, name).draw(frame)
     save(drawn, data, tmp_path / name)

@@ -21,13 +21,13 @@ def test_only_on_demand(finished):
 def test_a_study_and_its_figure(checkout):
     """The smallest one, in its small size, with every module its scripts import among their code."""
     path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
-    wanted = [f"results/studies/figures/model_choice.{suffix}" for suffix in ("pdf", "png", "csv")]
+    wanted = [f"results/studies/figures/model_cost.{suffix}" for suffix in ("pdf", "png", "csv")]
     done = checkout.snakemake(
         *wanted, "--config", "studies=small", PYTHONPATH=path, TRACE=str(checkout / "trace")
     )
     assert done.returncode == 0, done.stderr
     assert all((checkout / product).stat().st_size > 0 for product in wanted)
-    modules = {"study.py": "studies.model_choice", "figure_study.py": "figures.studies.model_choice"}
+    modules = {"study.py": "studies.model_cost", "figure_study.py": "figures.studies.model_cost"}
     for script, module in modules.items():
         (trace,) = (checkout / "trace").glob(f"{script}*")
         files = code(ROOT / "workflow/scripts" / script, f"freerock.{module}")

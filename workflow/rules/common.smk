@@ -2,7 +2,7 @@ import os
 import sys
 from pathlib import Path
 
-from freerock.config import steps as settings
+from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums

@@ -3,7 +3,7 @@
 
 STUDIES = [
     "speed_accuracy",
-    "model_choice",
+    "model_cost",
     "stability",
     "paper",
     "success",

@@ -2,7 +2,7 @@
 
 import sys
 
-from freerock.cli import main
+from freerock.cli.subcommands import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
 
 if TYPE_CHECKING:
     import xarray as xr
-    from numpy.typing import NDArray
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -71,8 +71,8 @@ class ChannelLook:
     rate_hz: float = math.nan
     low: float = math.nan
     high: float = math.nan
-    time_s: "NDArray[np.float64]" = field(default_factory=lambda: np.empty(0))
-    values: "NDArray[np.float64]" = field(default_factory=lambda: np.empty(0))
+    time_s: "Floats" = field(default_factory=lambda: np.empty(0))
+    values: "Floats" = field(default_factory=lambda: np.empty(0))
     remarks: tuple[str, ...] = ()
     fault: str = ""
 

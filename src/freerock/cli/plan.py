@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from freerock.config.campaign import load_campaign
-from freerock.config.steps import labels as labels_of
+from freerock.config.step_settings import labels as labels_of
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -12,10 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from freerock.config.lines import Lines, place, read_yaml
-from freerock.config.mistakes import ConfigError, validate
-from freerock.config.record import Record, read_records
-from freerock.config.sections import (
+from freerock.config.keys import (
     BlockSection,
     FitsSection,
     FoundationSection,
@@ -23,6 +20,8 @@ from freerock.config.sections import (
     ProcessingSection,
     PublishedSection,
 )
+from freerock.config.mistakes import ConfigError, validate
+from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
 from freerock.config.values import (
     NAME,
@@ -34,6 +33,7 @@ from freerock.config.values import (
     closest,
     did_you_mean,
 )
+from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
 OPTIONS = ("campaigns", "studies")  # of snakemake --config

@@ -7,8 +7,8 @@ from typing import Any, get_origin
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from freerock.config.lines import Key
 from freerock.config.values import NAME, Invalid, Section, closest, did_you_mean, section_in
+from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows

@@ -10,9 +10,9 @@ from typing import Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from freerock.config.lines import Key, read_text
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.values import Invalid, Name, Section, check_inside, closest, did_you_mean
+from freerock.config.yaml_lines import Key, read_text
 from freerock.errors import FreerockError
 
 OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")

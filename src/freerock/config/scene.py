@@ -6,7 +6,7 @@ from typing import Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from freerock.config.campaign import load_section
-from freerock.config.sections import BlockSection, check_parameters
+from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Debonding, Invalid, Model, Number, Positive, Section, Whole
 

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.figures.style import (
     MODEL_STYLES,
     Axes,
@@ -29,7 +29,6 @@ from freerock.runs.verdict import in_one_line
 from freerock.tables.text import quantity
 from freerock.units import BASE
 
-Floats = NDArray[np.float64]
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 COLUMNS = ["run", "series", "time_s", "value", "unit"]

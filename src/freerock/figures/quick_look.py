@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.figures.style import styled
 from freerock.files import atomic
 
@@ -19,8 +18,8 @@ class Panel(NamedTuple):
 
     title: str
     ylabel: str
-    time_s: NDArray[np.float64]
-    values: NDArray[np.float64]
+    time_s: Floats
+    values: Floats
 
 
 def draw(panels: Sequence[Panel]) -> Figure:

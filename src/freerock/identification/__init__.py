@@ -6,6 +6,7 @@ A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `r
 
 __all__ = [
     "choice",
+    "cramer_rao",
     "discrepancy",
     "estimate",
     "fit",
@@ -14,5 +15,4 @@ __all__ = [
     "population",
     "predict",
     "settings",
-    "standard_errors",
 ]

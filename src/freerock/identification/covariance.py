@@ -7,7 +7,7 @@ from scipy.fft import next_fast_len
 from scipy.optimize import minimize
 from scipy.signal import fftconvolve
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 
 PADDING = 4  # times the length of a run, so that slow noise does not wrap around
 SLOWEST = 0.15  # times one over the length of a run: the lowest corner of a noise's spectrum

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.covariance import covariance
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 
 
 def epsilon_theta(time_s: Floats, theta_model: Floats, theta_measured: Floats) -> float:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.models.laws import MODELS
 
 NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, information_criteria, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile

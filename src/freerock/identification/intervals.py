@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import lmfit
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.covariance import covariance
 from freerock.identification.estimate import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples

@@ -7,7 +7,7 @@ import lmfit
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.arrays import Floats
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, Rules

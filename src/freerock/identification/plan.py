@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
-from freerock.identification.standard_errors import standard_errors
+from freerock.identification.cramer_rao import standard_errors
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, PER_RUN, unit_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.laws import LAWS, MODELS
 

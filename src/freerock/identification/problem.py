@@ -10,8 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
+from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.arrays import Floats, Mask
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block

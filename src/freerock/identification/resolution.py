@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import LAWS
 

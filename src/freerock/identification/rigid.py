@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.identification.arrays import Mask
+from freerock.arrays import Mask
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
 from freerock.runs.motion import Motion

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.problem import Problem, fitted
 from freerock.identification.rigid import R_GRID, moving_s, rocking_for
 from freerock.models.laws import LAWS, MODELS, PARAMETERS

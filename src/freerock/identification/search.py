@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from freerock.identification.arrays import Floats
+from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem
 from freerock.identification.resolution import Resolution, find_resolution

@@ -10,9 +10,9 @@ def described(records: Mapping[str, Any], descriptions: Mapping[str, Any]) -> di
     Parameters
     ----------
     records : mapping
-        Settings by test, as `freerock.config.steps.record_settings` gives them.
+        Settings by test, as `freerock.config.step_settings.record_settings` gives them.
     descriptions : mapping
-        Texts by campaign, as `freerock.config.steps.descriptions` gives them.
+        Texts by campaign, as `freerock.config.step_settings.descriptions` gives them.
 
     Returns
     -------

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.files import check_file
 from freerock.jobs.each import of_the_machine
@@ -31,7 +31,6 @@ from freerock.runs.verdict import Reason
 log = logging.getLogger("freerock")
 
 READERS_NOTES = ("reading", "time_base")  # attributes in which a reader says what it found out
-Floats = NDArray[np.float64]
 Settings = Mapping[str, Any]
 
 

@@ -4,8 +4,9 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.laws import DEBONDING, LAWS, PARAMETERS, Rules, unit_of
 
@@ -17,7 +18,7 @@ def check_scene(
     start: ArrayLike,
     rules: Rules,
     rtol: float,
-) -> NDArray[np.float64]:
+) -> Floats:
     """The instants as an array; raises where an argument is no use."""
     check_parameters(model, parameters, rules)
     if not rtol > 0:

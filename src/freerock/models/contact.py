@@ -17,10 +17,7 @@ from freerock.models.block import GRAVITY, Block
 from freerock.models.laws import GEOMETRIC, Rules
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Floats = float | NDArray[np.float64]
+    from freerock.arrays import Floats
 
 
 class Foundation(NamedTuple):
@@ -190,11 +187,11 @@ def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
 def energy(
     block: Block,
     foundation: Foundation,
-    z_cb: "Floats",
-    z_cb_rate: "Floats",
-    theta: "Floats",
-    theta_rate: "Floats",
-) -> "NDArray[np.float64]":
+    z_cb: "float | Floats",
+    z_cb_rate: "float | Floats",
+    theta: "float | Floats",
+    theta_rate: "float | Floats",
+) -> "float | Floats":
     """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
 
     The sum of kinetic energy, weight and elastic energy ∫ k z²/2 du over the contact z > 0.

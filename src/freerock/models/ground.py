@@ -11,8 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
 INTERPOLATIONS = ("linear", "cubic")
@@ -37,7 +38,7 @@ class GroundMotion:
     breaks: np.ndarray
     coefficients: np.ndarray
 
-    def __call__(self, time: ArrayLike) -> NDArray[np.float64]:
+    def __call__(self, time: ArrayLike) -> Floats:
         """Accelerations ẍ_g and z̈_g [m/s²], shape (2, n_time), at instants [s] of shape (n_time,)."""
         time = np.asarray(time, dtype=float)
         segment = np.searchsorted(self.breaks, time, side="right") - 1

@@ -19,10 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipj, elliprf
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.compiled import compiled
-
-Floats = NDArray[np.float64]
 
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13

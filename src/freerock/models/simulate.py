@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.checks import check_scene
@@ -16,8 +17,6 @@ from freerock.models.ground import GroundMotion
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.kernel import integrate
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
-
-Floats = NDArray[np.float64]
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
 NO_RATES = np.empty((0, 3))

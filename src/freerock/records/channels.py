@@ -5,9 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
 COPY_AGAIN = "copy it again from the acquisition computer"
@@ -24,7 +22,7 @@ SECONDS = {
     **dict.fromkeys(["min", "minute", "minutes"], 60.0),
 }
 
-Samples = NDArray[np.float64]
+Samples = Floats
 
 
 @dataclass(frozen=True)

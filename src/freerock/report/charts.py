@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.figures.style import MEASURED, MODEL_MARKERS, MODEL_STYLES, extremes
 from freerock.models.laws import MODELS
 from freerock.runs.angular_rate import angular_rate
@@ -76,7 +76,7 @@ def looks() -> dict[str, dict[str, Any]]:
     }
 
 
-def packed(values: NDArray[np.float64]) -> dict[str, Any]:
+def packed(values: Floats) -> dict[str, Any]:
     """Numbers as 16-bit integers of a scale, base64: five digits of the largest, in a third of the room.
 
     Parameters

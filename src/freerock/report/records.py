@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
 from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.report.charts import run_curves
@@ -107,7 +107,7 @@ def _section(record: xr.DataTree, line: Mapping[str, Any], provenance: Mapping[s
     }
 
 
-def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: NDArray[np.float64]) -> dict[str, Any]:
+def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) -> dict[str, Any]:
     verdict, reasons = found
     known = {name: run.dataset[name].item() for name in ("release", "fit_start", "end")}
     theta0, stderr, sigma = (

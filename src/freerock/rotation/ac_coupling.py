@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from freerock.rotation.arrays import Floats, Mask
+from freerock.arrays import Floats, Mask
 
 BLOCK_S = 0.025  # the signal is looked at in means over this long
 WIDE = 10  # such means in the window that must stand still

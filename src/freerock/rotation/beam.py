@@ -7,8 +7,8 @@ foundation models restrain the base centre instead; the two differ by b(1 - cos 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats, Mask
 from freerock.models.block import Block
-from freerock.rotation.arrays import Floats, Mask
 from freerock.rotation.sensor import Laser
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-from freerock.rotation.arrays import Flags, Floats
+from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.still import stretches
 

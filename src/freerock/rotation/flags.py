@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.rotation.arrays import Flags, Floats
+from freerock.arrays import Flags, Floats
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 
 SEGMENT_S, MOST_SEGMENTS = 0.5, 200  # of the mean spectrum in which lines are sought
 LOWEST_HZ = 15.0  # below lie tremor, drift and the block itself

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
 SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz

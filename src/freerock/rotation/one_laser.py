@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.rotation.arrays import Floats
 from freerock.rotation.beam import is_unsigned, rotation_from_displacement, sensitivity
 from freerock.rotation.reading import Reading, Rotation, pieces
 from freerock.rotation.sensor import Laser

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from freerock.arrays import Flags, Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.ac_coupling import ac_cutoff
-from freerock.rotation.arrays import Flags, Floats
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
 from freerock.rotation.flags import FLAGS, flag_samples, shares

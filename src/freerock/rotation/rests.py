@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 from freerock.rotation.faults import Fault
 from freerock.rotation.lines import MOST_SEGMENTS, SEGMENT_S
 from freerock.rotation.mains import Mains, fit_mains, mains_ratio

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.arrays import Floats
 from freerock.rotation.faults import flagged_faults, lost_at_large_angles
 from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits
@@ -156,7 +157,7 @@ _CHOICES = {
 
 def distance_from_output(
     output: ArrayLike, laser: Laser, quantity: str = "voltage"
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | float]:
+) -> tuple[Floats, Floats | float]:
     """Distance of the target from the start of the measuring range, and its slope.
 
     Parameters

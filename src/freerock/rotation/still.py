@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
-from freerock.rotation.arrays import Floats, Mask
+from freerock.arrays import Floats, Mask
 
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.arrays import Floats, Mask
 from freerock.rotation.beam import displacement_from_rotation, mirrored, on_target, sensitivity
 from freerock.rotation.faults import Fault
 from freerock.rotation.reading import Reading, Rotation, pieces

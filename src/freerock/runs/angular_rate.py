@@ -1,15 +1,14 @@
 """Angular rate of a sampled rotation."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import savgol_filter
+
+from freerock.arrays import Floats
 
 WINDOW_S = 0.02  # short beside a swing, long beside a sample
 
 
-def angular_rate(
-    time_s: NDArray[np.float64], theta: NDArray[np.float64], window_s: float = WINDOW_S
-) -> NDArray[np.float64]:
+def angular_rate(time_s: Floats, theta: Floats, window_s: float = WINDOW_S) -> Floats:
     """Angular rate from a parabola around each sample.
 
     Parameters

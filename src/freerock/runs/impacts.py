@@ -11,11 +11,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.rotation.arrays import Floats
-from freerock.runs.at_impact import impact_time, rate_ratio, side_of
 from freerock.runs.limits import OF_IMPACTS, ImpactLimits
 from freerock.runs.peaks import UNKNOWN, Rigid, Samples, averaged, fit_peak, release_peak
+from freerock.runs.rates_at_impact import impact_time, rate_ratio, side_of
 from freerock.runs.uplift import uplift_amplitude
 from freerock.runs.verdict import Reason
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 from freerock.runs.segment import Run
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 from scipy.special import ellipj, ellipkinc
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 
 PEAK_WINDOWS = (0.9, 0.7, 0.5, 0.35, 0.25)  # of the half swing, on either side of its peak
 PEAK_DEGREE, LOW_PEAK_DEGREE, LOW_PEAK = 6, 4, 30.0  # a peak under 30 σ_θ can't carry the higher degree

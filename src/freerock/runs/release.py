@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import leastsq
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.rotation.arrays import Floats
 from freerock.rotation.still import Phase
 from freerock.runs.limits import RunLimits
 from freerock.runs.signal import Signal

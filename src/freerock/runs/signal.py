@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.rotation.arrays import Flags, Floats
+from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
 
 NOISE_SAMPLES = 50_000  # suffice to know the noise

@@ -6,8 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.rotation.arrays import Floats
 
 TAIL_SWINGS = 2  # full contact is believed when this many swings stay in it
 

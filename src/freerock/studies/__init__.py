@@ -10,7 +10,7 @@ __all__ = [
     "coverage",
     "faults",
     "methods",
-    "model_choice",
+    "model_cost",
     "model_error",
     "paper",
     "scenes",

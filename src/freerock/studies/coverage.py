@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
-from freerock.identification.standard_errors import standard_errors
 from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.studies.virtual_run import SEED, Row, published_truth, rows_of_all, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS

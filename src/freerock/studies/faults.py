@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import listed_faults, signal_quality
@@ -25,7 +26,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab import faults as spoil
-from freerock.virtual_lab.noise import Fault, Floats, Noise
+from freerock.virtual_lab.noise import Fault, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 

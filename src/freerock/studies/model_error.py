@@ -8,9 +8,10 @@ import numpy as np
 import pandas as pd
 from scipy.integrate import solve_ivp
 
+from freerock.arrays import Floats
 from freerock.identification.choice import LOUDER
+from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
-from freerock.identification.standard_errors import standard_errors
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
 from freerock.models.laws import MODELS
@@ -18,7 +19,6 @@ from freerock.studies.virtual_run import (
     LONGEST_S,
     RATE_HZ,
     SEED,
-    Floats,
     Row,
     Truth,
     published_truth,

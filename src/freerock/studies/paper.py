@@ -26,8 +26,8 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.published import PUBLISHED_BLOCK, TABLE_2, TABLE_3
@@ -38,7 +38,6 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 SAMPLING_HZ = 2000.0
 SIGMA_RAD = 1e-6  # the motions are free of noise; sets the integrator's tolerance in the fits
 FINAL_TIMES_S = {"full": (2.0, 3.0, 5.0, 8.0), "small": (3.0, 8.0)}
-Floats = NDArray[np.float64]
 Row = dict[str, object]
 COLUMNS = ["table", "block", "foundation", "final_time_s", "model", "against", "quantity", "value"]
 COLUMNS += ["published", "low", "high", "agrees", "message"]

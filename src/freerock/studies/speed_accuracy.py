@@ -6,8 +6,9 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from freerock.arrays import Floats
 from freerock.studies.methods.by_name import HOUSNER_METHODS, METHODS, Method, freerock
-from freerock.studies.methods.problem import Floats, Problem
+from freerock.studies.methods.problem import Problem
 from freerock.studies.scenes import ROUNDS, SAMPLING_HZ, SPAN_S, cyrk_installed, scenes
 from freerock.studies.timing import interleaved
 

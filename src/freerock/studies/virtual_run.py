@@ -11,16 +11,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, cores, simulate
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
-Floats = NDArray[np.float64]
 SEED = 2017
 RATE_HZ = 2000.0
 HOLD_S = 1.0

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from freerock.virtual_lab.noise import Fault, Floats
+from freerock.arrays import Floats
+from freerock.virtual_lab.noise import Fault
 
 
 def error_level(at_s: float, lasts_s: float, *, level_v: float = 10.2) -> Fault:

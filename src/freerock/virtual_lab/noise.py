@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from freerock.arrays import Floats
+
 Fault = Callable[[Floats, Floats, Any], Floats]
 """A fault of the signal: (time_s, volts, generator) → volts, between sensor and converter."""
 

@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Fault, Floats, Noise, converted
+from freerock.virtual_lab.noise import Fault, Noise, converted
 
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)

@@ -8,7 +8,7 @@ __all__ = [
     "choice",
     "coverage",
     "faults",
-    "model_choice",
+    "model_cost",
     "model_error",
     "paper",
     "speed_accuracy",

@@ -11,11 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.laws import LAWS
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock.studies.methods.by_name import METHODS, Method, freerock
-from freerock.studies.methods.problem import Floats, Problem, Solution
+from freerock.studies.methods.problem import Problem, Solution
 from freerock.studies.scenes import cyrk_installed
 
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares, minimize_scalar
 
+from freerock.arrays import Floats
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
@@ -26,7 +27,7 @@ from freerock.studies.atlas.cells import (
     sampled,
 )
 from freerock.studies.methods.by_name import freerock
-from freerock.studies.methods.problem import Floats, Problem
+from freerock.studies.methods.problem import Problem
 
 SIGMA_RAD = math.radians(0.01)  # noise of the motions
 RESTITUTION_ERROR = 1e-3  # largest error of a fitted r

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.laws import DEBONDING, PARAMETERS, Rules
@@ -38,7 +39,7 @@ from freerock.studies.atlas.cells import (
     sampled,
 )
 from freerock.studies.methods.by_name import HOUSNER_METHODS, METHODS, freerock
-from freerock.studies.methods.problem import Floats, Problem
+from freerock.studies.methods.problem import Problem
 
 
 def pipeline_of(problem: Problem, time: Floats) -> str:

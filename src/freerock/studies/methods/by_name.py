@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable
 from functools import partial
 
+from freerock.arrays import Floats
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.studies.methods.foundation import cyrk, fixed_step, scipy
 from freerock.studies.methods.housner import housner_events, housner_linearised
-from freerock.studies.methods.problem import Floats, Problem, Solution
+from freerock.studies.methods.problem import Problem, Solution
 
 
 def freerock(problem: Problem, time: Floats, rtol: float, limit: float = math.inf) -> Solution:

@@ -13,9 +13,10 @@ import numpy as np
 from numba import njit
 from scipy.integrate import solve_ivp
 
+from freerock.arrays import Floats
 from freerock.models.contact import Foundation, State, accelerations
 from freerock.models.laws import Rules
-from freerock.studies.methods.problem import ATOL_SHARE, BLOWN_UP, Floats, Problem, Solution, solution
+from freerock.studies.methods.problem import ATOL_SHARE, BLOWN_UP, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20
 Ends = tuple[float, float, float, float]

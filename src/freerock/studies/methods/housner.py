@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.studies.methods.problem import ATOL_SHARE, Floats, Problem, Solution, solution
+from freerock.studies.methods.problem import ATOL_SHARE, Problem, Solution, solution
 
 RESTING_RATE = 1e-9  # after an impact; the block is taken to rest [rad/s]
 LINEARISED_REST = 1e-13  # peak below which the linearised block is taken to rest [rad]

@@ -4,12 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
-
-Floats = NDArray[np.float64]
 
 # Absolute tolerances of SciPy and CyRK: rtol times this share of each component's amplitude.
 ATOL_SHARE = 0.01

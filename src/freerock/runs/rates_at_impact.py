@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freerock.rotation.arrays import Floats
+from freerock.arrays import Floats
 from freerock.runs.peaks import Peak, Rigid, Samples, fit_polynomial, rigid_swing
 
 TIME_WINDOWS, TIME_DEGREE = (0.25, 0.15, 0.1, 0.06), 3  # of the time from an impact to a peak

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from freerock.config import steps
+from freerock.config import step_settings as steps
 from freerock.config.campaign import load_campaign
 from freerock.jobs.describe import described
 

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, PARAMETERS, PER_RUN, Rules
 from freerock.models.simulate import Solver, simulate_theta

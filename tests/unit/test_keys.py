@@ -9,8 +9,7 @@ from typing import get_args
 import pytest
 
 from freerock.config.campaign import CampaignFile, ConfigFile
-from freerock.config.record import Record
-from freerock.config.sections import (
+from freerock.config.keys import (
     BlockSection,
     FitsSection,
     FreeSection,
@@ -18,6 +17,7 @@ from freerock.config.sections import (
     RotationSection,
     RunsSection,
 )
+from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
 from freerock.models.laws import LAWS, MODELS

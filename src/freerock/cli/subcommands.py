@@ -1,0 +1,96 @@
+"""The command `freerock`: one subcommand per task, one line per problem.
+
+A subcommand is a line in `COMMANDS` and the module of its name, with `add_arguments(parser)` and
+`run(chosen)`. Only the module that is asked for is imported, so that `freerock --help` answers at once.
+"""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+
+from freerock.errors import FreerockError
+
+COMMANDS = {  # what each does, as `freerock --help` lists it
+    "inspect": "show what is in a record file",
+    "new-campaign": "begin a campaign from a folder of record files",
+    "check": "check configuration and files in seconds, without running anything",
+    "plan": "predict, before any test, how well each parameter will be known",
+    "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
+    "progress": "report how far snakemake is, what has failed, and when it will be done",
+    "compare": "show what changed between two analyses of a campaign",
+}
+LOG = "freerock.log"
+EXIT_CODES = """\
+exit codes:
+  0  done
+  1  a file or value is refused; each problem is one line: where: what; what to do
+  2  the command line is not understood
+  3  an error of freerock itself
+The last failure's traceback is in freerock.log of the current folder; --debug shows it as well.
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a subcommand.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Of the command line, by default this process's.
+
+    Returns
+    -------
+    int
+        The exit code, see `EXIT_CODES`.
+    """
+    words = sys.argv[1:] if arguments is None else [*arguments]
+    chosen = _parser(*words[:1]).parse_args(words)
+    try:
+        chosen.run(chosen)
+        sys.stdout.flush()
+    except FreerockError as error:
+        return _failed(error, str(error), 1, chosen)
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        sys.stdout = None
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}".partition("\n")[0]
+        return _failed(error, f"freerock {chosen.command}: {what}; report it with {LOG}", 3, chosen)
+    return 0
+
+
+def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) -> int:
+    """Print an error as a line, and write its traceback to the log."""
+    import traceback
+
+    trace = "".join(traceback.format_exception(error))
+    with suppress(OSError), open(LOG, "w", encoding="utf-8") as log:
+        log.write(f"freerock {chosen.command}\n{line}\n\n{trace}")
+    print(f"{trace}{line}" if chosen.debug else line, file=sys.stderr)
+    return code
+
+
+def _parser(asked_for: str = "") -> argparse.ArgumentParser:
+    """The parser of the command line, with the arguments of the one subcommand that is asked for."""
+    parser = argparse.ArgumentParser(
+        prog="freerock",
+        description="Free-rocking tests, from laser volts to identified models.",
+        epilog=f"example:\n  freerock inspect raw/palermo_virtual/config2_marble.tdms\n\n{EXIT_CODES}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(dest="command", required=True, title="commands", metavar="COMMAND")
+    for name, summary in COMMANDS.items():
+        command = commands.add_parser(
+            name,
+            help=summary,
+            description=f"{summary[0].upper()}{summary[1:]}.",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        if name == asked_for:
+            module = importlib.import_module(f"freerock.cli.{name.replace('-', '_')}")
+            module.add_arguments(command)
+            command.set_defaults(run=module.run)
+            command.epilog = f"{command.epilog}\n\n{EXIT_CODES}"
+            command.add_argument("--debug", action="store_true", help="show where in freerock an error arose")
+    return parser

@@ -1,8 +1,0 @@
-"""Names of the arrays that signals are made of."""
-
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Flags = NDArray[np.uint8]
-Mask = NDArray[np.bool_]
