@@ -108,7 +108,7 @@ def bounce(stiff, duration, steps, coefficients):
         x, gravity = kernel._ground(coefficients, 0, i * h, GRAVITY)
         rates = kernel._accelerations(kernel.FULL, *state, x, gravity, law)
         state, *_ = kernel._step(
-            stiff, kernel.FULL, h, state, rates, coefficients, 0, i * h, law, (1.0, 1.0, 1.0), dense, stages
+            stiff, kernel.FULL, h, state, rates, (coefficients, 0, i * h), law, (1.0, 1.0, 1.0), dense, stages
         )
     return np.array(state), np.array(kernel._state_at(dense, 0.5))
 
@@ -148,7 +148,7 @@ def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):
     z0 = contact.static_depth(BLOCK, Foundation(*law), theta0)
     outcome, *counts, _ = kernel.integrate(
         per_mass(law), -1.0, False, (z0, 0.0, theta0, 0.0), time, np.empty(0), STILL, tolerance, max_steps,
-        theta, np.empty((0, 3)), False,
+        theta, np.empty((0, 3)),
     )  # fmt: skip
     return theta, outcome, counts
 

@@ -444,12 +444,13 @@ def _regime(bits, tensionless):
 
 
 @compiled(forceinline=True)
-def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense):
+def _step_explicit(regime, h, y, f, ground, law, weights, dense):
     """One step of the 5(4) pair.
 
     Returns the new state, its accelerations, the square of the error over the tolerance, and an estimate
     of (h times the largest eigenvalue) squared.
     """
+    coefficients, segment, tau = ground
     z, v, t, w = y
     a1, b1 = f
     excited = coefficients.shape[0] > 0
@@ -511,8 +512,9 @@ def _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
 
 
 @compiled()
-def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
+def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     """One step of Rodas5P; arguments and results as in `_step_explicit`."""
+    coefficients, segment, tau = ground
     z, v, t, w = y
     g = law[6]
     x, gravity = _ground(coefficients, segment, tau, g)
@@ -575,11 +577,11 @@ def _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, de
 
 
 @compiled()
-def _step(stiff, regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages):
+def _step(stiff, regime, h, y, f, ground, law, weights, dense, stages):
     """One step of the method in use."""
     if stiff:
-        return _step_implicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense, stages)
-    return _step_explicit(regime, h, y, f, coefficients, segment, tau, law, weights, dense)
+        return _step_implicit(regime, h, y, f, ground, law, weights, dense, stages)
+    return _step_explicit(regime, h, y, f, ground, law, weights, dense)
 
 
 @compiled()
@@ -725,24 +727,24 @@ def _sign_change(dense, sign):
 
 
 @compiled()
-def _sample(dense, t, step, end, time, n, out, rates, record):
+def _sample(dense, t, step, end, time, n, out, rates):
     """Fill the samples from the n-th up to `end` from the dense output; the number of the next one."""
     scale = 1 / step
     while n < time.size and time[n] <= end:
         x = (time[n] - t) * scale
         out[n] = _at(dense, 2, x)
-        if record:
+        if rates.size > 0:
             rates[n, 0], rates[n, 1], rates[n, 2] = _at(dense, 0, x), _at(dense, 1, x), _at(dense, 3, x)
         n += 1
     return n
 
 
 @compiled()
-def _fill(n, theta, z, rate, out, rates, record):
+def _fill(n, theta, z, rate, out, rates):
     """Fill all samples from the n-th with one state."""
     for i in range(n, out.size):
         out[i] = theta
-        if record:
+        if rates.size > 0:
             rates[i, 0], rates[i, 1], rates[i, 2] = z, rate, rate
 
 
@@ -767,7 +769,7 @@ def _is_quiet(coefficients, segment):
 
 @compiled()
 def _integrate(
-    law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates, record
+    law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
 ):
     k, c, lam, b, h, inertia, g = law
     housner = restitution >= 0
@@ -780,6 +782,7 @@ def _integrate(
     rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
+    record = rates.size > 0
     impacts = np.empty(256 if record else 0)
     n_time, n_segments = time.size, coefficients.shape[0]
     n_impacts = n = steps = rejected = implicit = evaluations = 0
@@ -832,7 +835,7 @@ def _integrate(
                 for j in range(5):
                     dense[i, j] = 0.0
             if step > 0:
-                n = _sample(dense, t, step, end, time, n, out, rates, record)
+                n = _sample(dense, t, step, end, time, n, out, rates)
             t = end
             steps += 1
             if step >= left_in_segment:
@@ -858,9 +861,8 @@ def _integrate(
         which = -1
         accepted = False
         for attempt in range(5):
-            y1, f1, error, stiffness = _step(
-                stiff, regime, step, y, f, coefficients, segment, t - t_segment, law, weights, dense, stages
-            )
+            ground = coefficients, segment, t - t_segment
+            y1, f1, error, stiffness = _step(stiff, regime, step, y, f, ground, law, weights, dense, stages)
             evaluations += 9 if stiff else 6
             if attempt == 0:
                 accepted = error <= 1
@@ -911,7 +913,7 @@ def _integrate(
 
         end = breaks[segment + 1] if whole else t + step
         if step > 0:
-            n = _sample(dense, t, step, end, time, n, out, rates, record)
+            n = _sample(dense, t, step, end, time, n, out, rates)
         if which == 5 or sign * y1[2] < 0:
             if record:
                 if n_impacts == impacts.size:
@@ -961,9 +963,9 @@ def _integrate(
                     y = (flat, 0.0, 0.0, 0.0)
                     fresh = True
     if outcome == AT_REST:
-        _fill(n, 0.0, flat, 0.0, out, rates, record)
+        _fill(n, 0.0, flat, 0.0, out, rates)
     else:
-        _fill(n, math.nan, math.nan, math.nan, out, rates, record)
+        _fill(n, math.nan, math.nan, math.nan, out, rates)
     return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
 
 
@@ -994,15 +996,13 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     out : ndarray, shape (n_time,)
         Receives θ.
     rates : ndarray, shape (n_time, 3)
-        Receives z_cb, ż_cb, θ̇ if `record`.
-    record : bool
-        Whether to fill `rates` and note the impacts.
+        Receives z_cb, ż_cb, θ̇; without rows these and the impacts are not wanted.
 
     Returns
     -------
     outcome, steps, rejected, implicit, evaluations : int
     impacts : ndarray
-        Instants at which θ changes its sign [s], if `record`.
+        Instants at which θ changes its sign [s], if `rates` has rows.
     """
     global _loaded
     dispatcher: Any = _integrate

@@ -320,7 +320,6 @@ class _Scene:
             self.solver.max_steps,
             theta,
             rates,
-            len(rates) > 0,
         )
 
 
