@@ -6,6 +6,7 @@ import pytest
 
 from freerock.config.campaign import load_campaign
 from freerock.config.mistakes import ConfigError
+from freerock.models.laws import LAWS
 
 YAML = """\
 title: Blocks
@@ -20,6 +21,7 @@ foundations:
 lasers:
   near: {beam: horizontal, position_m: 0.1, range_m: 0.05}
 """
+QUOTED_LAWS = " or ".join(", ".join(map(repr, LAWS)).rsplit(", ", 1))
 HEADER = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
 CSV = HEADER + "a,a.tdms,,tall,marble,near,,,,\n"
 

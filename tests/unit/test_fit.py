@@ -7,6 +7,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
+from freerock.models.laws import LAWS
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 
@@ -124,7 +125,7 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
     [
         (
             {"model": "hausner"},
-            "fits.models: unknown model 'hausner'; use one of housner, winkler, hunt_crossley, general",
+            f"fits.models: unknown model 'hausner'; use one of {', '.join(LAWS)}",
         ),
         (
             {"free": ("theta_0",)},

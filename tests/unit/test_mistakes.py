@@ -4,9 +4,10 @@ import pickle
 from pathlib import Path
 
 import pytest
-from laboratory import CSV, HEADER, YAML, problems
+from laboratory import CSV, HEADER, QUOTED_LAWS, YAML, problems
 
 from freerock.config.campaign import check_options, load_campaign, load_config
+from freerock.config.keys import FitsSection
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 
@@ -223,14 +224,12 @@ YAML_MISTAKES = {
     ),
     "unknown model": (
         ("title", "fits: {models: [housner, hunt_crosley]}\ntitle"),
-        "lab.yaml:1: fits.models.1: 'hunt_crosley' is not 'housner', 'winkler', 'hunt_crossley' or "
-        "'general'; did you mean 'hunt_crossley'?",
+        f"lab.yaml:1: fits.models.1: 'hunt_crosley' is not {QUOTED_LAWS}; did you mean 'hunt_crossley'?",
     ),
     "text for a list": (
         ("title", "fits: {models: housner}\ntitle"),
         "lab.yaml:1: fits.models: 'housner' is not a list; "
-        "give the models to fit: housner, winkler, hunt_crossley, general (both dampings; fitted only where "
-        "the others leave more than noise)",
+        f"give {FitsSection.model_fields['models'].description}",
     ),
     "published for an unknown block": (
         ("title", "published: {doi: 10.1000/x, values: {tal: {marble: {housner: {r: 0.9}}}}}\ntitle"),

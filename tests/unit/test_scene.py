@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from laboratory import QUOTED_LAWS
 
 from freerock.cli import subcommands as cli
 from freerock.models.block import Block
@@ -78,8 +79,7 @@ def test_a_virtual_record_is_a_record_file_the_same_each_time(here):
 MISTAKES = {
     "unknown model": (
         ("housner: {", "hausner: {"),
-        "scene.yaml:2: models.hausner: 'hausner' is not 'housner', 'winkler', 'hunt_crossley' or 'general'; "
-        "did you mean 'housner'?",
+        f"scene.yaml:2: models.hausner: 'hausner' is not {QUOTED_LAWS}; did you mean 'housner'?",
     ),
     "incomplete model": (
         ("housner: {r: 0.9}", "winkler: {k: 1.e+6}"),
