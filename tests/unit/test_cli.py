@@ -120,6 +120,18 @@ def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, mo
     assert capsys.readouterr().err.startswith("Traceback (most recent call last)")
 
 
+def test_a_subcommand_that_cannot_be_imported_is_an_error_of_its_own(tmp_path, monkeypatch, capsys):
+    def broken(name):
+        raise ImportError("no library")
+
+    monkeypatch.setattr(cli.importlib, "import_module", broken)
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["progress"]) == 3
+    line = "freerock progress: ImportError: no library; report it with freerock.log\n"
+    assert capsys.readouterr().err == line
+    assert "Traceback" in (tmp_path / "freerock.log").read_text(encoding="utf-8")
+
+
 def test_a_reader_that_closes_the_pipe_is_no_error(small):
     command = [sys.executable, "-m", "freerock.cli", "plan", "lab.yaml"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=small) as process:

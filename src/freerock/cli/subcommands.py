@@ -46,8 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code, see `EXIT_CODES`.
     """
     words = sys.argv[1:] if arguments is None else [*arguments]
-    chosen = _parser(*words[:1]).parse_args(words)
+    chosen = argparse.Namespace(command=" ".join(words[:1]), debug="--debug" in words)
     try:
+        chosen = _parser(*words[:1]).parse_args(words)  # imports the subcommand
         chosen.run(chosen)
         sys.stdout.flush()
     except FreerockError as error:
