@@ -47,9 +47,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
 
 def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
     """Write sorted, indented JSON."""
-    with atomic(path) as partial:
-        text = json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False)
-        partial.write_text(text + "\n", encoding="utf-8")
+    write_text(path, json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False) + "\n")
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -30,7 +30,6 @@ MARKERS: dict[str, Style] = {
     OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"},
     "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
 }
-Scene = tuple[str, str]  # block and foundation
 NARROWEST_IN = 2.2  # of a panel
 FAILED = "#b00020"
 
@@ -90,7 +89,7 @@ def draw(
     return figure, data
 
 
-def _panel(ax: Axes, data: pd.DataFrame, scenes: list[Scene], kinds: Mapping[str, Style]) -> None:
+def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: Mapping[str, Style]) -> None:
     ax.margins(x=0.05)
     for basis, style in kinds.items():
         rows = data[data["basis"].map(_kind) == basis]
@@ -100,7 +99,7 @@ def _panel(ax: Axes, data: pd.DataFrame, scenes: list[Scene], kinds: Mapping[str
         ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
 
 
-def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[Scene]) -> None:
+def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) -> None:
     for scene, own in fits.groupby(["block", "foundation"], sort=False):
         if n := int((~own["success"]).sum()):
             text = "failed fit" if n == 1 else f"{n} failed fits"

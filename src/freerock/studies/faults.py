@@ -26,7 +26,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
 from freerock.virtual_lab import faults as spoil
-from freerock.virtual_lab.noise import Fault, Noise
+from freerock.virtual_lab.noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 
@@ -74,11 +74,11 @@ def run(size: str = "full") -> pd.DataFrame:
     return pd.DataFrame([*rows, *_clean(motions, n_clean)], columns=COLUMNS)
 
 
-Scene = tuple[VirtualRecord, Block, Laser]
+Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
 Row = tuple[str, str, str, float | str, int, int, float, int]
 
 
-def _motion(seed: int) -> Scene:
+def _motion(seed: int) -> Original:
     """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
     draw = np.random.RandomState(seed)
     block, angle, laser = list(CONFIGURATIONS.values())[seed % 3]
@@ -99,7 +99,7 @@ def _motion(seed: int) -> Scene:
     return record, block, laser
 
 
-def _measured(record: VirtualRecord, fault: Fault | None, draw: Any) -> Floats:
+def _measured(record: VirtualRecord, fault: Disturbance | None, draw: Any) -> Floats:
     """Volts of a motion with noise and a fault, through a converter of 16 or 24 bits."""
     volts = record.volts + NOISE_V * draw.standard_normal(record.time_s.size)
     if fault:
@@ -109,7 +109,7 @@ def _measured(record: VirtualRecord, fault: Fault | None, draw: Any) -> Floats:
     return converted
 
 
-def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tuple[Fault, float, float]:
+def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tuple[Disturbance, float, float]:
     """A fault, and from when to when it must be named; a fault of the whole record, any time."""
     end = float(record.time_s[-1])
     run = record.truth["runs"][draw.randint(len(record.truth["runs"]))]
@@ -140,7 +140,7 @@ def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tup
 
 
 def _cell(
-    motions: Sequence[Scene], n_records: int, fault: str, severity: str, quantity: str, value: float
+    motions: Sequence[Original], n_records: int, fault: str, severity: str, quantity: str, value: float
 ) -> Row:
     """One fault at one severity."""
     named = others = 0
@@ -175,7 +175,7 @@ def _named(
     return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
 
 
-def _clean(motions: Sequence[Scene], n_records: int) -> Iterator[Row]:
+def _clean(motions: Sequence[Original], n_records: int) -> Iterator[Row]:
     """Clean records: any fault is a false alarm, any run that is not ok too."""
     alarms = doubted = 0
     for trial in range(n_records):

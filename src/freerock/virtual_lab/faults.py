@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from freerock.arrays import Floats
-from freerock.virtual_lab.noise import Fault
+from freerock.virtual_lab.noise import Disturbance
 
 
-def error_level(at_s: float, lasts_s: float, *, level_v: float = 10.2) -> Fault:
+def error_level(at_s: float, lasts_s: float, *, level_v: float = 10.2) -> Disturbance:
     """No target for a while."""
     return lambda time_s, volts, _: np.where(_within(time_s, at_s, lasts_s), level_v, volts)
 
 
-def frozen(at_s: float, lasts_s: float) -> Fault:
+def frozen(at_s: float, lasts_s: float) -> Disturbance:
     """The converter repeats its last value for a while."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
@@ -29,7 +29,7 @@ def frozen(at_s: float, lasts_s: float) -> Fault:
     return spoil
 
 
-def disconnected(at_s: float, lasts_s: float, *, noise_v: float = 2e-4) -> Fault:
+def disconnected(at_s: float, lasts_s: float, *, noise_v: float = 2e-4) -> Disturbance:
     """The cable is off for a while: zero volts, and the converter's noise."""
 
     def spoil(time_s: Floats, volts: Floats, generator: Any) -> Floats:
@@ -40,7 +40,7 @@ def disconnected(at_s: float, lasts_s: float, *, noise_v: float = 2e-4) -> Fault
     return spoil
 
 
-def spike(at_s: float, height_v: float) -> Fault:
+def spike(at_s: float, height_v: float) -> Disturbance:
     """One sample that is off."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
@@ -51,7 +51,7 @@ def spike(at_s: float, height_v: float) -> Fault:
     return spoil
 
 
-def saturated(share: float) -> Fault:
+def saturated(share: float) -> Disturbance:
     """The amplifier goes no further than a share of the largest reading, counted from that at rest."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
@@ -62,7 +62,7 @@ def saturated(share: float) -> Fault:
     return spoil
 
 
-def target_lost(share: float, *, level_v: float = 10.2) -> Fault:
+def target_lost(share: float, *, level_v: float = 10.2) -> Disturbance:
     """The sensor sees no target beyond a share of the largest reading, counted from that at rest."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
@@ -72,7 +72,7 @@ def target_lost(share: float, *, level_v: float = 10.2) -> Fault:
     return spoil
 
 
-def ac_coupled(cutoff_hz: float) -> Fault:
+def ac_coupled(cutoff_hz: float) -> Disturbance:
     """A first-order high pass, settled at the start."""
 
     def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
@@ -85,12 +85,12 @@ def ac_coupled(cutoff_hz: float) -> Fault:
     return spoil
 
 
-def drift(range_v: float) -> Fault:
+def drift(range_v: float) -> Disturbance:
     """The sensor warms up: its zero moves by so much over the record."""
     return lambda time_s, volts, _: volts + range_v * (time_s - time_s[0]) / (time_s[-1] - time_s[0])
 
 
-def tone(frequency_hz: float, amplitude_v: float) -> Fault:
+def tone(frequency_hz: float, amplitude_v: float) -> Disturbance:
     """A sinusoid: interference of the mains, or one from above the Nyquist frequency, folded below it."""
 
     def spoil(time_s: Floats, volts: Floats, generator: Any) -> Floats:
@@ -101,7 +101,7 @@ def tone(frequency_hz: float, amplitude_v: float) -> Fault:
     return spoil
 
 
-def slid(at_s: float, by_v: float) -> Fault:
+def slid(at_s: float, by_v: float) -> Disturbance:
     """The block has slid or twisted: another reading from an instant on."""
     return lambda time_s, volts, _: np.where(time_s >= at_s, volts + by_v, volts)
 

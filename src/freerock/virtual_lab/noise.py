@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 
-Fault = Callable[[Floats, Floats, Any], Floats]
+Disturbance = Callable[[Floats, Floats, Any], Floats]
 """A fault of the signal: (time_s, volts, generator) → volts, between sensor and converter."""
 
 
@@ -40,7 +40,7 @@ class Noise:
 
 
 def converted(
-    time_s: Floats, volts: Floats, noise: Noise, generator: Any, faults: Sequence[Fault]
+    time_s: Floats, volts: Floats, noise: Noise, generator: Any, faults: Sequence[Disturbance]
 ) -> NDArray[np.int32]:
     """The converter's counts of a sensor's volts, with noise and faults.
 

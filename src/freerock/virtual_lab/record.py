@@ -21,7 +21,7 @@ from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.sensor import Laser
-from freerock.virtual_lab.noise import Fault, Noise, converted
+from freerock.virtual_lab.noise import Disturbance, Noise, converted
 
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)
@@ -107,7 +107,7 @@ def simulate_record(
     *,
     seed: int,
     recording: Recording = Recording(),
-    faults: Sequence[Fault] = (),
+    faults: Sequence[Disturbance] = (),
     rules: Rules = GEOMETRIC,
 ) -> VirtualRecord:
     """Simulate one record.

@@ -1,6 +1,5 @@
 """Records of the virtual laboratory as National Instruments' TDMS files, with their truth and checksums."""
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from freerock.files import atomic, write_manifest
 from freerock.virtual_lab.record import VirtualRecord
+from freerock.virtual_lab.truth import write_truth
 
 START = "2017-05-02T09:00:00"
 AUTHOR = "freerock.twin, the virtual laboratory"  # its name when the shipped files were written
@@ -63,6 +63,5 @@ def write_records(folder: str | Path, records: Iterable[tuple[str, VirtualRecord
     for test, record in records:
         write_record(folder / f"{test}.tdms", record)
         truth[test] = record.truth
-    with atomic(folder / "truth.json") as partial:
-        partial.write_text(json.dumps(truth, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_truth(folder, truth)
     write_manifest(folder, [*(f"{test}.tdms" for test in truth), "truth.json"])

@@ -1,12 +1,20 @@
 """The true values of a simulated campaign: truth.json beside its records."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from freerock.errors import FreerockError
+from freerock.files import write_text
 from freerock.models.laws import MODELS
 
 REMEDY = "restore the file, or remove the key truth"
+
+
+def write_truth(folder: str | Path, truth: Mapping[str, Any]) -> None:
+    """Write truth.json into the folder of the records: what is true of each, by test."""
+    write_text(Path(folder, "truth.json"), json.dumps(truth, indent=1, ensure_ascii=False) + "\n")
 
 
 def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:

@@ -8,7 +8,6 @@ and θ) for each of the blocks A1 to C3. Nothing of that data is in here. Shapes
 motions are made up; only the layout is that of the workbook, so that the real one can take this file's place.
 """
 
-import json
 import re
 import zipfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,6 +20,7 @@ from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+from freerock.virtual_lab.truth import write_truth
 
 FILE = "free_rocking.xlsx"
 TABLE = {"k": 2.0e6, "lambda": 6.0e7}
@@ -115,6 +115,5 @@ def write_campaign(folder: str | Path) -> None:
         truth[name] = known | {"noise_deg": NOISE_DEG, "runs": record.truth["runs"]}
     folder.mkdir(parents=True, exist_ok=True)
     write_workbook(folder / FILE, pairs)
-    with atomic(folder / "truth.json") as partial:
-        partial.write_text(json.dumps(truth, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_truth(folder, truth)
     write_manifest(folder, [FILE, "truth.json"])
