@@ -39,13 +39,13 @@ styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyl
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
 
 
-class Printed(Protocol[Drawn]):
+class _ForTarget(Protocol[Drawn]):
     """What draws or writes a figure for a target."""
 
     def __call__(self, *arguments: Any, target: str = "double_column", **options: Any) -> Drawn: ...
 
 
-def printed(draw: Callable[..., Drawn]) -> Printed[Drawn]:
+def printed(draw: Callable[..., Drawn]) -> _ForTarget[Drawn]:
     """Decorator of what draws or writes a figure of a paper: `target` names the style file it is drawn for.
 
     "double_column", "single_column" or "slide": width, fonts and lines, on top of the common style sheet.

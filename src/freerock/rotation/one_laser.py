@@ -16,7 +16,7 @@ LATE = 1.5  # times the interval between the swings before: one was missed
 
 
 def rotation_of_one(time_s: Floats, reading: Reading, laser: Laser, block: Block) -> Rotation:
-    """θ from one channel."""
+    """θ from one channel, time_s of shape (n_time,) [s]; NaN where the beam does not meet the block."""
     zero_stderr = reading.zero_stderr / reading.per_angle
     if reading.quantity == "rotation":
         theta = reading.displacement

@@ -112,7 +112,11 @@ def read_channel(
     stated_unit: str,
     options: RotationOptions,
 ) -> Reading:
-    """Read one channel; raises as `rotation.find_rotation` does."""
+    """Read one channel; raises as `rotation.find_rotation` does.
+
+    time_s and values have the shape (n_time,): time [s], every `step` seconds, and the signal as the file has
+    it, in `stated_unit` ("" where it states none) or the unit that the laser declares.
+    """
     recorded, quantity = in_base_units(values, laser.units, stated_unit)
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)

@@ -26,6 +26,14 @@ class StillSignal:
     """A signal, NaN where invalid, sampled every `step` seconds, and its phases of stillness.
 
     Samples closer than half the window to the end of a phase are not taken as still.
+
+    Parameters
+    ----------
+    time_s, values : ndarray, shape (n_time,)
+        Time [s], and the signal in its own unit.
+    step, window_s : float
+        Sampling interval, and window of `still.stationary_phases` [s].
+    phases : list of Phase
     """
 
     time_s: Floats

@@ -25,7 +25,23 @@ def rotation_of_two(
     block: Block,
     max_disagreement_deg: float,
 ) -> Rotation:
-    """Separate rotation from translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂), see `rotation.find_rotation`."""
+    """Separate rotation from translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂), see `rotation.find_rotation`.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n_time,)
+        Evenly spaced time [s].
+    readings, lasers : sequence
+        Two of each.
+    block : Block
+    max_disagreement_deg : float
+        See `options.RotationOptions` [degree].
+
+    Raises
+    ------
+    FreerockError
+        The beams differ in kind or in face, or are at one place.
+    """
     first, second = readings
     one, other = lasers
     if "rotation" in (first.quantity, second.quantity) or (one.beam, one.face) != (other.beam, other.face):

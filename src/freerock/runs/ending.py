@@ -16,7 +16,10 @@ def core(signal: Signal, phase: Phase, window_s: float) -> slice:
 
 
 def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) -> float:
-    """Last instant [s] at which θ, averaged over `SMOOTH_S`, stands out of what it is while still."""
+    """Last instant [s] at which θ, averaged over `SMOOTH_S`, stands out of what it is while still.
+
+    It is sought from `start_s` to `until_s` of the record [s]; `still` are samples of the rest that follows.
+    """
     t, theta = signal.t, signal.theta
     width = max(1, round(SMOOTH_S / (t[1] - t[0])))
     first, last = np.searchsorted(t, (start_s, until_s))

@@ -63,7 +63,10 @@ class Polynomial(NamedTuple):
 
 
 def release_peak(motion: Samples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:
-    """The release angle as a peak: its rigid swing meets the data at half its height."""
+    """The release angle as a peak: its rigid swing meets the data at half its height.
+
+    theta0 and its standard error are in rad, of either sign; None stands for the largest |θ|.
+    """
     size = np.abs(motion.y)
     height = min(abs(theta0) if theta0 is not None else float(size.max()), 0.99 * block.theta_cr)
     i = int(np.argmax(size <= height / 2))

@@ -62,7 +62,7 @@ class _EarlyMotion(NamedTuple):
 
 
 def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> Release:
-    """The release that ends a hold, of a motion that ends at `end_s`.
+    """The release that ends a hold, of a motion that ends at `end_s` [s] of the record.
 
     The early motion is fitted twice: from the held angle, which gives the instant, and from any angle, which
     shows a push. Where no fit succeeds, the instant is a guess good to `finger_s`.
@@ -97,7 +97,13 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
 def release_by_hand(
     number: int, hold: Phase, release_s: float, end_s: float, record_end_s: float, limits: RunLimits
 ) -> Release:
-    """A release set by hand; refuses one that is not in the hold's reach, or ends beyond the record."""
+    """A release set by hand, times in seconds of the record.
+
+    Raises
+    ------
+    FreerockError
+        It comes too soon after the hold begins, or after the run ends; or the run ends beyond the record.
+    """
     if not hold.start_s + limits.finger_s + MIN_BLOCKS * BLOCK_S < release_s < end_s:
         raise FreerockError(
             "override",
