@@ -83,7 +83,7 @@ class Checkout:
         told = done.stdout + done.stderr
         jobs = Counter()
         stats = told.split("Job stats:")[1].split("total")[0]
-        for rule, number in re.findall(r"^(\w+) +(\d+)$", stats, re.M):
+        for rule, number in re.findall(r"^([\w-]+) +(\d+)$", stats, re.M):
             if rule not in ("all", *targets):
                 jobs[re.sub(r"^(record|fit|quality)_.*", r"\1", rule)] += int(number)
         for figure in re.findall(r"^ *Job \d+: \w+: figure (\w+)$", told, re.M):

@@ -40,7 +40,7 @@ def outputs(checkout, *arguments):
 def test_a_step_is_a_target(finished):
     for step, product in {"record": "records", "fit": "fits", "quality": "figures/qc_"}.items():
         done = finished.snakemake("--dry-run", "--forceall", step)
-        made = set(re.findall(r"^(\w+?)_small_(\w+_mat) ", done.stdout + done.stderr, re.M))
+        made = set(re.findall(r"^(\w+?)_small-(\w+_mat) ", done.stdout + done.stderr, re.M))
         steps = ["record", "fit", "quality"][: ["record", "fit", "quality"].index(step) + 1]
         assert made == {(each, f"{block}_mat") for each in steps for block in ("tall", "squat")}, product
 
@@ -50,11 +50,23 @@ def test_resources_of_a_step(many):
     done = many.snakemake(
         "--dry-run", "--quiet", "all", "-s", "show", "fit", "--set-resources", "fit:mem_mb=4321"
     )
-    shown = dict(re.findall(r"^((?:record|fit|quality)_many_\w+) (\w+)$", done.stdout + done.stderr, re.M))
+    shown = dict(re.findall(r"^((?:record|fit|quality)_many-\w+) (\w+)$", done.stdout + done.stderr, re.M))
     number = len(batches(TESTS, 5))
     assert len(shown) == 3 * number
     assert {name.split("_")[0] for name, mb in shown.items() if mb == "4321"} == {"fit"}
     assert list(shown.values()).count("4321") == number
+
+
+def test_names_that_look_alike_when_joined(many):
+    for name, test in (("lab", "a_b"), ("lab_a", "b")):
+        yaml = CAMPAIGN.replace("truth: truth.json\n", "").replace("records_per_job: 1", "records_per_job: 5")
+        add_campaign(many, name, yaml, [(test, "", "tall")])
+        (many / f"raw/{name}").mkdir(parents=True)
+        (many / f"raw/{name}/{test}.tdms").touch()
+    assert outputs(many, "--config", "campaigns=lab,lab_a", "--", "record") == {
+        frozenset({"a_b"}),
+        frozenset({"b"}),
+    }
 
 
 @pytest.mark.parametrize("place", [0, 11, 24])

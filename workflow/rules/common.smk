@@ -53,9 +53,9 @@ def raw_files(section, records):
     return [file for file in files if os.path.exists(file)]  # missing: the script says so
 
 
-def of_campaign(settings):
-    """Input function: settings of a rule's campaign."""
-    return lambda w: settings(campaign(w))
+def of_campaign(chosen):
+    """Input function: what is chosen of the settings of a rule's campaign."""
+    return lambda w: chosen(campaign(w))
 
 
 def tests_of(wildcards):

@@ -9,12 +9,14 @@ BATCHES = {
     for name, section in CAMPAIGNS.items()
 }
 
-# Snakemake looks the resources of all rules up when the first is made.
+# What --set-resources gives a step by its name holds for each rule of its batches. Snakemake knows no group of rules
+# there and takes the names literally, so the names of the rules are added to those asked for; it looks the resources
+# of all rules up when the first is made. No public setting is read that late (tests/workflow/test_step_names.py).
 asked = workflow.resource_settings.overwrite_resources
 for step in {"record", "fit", "quality"} & {*asked}:
     for name, all_tests in BATCHES.items():
         for tests in all_tests:
-            asked.setdefault(f"{step}_{name}_{tests[0]}", asked[step])
+            asked.setdefault(f"{step}_{name}-{tests[0]}", asked[step])
 
 for name, section in CAMPAIGNS.items():
     of_test = {each.test: each for each in section.records}
@@ -22,7 +24,7 @@ for name, section in CAMPAIGNS.items():
         records = [of_test[test] for test in tests]
         own, shared = settings.record_settings(section, records, CHECKSUMS[name])
         own_fit, shared_fit = settings.fit_settings(section, records)
-        job = f"{name}_{tests[0]}"
+        job = f"{name}-{tests[0]}"  # no name has a hyphen: no two are joined to the same
         who = f"{name}: {tests[0]}" + (f" and {len(tests) - 1} more" if tests[1:] else "")
 
         rule:

@@ -1,6 +1,6 @@
 # Before the first job of a run: what a killed run left behind, folders to write to, and times from the future.
 #
-# The rules whose files come from no other rule ask for it with their inputs. That is the only moment after
+# The rules that begin with files of the user do this in their input functions. That is the only moment after
 # Snakemake knows what it is to do and before it looks for locks: rules are read before, onstart runs after.
 # Where the workflow is only read (-n, --dag, --summary, --lint, --unlock …) there is no executor, or a dry one.
 

@@ -1,4 +1,4 @@
-"""What a step gets of the configuration: plain values, no more than it uses: nothing else reruns it.
+"""What a step gets of the configuration: plain values, and only those it uses, since their edits rerun it.
 
 Texts that only describe (title, summary, notes) are no settings of a step that computes: see `descriptions`.
 """
