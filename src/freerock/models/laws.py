@@ -86,7 +86,7 @@ PARAMETERS = {
 }
 
 PER_RUN = ("theta0", "t0")
-NUISANCES = ("width", *PER_RUN)
+COMMON_NUISANCES = ("width", *PER_RUN)
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class Law:
 
     label: str
     parameters: tuple[str, ...]
-    nuisances: tuple[str, ...] = NUISANCES
+    nuisances: tuple[str, ...] = COMMON_NUISANCES
     free: tuple[str, ...] = PER_RUN
     published: bool = False
     by_default: bool = True
@@ -142,7 +142,7 @@ class Law:
 
 
 LAWS = {
-    "housner": Law("Housner", ("r",), (*NUISANCES, "r_per_impact"), free=(), published=True),
+    "housner": Law("Housner", ("r",), (*COMMON_NUISANCES, "r_per_impact"), free=(), published=True),
     "winkler": Law("Winkler", ("k", "c"), published=True),
     "hunt_crossley": Law("Hunt–Crossley", ("k", "lambda"), published=True),
     # f = k z + c ż + λ z ż
