@@ -192,6 +192,7 @@ def test_same_figure_same_bytes(tmp_path, datasets):
     assert b"Software" not in (tmp_path / "one.png").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
 )
