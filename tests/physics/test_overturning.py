@@ -10,6 +10,8 @@ from freerock.models.ground import pulse
 from freerock.models.simulate import Solver, simulate
 from freerock.studies.methods.housner import housner_overturns
 
+pytestmark = pytest.mark.slow
+
 BLOCK = Block(0.28, 0.07, 5.84)
 LIFT_OFF = GRAVITY * BLOCK.b / BLOCK.h
 

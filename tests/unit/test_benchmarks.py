@@ -6,6 +6,10 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+import pytest
+
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 SCRIPTS = [*sorted(ROOT.glob("benchmarks/*.py")), ROOT / "docs/images/draw.py"]
 IMPORT = "import runpy, sys; [runpy.run_path(path, run_name='imported') for path in sys.argv[1:]]"

@@ -17,6 +17,8 @@ from freerock.models.simulate import simulate_theta
 from freerock.studies.paper import COLUMNS, run
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 8, 5e-4)
 

@@ -6,6 +6,8 @@ from records import KINDS, TIME, VOLTS, damaged_files, walked_by_a_fork
 from freerock.errors import FreerockError
 from freerock.records.read import read_record
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_files_that_are_damaged_are_read_when_whole(tmp_path, kind):

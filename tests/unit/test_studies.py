@@ -20,6 +20,8 @@ from freerock.studies.methods.problem import Problem, Solution
 from freerock.studies.scenes import scenes
 from freerock.studies.timing import interleaved
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(0, 0.6, 1e-3)
 for name in figures.__all__:
     import_module(f"freerock.figures.studies.{name}")

@@ -8,6 +8,8 @@ from freerock.studies.model_error import imperfect_motion
 from freerock.studies.virtual_run import Truth, draw_truth, noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
+pytestmark = pytest.mark.slow
+
 BLOCK, THETA0, _ = CONFIGURATIONS["config3"]
 TRUTH = Truth("hunt_crossley", BLOCK, FOUNDATIONS["marble"], THETA0, 1e-4)
 
