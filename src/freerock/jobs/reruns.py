@@ -47,14 +47,7 @@ def code(script: str | Path, *modules: str) -> list[str]:
     """Files a script runs: itself, every freerock module it imports, directly or not, and their data files.
 
     Imports inside functions count, those for type checkers don't. A module of the package that imports
-    `import_module` is taken to import every module beside it.
-
-    Parameters
-    ----------
-    script : path
-        A Python file.
-    *modules : str
-        Dotted names of the modules of freerock that it imports by a name found at run time.
+    `import_module` is taken to import every module beside it. Parameters as in `code_checksum`.
 
     Returns
     -------
