@@ -361,6 +361,7 @@ def test_many_sets_are_the_single_runs_on_any_number_of_threads():
         ({"time": [0.0, math.nan]}, "time", "finite"),
         ({"theta0": math.inf}, "theta0", "not finite"),
         ({"rules": Rules("sticky")}, "debonding", "sticky"),
+        ({"rules": Rules(kinematics="sliding")}, "kinematics", "sliding"),
         ({"solver": Solver(0.0)}, "rtol", "0.0"),
     ],
 )

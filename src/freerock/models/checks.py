@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.models.laws import DEBONDING, LAWS, PARAMETERS, Rules, unit_of
+from freerock.models.laws import DEBONDING, KINEMATICS, LAWS, PARAMETERS, Rules, unit_of
 
 
 def check_scene(
@@ -53,6 +53,11 @@ def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) 
     if rules.debonding not in DEBONDING:
         what = f"unknown rule {rules.debonding!r}"
         raise FreerockError("debonding", what, f"use {' or '.join(DEBONDING)}")
+    if rules.kinematics not in KINEMATICS:
+        what = f"unknown kinematics {rules.kinematics!r}"
+        raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
+    if rules.kinematics == "pivoting" and law.is_foundation:
+        raise FreerockError("kinematics", "pivoting is not worked out yet", "use guided")
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("debonding", what, "use geometric")

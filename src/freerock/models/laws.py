@@ -10,6 +10,7 @@ from math import inf
 from typing import Literal
 
 DEBONDING = ("geometric", "tensionless")
+KINEMATICS = ("guided", "pivoting")
 
 
 @dataclass(frozen=True)
@@ -21,9 +22,13 @@ class Rules:
     debonding : str
         "geometric" (contact where the base is below the ground, z > 0) or "tensionless" (contact where z > 0
         and the foundation pushes, f > 0).
+    kinematics : str
+        "guided" (the base centre moves up and down only, as in the paper) or "pivoting" (the block turns
+        about the corner that stays down). Housner's block pivots under either.
     """
 
     debonding: str = "geometric"
+    kinematics: str = "guided"
 
 
 GEOMETRIC = Rules()
