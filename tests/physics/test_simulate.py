@@ -377,6 +377,23 @@ def test_bad_arguments_are_told_in_one_line(door, change, where, what):
 
 
 @pytest.mark.parametrize(
+    ("model", "remedy"),
+    [
+        ("winkler_pivoting", "use winkler with Rules(kinematics='pivoting')"),
+        ("housner_width", "use housner with contact_width_m of the block"),
+        (
+            "winkler_pivoting_width",
+            "use winkler with Rules(kinematics='pivoting') and contact_width_m of the block",
+        ),
+    ],
+)
+def test_a_candidate_is_no_law_to_simulate(model, remedy):
+    with pytest.raises(FreerockError) as error:
+        simulate(model, BLOCKS[2], WINKLER, [0.0, 1.0], theta0=0.1)
+    assert str(error.value) == f"model: {model} is a candidate of a fit, not a law; {remedy}"
+
+
+@pytest.mark.parametrize(
     "make",
     [
         lambda: accelerogram([0.0, 0.0], x=[1.0, 2.0]),

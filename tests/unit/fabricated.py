@@ -112,7 +112,7 @@ def fits(tree, failed=()):
 
 
 def fit(tree, model, runs, failed):
-    rank = list(MODELS).index(model)
+    rank = PAPER_MODELS.index(model)
     time_s = tree["time"].values
     spans = [np.flatnonzero((time_s >= run.release_s) & (time_s <= run.end_s)) for run in runs]
     since = [time_s[span] - run.release_s for run, span in zip(runs, spans, strict=True)]

@@ -268,7 +268,7 @@ def test_panels_are_lettered_beyond_z():
     assert [style.letter(i) for i in (0, 25, 26, 51, 52, 702)] == ["a", "z", "aa", "az", "ba", "aaa"]
 
 
-def test_general_law_is_told_from_the_others_in_grey():
+def test_every_candidate_is_told_from_the_others_in_grey():
     grey = [np.dot(to_rgb(each["color"]), (0.299, 0.587, 0.114)) for each in style.MODEL_STYLES.values()]
     looks = list(
         zip(grey, map(str, (each["linestyle"] for each in style.MODEL_STYLES.values())), strict=True)

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +8,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import LAWS
+from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 
@@ -77,6 +78,19 @@ def test_joint_fit_shares_the_parameters_and_is_tighter():
         assert joint.stderr[i] < alone.stderr[i]
 
 
+def test_a_candidate_frees_its_width_beside_what_is_freed_already():
+    worn = replace(CONFIG2, contact_width_m=0.066)
+    run = motion("hunt_crossley", TRUTHS["hunt_crossley"], block=worn)
+    fit = fit_run("hunt_crossley_width", CONFIG2, run, FitSettings(free=("theta0",)))
+    assert fit.model == "hunt_crossley_width"
+    assert fit.parameters == ("k", "lambda", "width", "theta0") and fit.n_parameters == 4
+    truth = {**TRUTHS["hunt_crossley"], "width": 0.066}
+    for name, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=False):
+        assert name == "theta0" or abs(value - truth[name]) < 4 * stderr, name
+    as_freed = fit_run("hunt_crossley", CONFIG2, run, FitSettings(free=("width", "theta0")))
+    assert np.array_equal(fit.value, as_freed.value) and np.array_equal(fit.stderr, as_freed.stderr)
+
+
 def test_coloured_noise_widens_the_intervals():
     time = np.arange(0, 4, 5e-4)
     run = motion("hunt_crossley", TRUTHS["hunt_crossley"])
@@ -125,11 +139,20 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
     [
         (
             {"model": "hausner"},
-            f"fits.models: unknown model 'hausner'; use one of {', '.join(LAWS)}",
+            f"fits.models: unknown model 'hausner'; use one of {', '.join(CANDIDATES)}",
         ),
         (
             {"free": ("theta_0",)},
             "fits.free.housner: unknown nuisance 'theta_0'; use width, theta0, t0 or r_per_impact",
+        ),
+        (
+            {"model": "housner_width", "free": ("theta_0",)},
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, theta0, t0 or r_per_impact",
+        ),
+        (
+            {"model": "winkler_width", "free": ("r_per_impact",)},
+            "fits.free.winkler: a restitution per impact belongs to one run of the Housner model; "
+            "remove r_per_impact or set fits.pooled: false",
         ),
     ],
 )

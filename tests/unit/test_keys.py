@@ -20,7 +20,7 @@ from freerock.config.keys import (
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
-from freerock.models.laws import LAWS, MODELS
+from freerock.models.laws import LAWS
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
@@ -68,13 +68,13 @@ def test_freed_nuisances_are_named_for_every_model():
     for model, law in LAWS.items():
         with pytest.raises(ValueError, match=f"or '{law.nuisances[-1]}'"):
             FreeSection.model_validate({model: ["size"]})
-    assert get_args(Model) == tuple(MODELS)
+    assert get_args(Model) == tuple(LAWS)
     assert get_args(Unit) == ("", *CHANNEL_UNITS)
 
 
 def test_paper_mode_frees_the_parameters_of_the_models_only():
     free = {"housner": ["theta0"]}
-    assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(MODELS, ())
+    assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(LAWS, ())
     freed = FitsSection(free=free).freed
     assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
 

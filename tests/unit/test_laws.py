@@ -5,7 +5,19 @@ import sys
 
 import pytest
 
-from freerock.models.laws import LAWS, PARAMETERS, Rules, extended_by, parameter_of, unit_of
+from freerock.models.laws import (
+    CANDIDATES,
+    LAWS,
+    MODEL_LABELS,
+    MODELS,
+    PARAMETERS,
+    Rules,
+    alike,
+    extended_by,
+    law_of,
+    parameter_of,
+    unit_of,
+)
 
 
 @pytest.mark.parametrize("model", LAWS)
@@ -24,6 +36,34 @@ def test_damping_that_a_law_lacks():
     assert extended_by("winkler") == ("general", "lambda")
     assert extended_by("hunt_crossley") == ("general", "c")
     assert extended_by("general") is None and extended_by("housner") is None
+
+
+def test_candidates_are_the_laws_with_their_kinematics_and_width_from_few_numbers_to_many():
+    assert list(MODELS) == list(CANDIDATES) == list(MODEL_LABELS) and len(CANDIDATES) == 14
+    assert [model for model in CANDIDATES if not CANDIDATES[model].is_rival] == list(LAWS)
+    foundations = [name for name, law in LAWS.items() if law.is_foundation]
+    rivals = {
+        f"{name}{ending}" for name in foundations for ending in ("_pivoting", "_width", "_pivoting_width")
+    }
+    assert set(CANDIDATES) == {*LAWS, "housner_width", *rivals}
+    added = [len(MODELS[model]) + CANDIDATES[model].width for model in CANDIDATES]
+    assert added == sorted(added) and added[0] == 1
+    assert MODELS["general_pivoting_width"] == ("k", "c", "lambda")
+    assert MODEL_LABELS["hunt_crossley_pivoting_width"] == "Hunt–Crossley, pivoting, width free"
+    assert MODEL_LABELS["housner_width"] == "Housner, width free"
+
+
+def test_a_candidate_is_simulated_under_its_kinematics():
+    assert CANDIDATES["winkler"].rules() == Rules("geometric", "guided")
+    assert CANDIDATES["winkler_pivoting_width"].rules("tensionless") == Rules("tensionless", "pivoting")
+    assert CANDIDATES["housner"].kinematics == CANDIDATES["housner_width"].kinematics == "pivoting"
+    assert law_of("winkler_pivoting_width") is LAWS["winkler"]
+
+
+def test_candidates_of_two_laws_are_alike():
+    assert alike("general_pivoting_width", "winkler") == "winkler_pivoting_width"
+    assert extended_by("winkler_pivoting_width") == ("general_pivoting_width", "lambda")
+    assert extended_by("housner_width") is None
 
 
 def test_parameters_are_numbered_by_run_and_impact():

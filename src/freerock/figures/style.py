@@ -22,7 +22,7 @@ from matplotlib.textpath import TextPath
 from numpy.typing import ArrayLike, NDArray
 
 from freerock.files import atomic
-from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS, unit_of
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
 from freerock.tables.text import SUPERSCRIPTS
 
@@ -109,8 +109,8 @@ FOUNDATION_STYLES: tuple[Style, ...] = (
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
-# Models in the order of `models.laws`; a further one takes the next look.
-_MODEL_LOOKS = (
+# Colour, line and marker of a law, in the order of `models.laws`; a further one takes the next look.
+_LAW_LOOKS = (
     ("#d55e00", "-.", ""),
     ("#0072b2", "--", "s"),
     ("black", "-", "^"),
@@ -118,13 +118,24 @@ _MODEL_LOOKS = (
     ("#009e73", ":", "D"),
     ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
 )
-MODEL_STYLES: dict[str, Style] = {
-    model: {"color": color, "linestyle": line, "label": label}
-    for (model, label), (color, line, _) in zip(MODEL_LABELS.items(), cycle(_MODEL_LOOKS), strict=False)
-}
-MODEL_MARKERS = {
-    model: marker for model, (_, _, marker) in zip(MODEL_LABELS, cycle(_MODEL_LOOKS), strict=False)
-}
+_BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
+
+
+def _look(model: str) -> Style:
+    """Colour by law; of a rival a dash as long as its law asks, dots for what it is free in, no fill."""
+    candidate = CANDIDATES[model]
+    color, line, _ = _BY_LAW[candidate.law]
+    style: Style = {"color": color, "linestyle": line, "label": MODEL_LABELS[model]}
+    if candidate.is_rival:
+        moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
+        dots = 1 + candidate.width + 2 * moves
+        dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
+        style |= {"linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)), "markerfacecolor": "none"}
+    return style
+
+
+MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
+MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from freerock.models.laws import LAWS, MODELS
+from freerock.models.laws import MODELS, law_of
 
 TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
 LOUDER = 1.1  # times the noise before the release, above which a residual is more than noise
@@ -70,5 +70,5 @@ def is_wanted(model: str, evidence: Mapping[str, Mapping[str, Any]]) -> bool:
     `evidence` is that of `choose_model`.
     """
     usable = {model: found for model, found in evidence.items() if found["success"]}
-    cases = LAWS[model].cases
+    cases = law_of(model).cases
     return not cases or (not usable.keys().isdisjoint(cases) and not any(map(is_noise, usable.values())))

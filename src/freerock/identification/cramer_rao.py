@@ -14,8 +14,9 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.identification.settings import freed
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, PARAMETERS, PER_RUN, Rules
+from freerock.models.laws import CANDIDATES, MODELS, PARAMETERS, PER_RUN
 from freerock.models.simulate import Solver, simulate_theta
 
 RTOL = 1e-10
@@ -38,7 +39,7 @@ def standard_errors(
     Parameters
     ----------
     model : str
-        A key of `freerock.models.laws.LAWS`.
+        A key of `freerock.models.laws.CANDIDATES`.
     block : Block
     parameters : mapping
         The true parameters [SI].
@@ -64,6 +65,7 @@ def standard_errors(
     FreerockError
         The block overturns, or the motion can't be integrated.
     """
+    free = freed(model, free)
     names = (*MODELS[model], *free)
     if len(time_s) <= len(names):
         return dict.fromkeys(names, np.inf)
@@ -95,12 +97,12 @@ def _rotation(
     if "width" in free:
         block = replace(block, contact_width_m=values["width"])
     theta, outcome = simulate_theta(
-        model,
+        CANDIDATES[model].law,
         block,
         {name: values[name] for name in MODELS[model]},
         time_s - values["t0"],
         theta0=values["theta0"],
-        rules=Rules(debonding),
+        rules=CANDIDATES[model].rules(debonding),
         solver=Solver(RTOL),
     )
     if outcome not in ("completed", "at_rest"):

@@ -8,7 +8,7 @@ from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import FINE, Problem
-from freerock.models.laws import LAWS, PARAMETERS, extended_by
+from freerock.models.laws import PARAMETERS, extended_by, law_of
 
 
 def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
@@ -42,9 +42,11 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
         There, of all samples; without the columns of parameters held at a bound.
     """
     wider = extended_by(problem.model)
-    if wider is None or not LAWS[wider[0]].allows(problem.settings.debonding, len(LAWS[wider[0]].dampings)):
+    if wider is None:
         return None
-    samples, (_, other) = problem.samples(), wider
+    (model, other), samples = wider, problem.samples()
+    if not law_of(model).allows(problem.settings.debonding, len(law_of(model).dampings)):
+        return None
     # the trough of the misfit is bent: a larger trace gives no derivative
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
     column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)

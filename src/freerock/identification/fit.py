@@ -5,7 +5,7 @@ The objective is the paper's: the mean square error between measured and modelle
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from freerock.identification.least_squares import Solution
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
 from freerock.identification.search import search
-from freerock.identification.settings import FitSettings, check
+from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, unit_of
+from freerock.models.laws import law_of, unit_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -31,7 +31,7 @@ class Fit:
     Parameters
     ----------
     model : str
-        A key of `freerock.models.laws.LAWS`.
+        A key of `freerock.models.laws.CANDIDATES`.
     parameters : tuple of str
         Model parameters, then what else was freed (width; theta0, t0, numbered by run in a joint fit;
         r_2, r_3 and so on).
@@ -100,7 +100,8 @@ def fit_run(model: str, block: Block, motion: Motion, settings: FitSettings | No
     Parameters
     ----------
     model : str
-        A key of `freerock.models.laws.LAWS`: "housner", "winkler", "hunt_crossley", "general".
+        A key of `freerock.models.laws.CANDIDATES`: a law, such as "hunt_crossley", or a law with
+        other kinematics or with the contact width freed: "hunt_crossley_pivoting", "housner_width".
     block : Block
         The block.
     motion : Motion
@@ -137,6 +138,7 @@ def fit_record(
     settings = settings or FitSettings()
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     check(model, blocks, settings)
+    settings = replace(settings, free=freed(model, settings.free))
     problem = posed(model, blocks, motions, settings)
     return _fit(*search(problem, start))
 
@@ -151,7 +153,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth."""
     x, motions, samples = solution.x, problem.motions, problem.samples()
     residual = problem.residual(x, samples)
-    jacobian = problem.jacobian(x, samples, central=LAWS[problem.model].is_foundation)
+    jacobian = problem.jacobian(x, samples, central=law_of(problem.model).is_foundation)
     held = problem.at_bound(x)
     apart, holdout = None, float("nan")
     if len(motions) == 1:

@@ -10,7 +10,7 @@ from scipy import stats
 
 from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate, of_single_runs
-from freerock.models.laws import LAWS, MODELS
+from freerock.models.laws import MODELS, law_of
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent"]
@@ -40,7 +40,7 @@ def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
     """
     scenes: dict[tuple[str, str, str], list[Estimate]] = {}
     for each in of_single_runs(estimates):
-        if LAWS[each.model].is_foundation:
+        if law_of(each.model).is_foundation:
             scenes.setdefault((each.campaign, each.foundation, each.model), []).append(each)
     rows = [
         dict(zip(("campaign", "foundation", "model"), scene, strict=True)) | answer

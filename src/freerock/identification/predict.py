@@ -11,7 +11,7 @@ import pandas as pd
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.block import Block
-from freerock.models.laws import Rules
+from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import simulate_fitted
 from freerock.runs.motion import Motion
 
@@ -57,11 +57,11 @@ def predictions(
             motion = measured[own.run]
             for basis, (parameters, n_runs) in _bases(own, alike, by_block):
                 theta = simulate_fitted(
-                    own.model,
+                    CANDIDATES[own.model].law,
                     blocks[own.block],
                     {"theta0": motion.theta0, **own.release, **parameters},
                     motion.time_s,
-                    rules=Rules(debonding),
+                    rules=CANDIDATES[own.model].rules(debonding),
                 )
                 epsilon = epsilon_theta(motion.time_s, theta, motion.theta)
                 rows.append([*(getattr(own, name) for name in CASE), basis, n_runs, epsilon])

@@ -15,7 +15,16 @@ from freerock.errors import FreerockError
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODELS, PARAMETERS, PER_RUN, Rules, extended_by, parameter_of
+from freerock.models.laws import (
+    CANDIDATES,
+    MODELS,
+    PARAMETERS,
+    PER_RUN,
+    Rules,
+    extended_by,
+    law_of,
+    parameter_of,
+)
 from freerock.models.simulate import Solver, simulate_fitted
 from freerock.runs.motion import Motion
 
@@ -117,12 +126,12 @@ class Problem:
     @cached_property
     def rules(self) -> Rules:
         """Those of the simulation."""
-        return Rules(self.settings.debonding)
+        return CANDIDATES[self.model].rules(self.settings.debonding)
 
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
         value = np.array(x, dtype=float)
-        if LAWS[self.model].is_foundation:
+        if law_of(self.model).is_foundation:
             value[self.is_ratio] += value[0]
             value[self.is_logarithm] = np.exp(value[self.is_logarithm])
         if "width" in self.common:
@@ -161,7 +170,7 @@ class Problem:
 
     def bounds(self) -> list[tuple[float, float]]:
         """Lower and upper bound of each fitted number."""
-        least = 1e-4 if LAWS[self.model].cases else 1.0  # one of its dampings may be a trace
+        least = 1e-4 if law_of(self.model).cases else 1.0  # one of its dampings may be a trace
         bounds = []
         for name in self.common:
             low, high = (self.r_low, R_GRID[0]) if name == "r" else PARAMETERS[name].bounds
@@ -218,7 +227,7 @@ class Problem:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
         wider = extended_by(self.model) if added else None
         return simulate_fitted(
-            wider[0] if wider else self.model,
+            CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],
             {**values, **(added or {})},
             time_s,
@@ -284,7 +293,7 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
     FreerockError
         A run has no more valid samples than there are parameters.
     """
-    rigid = not LAWS[model].is_foundation
+    rigid = not law_of(model).is_foundation
     problem = Problem(
         model,
         tuple(blocks),

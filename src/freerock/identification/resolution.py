@@ -6,7 +6,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
-from freerock.models.laws import LAWS
+from freerock.models.laws import law_of
 
 FINEST = 1e-12  # least rtol
 WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
@@ -49,7 +49,7 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     spread = np.sqrt(np.diag(inverse))
     m = _averaging(samples, jacobian, spread)
-    if not LAWS[problem.model].is_foundation:
+    if not law_of(problem.model).is_foundation:
         return Resolution(problem.rtol, m, 0.0)
     rtol = problem.rtol
     while True:

@@ -10,7 +10,7 @@ from scipy.ndimage import minimum_filter
 from freerock.arrays import Floats
 from freerock.identification.problem import Problem, fitted
 from freerock.identification.rigid import R_GRID, moving_s, rocking_for
-from freerock.models.laws import LAWS, MODELS, PARAMETERS
+from freerock.models.laws import MODELS, PARAMETERS, alike, law_of
 
 SCAN_SAMPLES = 250  # per run
 SWING_SAMPLES = 1000  # among which the first impact is sought
@@ -32,7 +32,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     horizon_s : float
         End of the samples that count, but for Housner's r [s].
     """
-    law = LAWS[problem.model]
+    law = law_of(problem.model)
     if not law.is_foundation:
         return [[_scan_r(problem)]]
     if law.cases:
@@ -40,7 +40,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         return [
             [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
             for case in law.cases
-            for found in scan(replace(problem, model=case), horizon_s)[:2]
+            for found in scan(replace(problem, model=alike(problem.model, case)), horizon_s)[:2]
         ]
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=RTOL)

@@ -10,7 +10,7 @@ from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.scan import scan
-from freerock.models.laws import LAWS
+from freerock.models.laws import law_of
 from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
@@ -38,7 +38,7 @@ def search(problem: Problem, start: Sequence[float] | None) -> tuple[Problem, So
         starts = scan(problem.alone(), horizons[0])
     else:
         starts, horizons = [problem.fitted(start)], horizons[-2:]
-    if not LAWS[problem.model].is_foundation:
+    if not law_of(problem.model).is_foundation:
         horizons = horizons[-1:]  # already scanned on the whole run
     tracks = [_follow(problem, problem.start(values), horizons[:1]) for values in starts]
     promising = PROMISING * min(error for error, _ in tracks)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, PER_RUN
+from freerock.models.laws import CANDIDATES, LAWS, PER_RUN
 
 NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
 
@@ -34,6 +34,11 @@ class FitSettings:
     profile: bool = False
 
 
+def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
+    """What is fitted besides the parameters of a candidate, of which some free the width themselves."""
+    return ("width", *free) if CANDIDATES[model].width and "width" not in free else tuple(free)
+
+
 def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     """Refuse a fit that has no meaning.
 
@@ -50,18 +55,22 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         Unknown model or nuisance; debonding that is not worked out for the model; one width for several
         blocks; a restitution per impact of several runs, or of a foundation.
     """
-    if model not in LAWS:
-        raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")
-    law, key = LAWS[model], f"fits.free.{model}"
+    if model not in CANDIDATES:
+        raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
+    name = CANDIDATES[model].law
+    law, key = LAWS[name], f"fits.free.{name}"
+    if law.is_foundation and CANDIDATES[model].kinematics == "pivoting":
+        raise FreerockError("fits.models", f"{model}: pivoting is not worked out yet", f"use {name}")
     unknown = set(settings.free) - set(NUISANCES)
     if unknown:
         remedy = f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}"
         raise FreerockError(key, f"unknown nuisance {min(unknown)!r}", remedy)
     if not law.allows(settings.debonding, len(law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
-        raise FreerockError("fits.debonding", what, f"use geometric or remove {model} from fits.models")
-    if "width" in settings.free and len(set(blocks)) > 1:
-        raise FreerockError(key, "one width for several blocks", "remove width")
+        raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
+    if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
+        remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
+        raise FreerockError(key, "one width for several blocks", remedy)
     if "r_per_impact" in settings.free and ("r_per_impact" not in law.nuisances or len(blocks) > 1):
         what = "a restitution per impact belongs to one run of the Housner model"
         raise FreerockError(key, what, "remove r_per_impact or set fits.pooled: false")

@@ -13,7 +13,7 @@ from freerock.identification.choice import is_wanted
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODELS
+from freerock.models.laws import MODELS, law_of
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
@@ -79,7 +79,7 @@ class _Fitter:
     def of_run(self, number: int, motion: Motion) -> dict[str, Fit]:
         """The models of one run; a law with cases only where the others ask for it."""
         found: dict[str, Fit] = {}
-        for model in sorted(self.settings["models"], key=lambda model: len(LAWS[model].cases)):
+        for model in sorted(self.settings["models"], key=lambda model: len(law_of(model).cases)):
             if is_wanted(model, {name: evidence(fit) for name, fit in found.items()}):
                 fit = self._fit(model, number, [motion])
                 found |= {model: fit} if fit else {}

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.models.laws import DEBONDING, KINEMATICS, LAWS, PARAMETERS, Rules, unit_of
+from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS, PARAMETERS, Rules, unit_of
 
 
 def check_scene(
@@ -35,6 +35,12 @@ def check_scene(
 
 def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
     """Raise where the parameters are not those of the model, or the rules not worked out for it."""
+    if model in CANDIDATES and model not in LAWS:
+        candidate = CANDIDATES[model]
+        says = {"Rules(kinematics='pivoting')": candidate.kinematics != LAWS[candidate.law].kinematics[0]}
+        says |= {"contact_width_m of the block": candidate.width}
+        remedy = f"use {candidate.law} with {' and '.join(name for name in says if says[name])}"
+        raise FreerockError("model", f"{model} is a candidate of a fit, not a law", remedy)
     if model not in LAWS:
         raise FreerockError("model", f"unknown model {model!r}", f"use one of {', '.join(LAWS)}")
     law = LAWS[model]

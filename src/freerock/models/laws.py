@@ -1,11 +1,11 @@
-"""The rocking models: a parameter is one row, a law is one row.
+"""The rocking models: a parameter is one row, a law is one row; the candidates of a fit follow from the laws.
 
 Whatever lists models or parameters (configuration, fits, tables, figures, report) reads these rows. What a
 law of the foundation does is written in `contact` and, compiled, in `kernel`. The configuration reads the
 rows too, so nothing is imported here that is slow to load.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from typing import Literal
 
@@ -117,6 +117,8 @@ class Law:
         noise, and starts from where their scans end.
     tensionless : bool
         Whether the tensionless rule of debonding is worked out for all its dampings together.
+    kinematics : tuple of str
+        What its base may do sideways, the paper's first (`Rules`).
     note : str
         What the reference of the configuration says of it.
     """
@@ -129,6 +131,7 @@ class Law:
     by_default: bool = True
     cases: tuple[str, ...] = ()
     tensionless: bool = True
+    kinematics: tuple[str, ...] = KINEMATICS
     note: str = ""
 
     @property
@@ -147,7 +150,14 @@ class Law:
 
 
 LAWS = {
-    "housner": Law("Housner", ("r",), (*COMMON_NUISANCES, "r_per_impact"), free=(), published=True),
+    "housner": Law(
+        "Housner",
+        ("r",),
+        (*COMMON_NUISANCES, "r_per_impact"),
+        free=(),
+        published=True,
+        kinematics=("pivoting",),
+    ),
     "winkler": Law("Winkler", ("k", "c"), published=True),
     "hunt_crossley": Law("Hunt–Crossley", ("k", "lambda"), published=True),
     # f = k z + c ż + λ z ż
@@ -160,10 +170,77 @@ LAWS = {
     ),
 }
 
-MODELS = {model: law.parameters for model, law in LAWS.items()}
-MODEL_LABELS = {model: law.label for model, law in LAWS.items()}
+
+@dataclass(frozen=True)
+class Candidate:
+    """What is fitted to a run: a law with its kinematics, with or without the contact width freed.
+
+    Parameters
+    ----------
+    law : str
+        A key of `LAWS`.
+    kinematics : str
+        One of those of the law.
+    width : bool
+        Whether the contact width is freed.
+    """
+
+    law: str
+    kinematics: str
+    width: bool = False
+
+    @property
+    def name(self) -> str:
+        """The law's name alone is the paper's model; what differs from it follows."""
+        return self._joined(self.law, "_", "pivoting", "width")
+
+    @property
+    def label(self) -> str:
+        """Its name in tables and figures."""
+        return self._joined(LAWS[self.law].label, ", ", "pivoting", "width free")
+
+    @property
+    def is_rival(self) -> bool:
+        """Whether it differs from the law as the paper has it."""
+        return self.width or self.kinematics != LAWS[self.law].kinematics[0]
+
+    def rules(self, debonding: str = "geometric") -> Rules:
+        """The rules under which it is simulated."""
+        return Rules(debonding, self.kinematics)
+
+    def _joined(self, law: str, comma: str, pivoting: str, width: str) -> str:
+        named = [pivoting] if self.kinematics != LAWS[self.law].kinematics[0] else []
+        return comma.join([law, *named, *([width] if self.width else [])])
+
+
+def _candidates() -> dict[str, Candidate]:
+    """Every law with each of its kinematics and with the width or without, by how many numbers they add."""
+    every = [
+        Candidate(name, kinematics, width)
+        for width in (False, True)
+        for rank in range(len(KINEMATICS))
+        for name, law in LAWS.items()
+        for kinematics in law.kinematics[rank : rank + 1]
+    ]
+    ordered = sorted(every, key=lambda each: len(LAWS[each.law].parameters) + each.width)
+    return {each.name: each for each in ordered}
+
+
+CANDIDATES = _candidates()
+MODELS = {model: LAWS[each.law].parameters for model, each in CANDIDATES.items()}
+MODEL_LABELS = {model: each.label for model, each in CANDIDATES.items()}
 PAPER_MODELS = tuple(model for model, law in LAWS.items() if law.published)
 SYMBOLS = {name: parameter.symbol for name, parameter in PARAMETERS.items()}
+
+
+def law_of(model: str) -> Law:
+    """The law of a candidate."""
+    return LAWS[CANDIDATES[model].law]
+
+
+def alike(model: str, law: str) -> str:
+    """The candidate of another law that is like one in kinematics and width."""
+    return replace(CANDIDATES[model], law=law).name
 
 
 def parameter_of(name: str) -> Parameter:
@@ -177,8 +254,8 @@ def unit_of(name: str) -> str:
 
 
 def extended_by(model: str) -> tuple[str, str] | None:
-    """The law that holds a law as a case, and the damping that it adds; None where there is none."""
+    """The candidate that holds one as a case, and the damping that it adds; None where there is none."""
     for wider, law in LAWS.items():
-        if model in law.cases:
-            return wider, next(name for name in law.dampings if name not in MODELS[model])
+        if CANDIDATES[model].law in law.cases:
+            return alike(model, wider), next(name for name in law.dampings if name not in MODELS[model])
     return None

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, SYMBOLS, law_of
 from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
@@ -146,7 +146,7 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
         ],
         "epsilon": quantity(100 * fit["epsilon_theta"].item()),
         "success": bool(fit["success"].item()),
-        "rtol": float(known["rtol"]) if LAWS[model].is_foundation else math.nan,
+        "rtol": float(known["rtol"]) if law_of(model).is_foundation else math.nan,
         "integrator_error": float(known["integrator_error"]),
         "averaged": f"{known['averaged']:.0f}",
         "residual": quantity(known["residual_over_sigma"]),

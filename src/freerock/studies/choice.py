@@ -10,7 +10,7 @@ import pandas as pd
 
 from freerock.identification.choice import choose_model, is_wanted
 from freerock.identification.fit import Fit, evidence, fit_run
-from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.models.laws import LAWS, MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate
 from freerock.runs.motion import Motion
 from freerock.studies.virtual_run import Row, Truth, draw_truth, drawn_run, rows_of_all
@@ -29,7 +29,7 @@ def run(size: str = "full") -> pd.DataFrame:
         distance (between the true motion and the rival's best, in σ: √Σ(Δθ)²/σ; inf where no other law is
         as small or its fit fails), reason.
     """
-    cases = [(model, i) for model in MODELS for i in range(RUNS[size])]
+    cases = [(model, i) for model in LAWS for i in range(RUNS[size])]
     return pd.DataFrame(rows_of_all(_choice, cases))
 
 
@@ -47,7 +47,7 @@ def _draw_any(model: str, noises: Sequence[str], generator: np.random.Generator)
 
 def _choice(case: Any) -> list[Row]:
     model, i = case
-    truth, motion, _ = drawn_run(model, ("white",), (4, list(MODELS).index(model), i), _draw_any)
+    truth, motion, _ = drawn_run(model, ("white",), (4, list(LAWS).index(model), i), _draw_any)
     fits = {law: fit_run(law, truth.block, motion) for law in PAPER_MODELS}
     found = {law: evidence(fit) for law, fit in fits.items()}
     if is_wanted("general", found):

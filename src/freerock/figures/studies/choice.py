@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from freerock.figures.style import MODEL_STYLES, Labels, headed, panel_per_model, styled
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import LAWS, MODEL_LABELS
 
 FAR, NEAR = 5.0, 1.0  # distances [σ] beyond which laws are distinguished, and below which they can't be
 
@@ -20,7 +20,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
         edges = np.geomspace(0.1, 1e4, 11)
         position = np.digitize(finite.clip(0.11, 9e3).fillna(9e3), edges) - 1
         bottom = np.zeros(len(edges) - 1)
-        for chosen, style in MODEL_STYLES.items():
+        for chosen in LAWS:
             counts = np.bincount(position[rows["chosen"] == chosen], minlength=len(edges) - 1)[
                 : len(edges) - 1
             ]
@@ -30,7 +30,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
                 np.diff(edges),
                 bottom,
                 align="edge",
-                color=style["color"],
+                color=MODEL_STYLES[chosen]["color"],
                 edgecolor="white",
                 linewidth=0.3,
                 hatch="//" if chosen != model else None,
@@ -43,7 +43,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
         ax.set(
             xscale="log", xlabel="distance / σ", ylabel="runs" if ax.get_subplotspec().is_first_col() else ""
         )
-    handles = [Patch(color=style["color"], label=style["label"]) for style in MODEL_STYLES.values()]
+    handles = [Patch(color=MODEL_STYLES[law]["color"], label=MODEL_LABELS[law]) for law in LAWS]
     handles.append(Patch(facecolor="0.8", hatch="//", label="another law than the true one"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), title="chosen")
     headed(figure)
