@@ -1,21 +1,47 @@
-"""Text and YAML files, with the line on which each key stands."""
+"""Text and YAML files, with the line on which each key stands.
+
+YAML is read as its version 1.2, in which numbers are what they look like: 017 is 17, and 1:30 is a text. The
+work that a file may ask for is bounded: its length, and its values after aliases have been followed.
+"""
 
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import yaml
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.events import AliasEvent
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.tag import Tag
 
 from freerock.errors import FreerockError
 
 Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
 Lines = dict[Key, int]  # line of each key of a YAML file
 
+MOST_BYTES = 8_000_000  # of a text file
+MOST_YAML_BYTES = 1_000_000
+MOST_DEPTH = 30
+MOST_NODES = 50_000  # groups, lists, keys and values of a YAML file
+TEXT = "tag:yaml.org,2002:str"
+MERGE = "tag:yaml.org,2002:merge"
+DATE, VALUE = "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value"  # of YAML 1.1
+LONGEST = 40  # characters of a number
+NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
+CORRECT = "correct the YAML; indent with spaces, not tabs"
+PLAIN = "give the value alone, in quotes where it is a text"
 
-def read_text(path: Path) -> str:
-    """The text of a file in UTF-8; raises FreerockError where it can't be read."""
+
+def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
+    """The text of a file in UTF-8; raises FreerockError where it can't be read or is longer than that."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        with open(path, "rb") as file:
+            content = file.read(most_bytes + 1)
+        if len(content) > most_bytes:
+            raise FreerockError(path, f"has more than {most_bytes} bytes", "split it into several campaigns")
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except OSError as error:
         raise FreerockError(path, f"cannot be read ({error.strerror})", "write the file") from None
     except UnicodeDecodeError as error:
@@ -25,10 +51,11 @@ def read_text(path: Path) -> str:
 
 def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockError]]:
     """Keys and values (None when unreadable), the line of each key, and the problems met."""
+    reader = YAML(typ="safe", pure=True)
+    reader.Composer = _Composer
+    reader.allow_duplicate_keys = True  # reported here, with both lines
     try:
-        text = read_text(path)
-        loader = yaml.SafeLoader(text)
-        root = loader.get_single_node()
+        root = reader.compose(_plain_text(path))
         lines: Lines = {}
         problems: list[FreerockError] = []
         for loc, line in _locate_keys(root):
@@ -36,32 +63,97 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
                 problems.append(FreerockError(where, f"is given twice, first on line {first}", "keep one"))
             lines[loc] = line
-        data = loader.construct_document(root) if root else None
+        data = reader.constructor.construct_document(root) if root else None
     except FreerockError as error:
         return None, {}, [error]
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f"{path}:{mark.line + 1}" if mark else str(path)
-        what = getattr(error, "problem", None) or getattr(error, "reason", None) or "is not YAML"
-        return None, {}, [FreerockError(where, what, "correct the YAML; indent with spaces, not tabs")]
-    except (ValueError, RecursionError) as error:
-        what = str(error) if isinstance(error, ValueError) else "keys are nested without end"
-        return None, {}, [FreerockError(path, what, "correct the YAML; put texts in quotes")]
+    except ReaderError as error:
+        where = f"{path}:{read_text(path).count(chr(10), 0, error.position) + 1}"
+        return None, {}, [FreerockError(where, f"has the character {chr(error.character)!r}", "leave it out")]
+    except YAMLError as error:
+        return None, {}, [_fault(path, error)]
     if not isinstance(data, dict):
         what = "is empty" if data is None else "is not a list of keys and values"
         return None, {}, [*problems, FreerockError(path, what, "write lines of the form key: value")]
     return data, lines, problems
 
 
-def _locate_keys(node: yaml.Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
+def _plain_text(path: Path) -> str:
+    """The text of a YAML file; refuses directives, by which a file may ask for another version of YAML."""
+    text = read_text(path, MOST_YAML_BYTES)
+    for number, line in enumerate(text.split("\n"), 1):
+        if line.startswith("%"):
+            raise FreerockError(f"{path}:{number}", "begins with %", "leave the line out")
+    return text
+
+
+class _Refused(MarkedYAMLError):
+    """What is YAML and no configuration, with its remedy."""
+
+    def __init__(self, what: str, remedy: str, mark: Any) -> None:
+        super().__init__(problem=what, problem_mark=mark)
+        self.remedy = remedy
+
+
+class _Composer(Composer):
+    """Composes values without tags, and no more of them than a configuration has."""
+
+    def __init__(self, loader: Any = None) -> None:
+        super().__init__(loader)
+        self.warn_double_anchors = False
+        self.nodes = 0
+        self.nodes_in: dict[int, int] = {}  # of each node with an anchor, what it holds
+
+    def compose_node(self, parent: Any, index: Any) -> Node:
+        event, before = self.parser.peek_event(), self.nodes
+        if getattr(event, "tag", None) not in (None, "!", TEXT):
+            raise _Refused(f"the tag {event.tag[:LONGEST]!r} has no meaning here", PLAIN, event.start_mark)
+        if self.depth == MOST_DEPTH:
+            raise _Refused(f"keys are nested more than {MOST_DEPTH} deep", CORRECT, event.start_mark)
+        node: Node = super().compose_node(parent, index)
+        if not isinstance(event, AliasEvent):
+            self.nodes += 1
+            self.nodes_in[id(node)] = self.nodes - before
+        elif id(node) in self.nodes_in:
+            self.nodes += self.nodes_in[id(node)]
+        else:
+            raise _Refused(f"*{event.anchor} holds itself", "write the value out", event.start_mark)
+        if self.nodes > MOST_NODES:
+            remedy = "split it into several campaigns; write aliases out"
+            raise _Refused(f"more than {MOST_NODES} keys and values", remedy, event.start_mark)
+        if isinstance(node, ScalarNode):
+            _check_scalar(node)
+        return node
+
+
+def _check_scalar(node: ScalarNode) -> None:
+    """Refuse numbers that are not what they look like; read as texts what YAML 1.2 knows as such."""
+    if node.tag in NUMBERS and ("_" in node.value or len(node.value) > LONGEST):
+        what = f"{node.value[:LONGEST]!r} is not a number"
+        raise _Refused(what, "write it shorter, without _", node.start_mark)
+    if node.tag in (DATE, VALUE):
+        node.ctag = Tag(suffix=TEXT)
+
+
+def _fault(path: Path, error: YAMLError) -> FreerockError:
+    """What the reader found, in one line."""
+    mark = getattr(error, "problem_mark", None)
+    where = f"{path}:{mark.line + 1}" if mark else str(path)
+    what = getattr(error, "problem", None) or "is not YAML"
+    remedy = getattr(error, "remedy", CORRECT)
+    return FreerockError(where, what, remedy)
+
+
+def _locate_keys(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
     """Location and line of every key and list item below a YAML node; keys become texts, even no and 1."""
-    children: list[tuple[str, yaml.Node, yaml.Node]] = []
-    if isinstance(node, yaml.MappingNode):
+    children: list[tuple[str, Node, Node]] = []
+    if isinstance(node, MappingNode):
         for key, value in node.value:
-            if isinstance(key, yaml.ScalarNode) and not key.tag.endswith(":merge"):
-                key.tag = "tag:yaml.org,2002:str"
+            if not isinstance(key, ScalarNode):
+                raise _Refused("a key is no word", "write lines of the form key: value", key.start_mark)
+            if key.tag != MERGE:
+                key.ctag = Tag(suffix=TEXT)
                 children.append((key.value, key, value))
-    elif isinstance(node, yaml.SequenceNode):
+    elif isinstance(node, SequenceNode):
         children = [(str(i), item, item) for i, item in enumerate(node.value)]
     for name, key, value in children:
         yield (*loc, name), key.start_mark.line + 1
