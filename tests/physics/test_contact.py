@@ -9,8 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
-from freerock.models.block import Block
-from freerock.models.contact import Foundation, State, accelerations, contact_force, contact_intervals
+from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import (
+    Foundation,
+    State,
+    accelerations,
+    contact_force,
+    contact_intervals,
+    static_depth,
+)
 from freerock.models.laws import Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -97,6 +104,17 @@ def test_mirror(law, state, rule):
     mirrored = accelerations(BLOCK, Foundation(*law), State(z, v, -theta, -w), Rules(rule), x_ground=-1.5)
     scale = abs(a) + abs(turn) + 1
     assert mirrored == pytest.approx((a, -turn), abs=1e-9 * scale)
+
+
+@pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
+def test_a_hand_holds_the_tilted_block_and_turns_one_in_flight(kinematics):
+    rules, bed, theta = Rules(kinematics=kinematics), Foundation(6.88e6, lam=1.3e8), 0.17
+    state = State(static_depth(BLOCK, bed, theta), 0.0, theta, 0.0)
+    weight = BLOCK.mass_kg * GRAVITY
+    holding = contact_force(BLOCK, bed, state)[1] - weight * BLOCK.h * math.sin(theta)
+    assert accelerations(BLOCK, bed, state, rules, hand=holding) == pytest.approx((0, 0), abs=1e-9)
+    a, turn = accelerations(BLOCK, bed, State(-0.1, 0.0, 0.0, 0.0), rules, hand=0.3)
+    assert (a, turn) == pytest.approx((GRAVITY, 0.3 / BLOCK.inertia_base), rel=1e-12)
 
 
 def test_both_dampings_may_cut_a_hole():

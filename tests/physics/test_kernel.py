@@ -21,10 +21,13 @@ laws = st.tuples(st.floats(1e5, 1e9), st.floats(0.001, 0.1), st.booleans()).map(
 )
 states = st.tuples(st.floats(-0.02, 0.02), st.floats(-1, 1), st.floats(-0.6, 0.6), st.floats(-5, 5))
 ground = st.tuples(st.floats(-5, 5), st.floats(0, 20))  # ẍ_g, g + z̈_g
+kinematics = st.sampled_from(["guided", "pivoting"])
 
 
-def per_mass(law, block=BLOCK):
-    return Foundation(*law).constants(block)
+def per_mass(law, sideways="guided", side=1):
+    """The kernel's constants; a block that pivots turns about its right corner, or its left one."""
+    *constants, corner = Foundation(*law).constants(BLOCK, sideways == "pivoting")
+    return (*constants, math.copysign(corner, side))
 
 
 def regime_of(law, state, tensionless):
@@ -42,25 +45,25 @@ def away_from_edges(law, state, tensionless):
         assume(u1 - u0 > 1e-3)
 
 
-@given(laws, states, ground, st.booleans())
-def test_compiled_law_is_the_readable_one(law, state, moved, tensionless):
+@given(laws, states, ground, st.booleans(), kinematics)
+def test_compiled_law_is_the_readable_one(law, state, moved, tensionless, sideways):
     away_from_edges(law, state, tensionless)
-    rule = "tensionless" if tensionless else "geometric"
+    rules = Rules("tensionless" if tensionless else "geometric", sideways)
     regime = regime_of(law, state, tensionless)
-    found = kernel._accelerations(regime, *state, *moved, per_mass(law))
+    found = kernel._accelerations(regime, *state, *moved, per_mass(law, sideways, state[2]))
     expected = contact.accelerations(
-        BLOCK, Foundation(*law), State(*state), Rules(rule), x_ground=moved[0], z_ground=moved[1] - GRAVITY
+        BLOCK, Foundation(*law), State(*state), rules, x_ground=moved[0], z_ground=moved[1] - GRAVITY
     )
-    force, _ = contact.contact_force(BLOCK, Foundation(*law), State(*state), Rules(rule))
+    force, _ = contact.contact_force(BLOCK, Foundation(*law), State(*state), rules)
     scale = abs(force) / BLOCK.mass_kg + 40
     assert found[0] == pytest.approx(expected[0], abs=1e-10 * scale)
     assert found[1] == pytest.approx(expected[1], abs=1e-10 * scale / BLOCK.b)
 
 
-@given(laws, states, ground, st.booleans())
-def test_jacobian_is_the_derivative(law, state, moved, tensionless):
+@given(laws, states, ground, st.booleans(), kinematics)
+def test_jacobian_is_the_derivative(law, state, moved, tensionless, sideways):
     away_from_edges(law, state, tensionless)
-    law = per_mass(law)
+    law = per_mass(law, sideways, state[2])
     bits = kernel._signs(tensionless, state, law)
     regime = kernel._regime(bits, tensionless)
     found = np.reshape(kernel._jacobian(regime, state, *moved, law), (2, 4))
@@ -73,12 +76,12 @@ def test_jacobian_is_the_derivative(law, state, moved, tensionless):
         assert found[:, i] == pytest.approx(slope, abs=2e-4 * scale.max() / (BLOCK.b if i in (1, 3) else 1))
 
 
-@pytest.mark.parametrize("regime", [kernel.HOUSNER_RIGHT, kernel.HOUSNER_LEFT])
-def test_jacobian_of_housners_block(regime):
-    law, state = per_mass((0.0, 0.0, 0.0)), (0.0, 0.0, 0.1, 0.5)
-    found = kernel._jacobian(regime, state, 3.0, 9.0, law)
+@pytest.mark.parametrize("side", [1, -1])
+def test_jacobian_of_housners_block(side):
+    law, state = per_mass((0.0, 0.0, 0.0), "pivoting", side), (0.0, 0.0, 0.1, 0.5)
+    found = kernel._jacobian(kernel.HOUSNER, state, 3.0, 9.0, law)
     above, below = (
-        kernel._accelerations(regime, 0.0, 0.0, 0.1 + d, 0.5, 3.0, 9.0, law)[1] for d in (1e-6, -1e-6)
+        kernel._accelerations(kernel.HOUSNER, 0.0, 0.0, 0.1 + d, 0.5, 3.0, 9.0, law)[1] for d in (1e-6, -1e-6)
     )
     assert found[6] == pytest.approx((above - below) / 2e-6, rel=1e-8)
     assert all(value == 0 for i, value in enumerate(found) if i != 6)
@@ -98,10 +101,10 @@ def test_formulas_of_neighbouring_regimes_meet(law, v, theta, w, side):
         assert here == pytest.approx(there, rel=1e-9, abs=1e-6)
 
 
-def bounce(stiff, duration, steps, coefficients):
+def bounce(stiff, duration, steps, coefficients, sideways):
     """Bouncing on the whole base, in equal steps: the state at the end, and from the dense output of the
     last step that at its middle."""
-    law = per_mass((6e6, 0.0, 4e7))
+    law = per_mass((6e6, 0.0, 4e7), sideways)
     state, dense, stages = (2e-4, 0.02, 1e-3, 0.05), np.zeros((4, 5)), np.empty((8, 4))
     h = duration / steps
     for i in range(steps):
@@ -115,13 +118,14 @@ def bounce(stiff, duration, steps, coefficients):
 
 @pytest.mark.parametrize("coefficients", [STILL, SHAKEN], ids=["still", "shaken"])
 @pytest.mark.parametrize("stiff", [False, True], ids=["explicit", "implicit"])
-def test_both_methods_and_their_dense_output_are_of_fifth_order(stiff, coefficients):
+@pytest.mark.parametrize("sideways", ["guided", "pivoting"])
+def test_both_methods_and_their_dense_output_are_of_fifth_order(sideways, stiff, coefficients):
     scale, duration = np.array([1e-4, 1e-2, 1e-3, 1e-1]), 0.02
     steps, errors, between = np.array([12, 16, 24, 32]), [], []
-    exact, _ = bounce(False, duration, 500, coefficients)
+    exact, _ = bounce(False, duration, 500, coefficients, sideways)
     for n in steps:
-        end, middle = bounce(stiff, duration, int(n), coefficients)
-        exact_middle, _ = bounce(False, duration * (1 - 0.5 / n), 500, coefficients)
+        end, middle = bounce(stiff, duration, int(n), coefficients, sideways)
+        exact_middle, _ = bounce(False, duration * (1 - 0.5 / n), 500, coefficients, sideways)
         errors.append(np.abs((end - exact) / scale).max())
         between.append(np.abs((middle - exact_middle) / scale).max())
     for error in (errors, between):
@@ -136,11 +140,26 @@ def test_an_excursion_inside_one_step_is_found():
     dense[0, :3] = 1e-4 - reach, 0.0, -1e-3
     dense[1, :2] = -1e-3, 2e-3
     dense[2, 0] = theta
-    x, which = kernel._first_event(kernel.RIGHT, 1, False, dense, per_mass((6e6, 0.0, 4e7)))
+    x, which = kernel._first_event(kernel.RIGHT, 1, False, False, dense, per_mass((6e6, 0.0, 4e7)))
     assert which == 0
     assert x == pytest.approx((1 - math.sqrt(0.6)) / 2, rel=1e-12)
     dense[0, 2] = -3e-4
-    assert kernel._first_event(kernel.RIGHT, 1, False, dense, per_mass((6e6, 0.0, 4e7))) == (2.0, -1)
+    assert kernel._first_event(kernel.RIGHT, 1, False, False, dense, per_mass((6e6, 0.0, 4e7))) == (2.0, -1)
+
+
+def test_a_change_of_corner_inside_one_step_is_found():
+    """θ passes zero and returns, 1e-3 - 6e-3 x (1 - x), or does not return."""
+    dense, law = np.zeros((4, 5)), per_mass((6e6, 0.0, 4e7), "pivoting")
+    dense[0, 0] = 1e-2
+    dense[2, 0], dense[2, 2] = 1e-3, -6e-3
+    dense[3, :2] = -6e-3, 12e-3
+    x, which = kernel._first_event(kernel.FULL, 3, False, True, dense, law)
+    assert which == 5
+    assert x == pytest.approx((1 - math.sqrt(1 / 3)) / 2, rel=1e-12)
+    assert kernel._first_event(kernel.FULL, 3, False, False, dense, law) == (2.0, -1)
+    dense[2, 1:3] = -4e-3, 0.0
+    dense[3, :2] = -4e-3, 0.0
+    assert kernel._first_event(kernel.FULL, 3, False, True, dense, law) == pytest.approx((0.25, 5))
 
 
 def run(law, theta0, time, tolerance=1e-9, max_steps=100_000):

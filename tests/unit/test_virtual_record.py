@@ -8,6 +8,8 @@ from nptdms import TdmsFile
 
 from freerock.files import check_manifest
 from freerock.models.block import Block
+from freerock.models.laws import GEOMETRIC, Rules
+from freerock.models.simulate import simulate
 from freerock.records.read import read_record
 from freerock.rotation.beam import rotation_from_displacement
 from freerock.rotation.flags import FLAGS
@@ -37,10 +39,10 @@ def records():
     return dict(palermo_records())
 
 
-def one(theta0=0.17, parameters=MARBLE, model="hunt_crossley", faults=(), **release):
+def one(theta0=0.17, parameters=MARBLE, model="hunt_crossley", faults=(), rules=GEOMETRIC, **release):
     """A record of one release without noise."""
     how = [Release(theta0, parameters, **release)]
-    return simulate_record(BLOCK, LASER, model, how, seed=1, recording=SILENT, faults=faults)
+    return simulate_record(BLOCK, LASER, model, how, seed=1, recording=SILENT, faults=faults, rules=rules)
 
 
 def test_campaign_is_regenerated_bit_for_bit(records, tmp_path):
@@ -153,6 +155,21 @@ def test_every_law_and_side(model, parameters):
     for instant in run["impacts_s"][:5]:
         before, after = np.interp([instant - 1e-3, instant + 1e-3], right.time_s, right.theta)
         assert before * after < 0
+
+
+def test_pivoting_block_is_recorded_from_release_to_rest():
+    pivoting = Rules(kinematics="pivoting")
+    sudden, brief = (one(rules=pivoting, fade_s=fade) for fade in (0.0, 1e-5))
+    run = sudden.truth["runs"][0]
+    since = sudden.time_s - run["free_s"]
+    expected = simulate("hunt_crossley", BLOCK, MARBLE, since, theta0=0.17, rules=pivoting)
+    np.testing.assert_allclose(sudden.theta[since >= 0], expected.theta[since >= 0], atol=2e-6)
+    faded = brief.truth["runs"][0]
+    assert faded["impacts_s"][0] - faded["release_s"] == pytest.approx(expected.impacts[0], abs=2e-5)
+    guided = simulate("hunt_crossley", BLOCK, MARBLE, [0.0, 0.5], theta0=0.17)
+    assert expected.impacts[0] - guided.impacts[0] > 1e-3
+    assert sudden.truth["kinematics"] == "the block turns by θ about a corner, in the law and for the laser"
+    assert sudden.truth["kinematics"] == one(0.17, {"r": 0.9}, "housner").truth["kinematics"]
 
 
 def test_faults_and_hands_reach_the_converter():

@@ -62,8 +62,6 @@ def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) 
     if rules.kinematics not in KINEMATICS:
         what = f"unknown kinematics {rules.kinematics!r}"
         raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
-    if rules.kinematics == "pivoting" and law.is_foundation:
-        raise FreerockError("kinematics", "pivoting is not worked out yet", "use guided")
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("debonding", what, "use geometric")

@@ -4,8 +4,9 @@ One law f(z, ż) = k z + c ż + λ z ż acts per unit width of the base wherever
 in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ = 0 is the Winkler
 model, c = 0 the Hunt-Crossley model. With u in [-b, b] measured from the base centre, positive to
 the right, z(u) = z_cb + u sinθ and ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an
-interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. The
-compiled `kernel` computes the same forces; this is what it is checked against.
+interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. What the
+base does sideways enters the motion by `sideways` alone. The compiled `kernel` computes the same; this is
+what it is checked against.
 """
 
 import math
@@ -47,11 +48,11 @@ class Foundation(NamedTuple):
         """Whether it takes energy from the block."""
         return self.c > 0 or self.lam > 0
 
-    def constants(self, block: Block) -> tuple[float, ...]:
-        """The law and the block as the compiled kernel takes them: k/m, c/m, λ/m, b, h, I/m and g."""
+    def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
+        """The law and the block as the compiled kernel takes them: k/m, c/m, λ/m, b, h, I/m, g and b or 0."""
         m = block.mass_kg
         law = (self.k / m, self.c / m, self.lam / m)
-        return (*law, block.b, block.h, block.inertia_base / m, GRAVITY)
+        return (*law, block.b, block.h, block.inertia_base / m, GRAVITY, block.b if pivots else 0.0)
 
 
 class State(NamedTuple):
@@ -136,6 +137,18 @@ def contact_force(
     return force, moment * math.cos(state.theta)
 
 
+def sideways(block: Block, theta: float, rules: Rules) -> tuple[float, float]:
+    """Derivatives x_G′ and x_G″ [m] by θ of the place of the centre of mass over the ground.
+
+    A guided base centre keeps its place (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024),
+    x_G = h sinθ. A pivoting block keeps the corner that is down in its place, x_G = h sinθ ± b (1 - cosθ):
+    docs/physics.md, section 4. The right corner is down where theta [rad] is zero or positive.
+    """
+    s, cos = math.sin(theta), math.cos(theta)
+    arm = math.copysign(block.b, theta + 0.0) if rules.kinematics == "pivoting" else 0.0
+    return block.h * cos + arm * s, arm * cos - block.h * s
+
+
 def accelerations(
     block: Block,
     foundation: Foundation,
@@ -144,8 +157,11 @@ def accelerations(
     *,
     x_ground: float = 0.0,
     z_ground: float = 0.0,
+    hand: float = 0.0,
 ) -> tuple[float, float]:
     """Solve eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) for z̈_cb and θ̈.
+
+    With the x_G(θ) of a pivoting block it is solved for that one: docs/physics.md, section 4.
 
     The vertical ground acceleration z̈_g, positive upward, acts as a change of gravity,
     g + z̈_g in both equations; the paper prints the opposite sign in (1b), which contradicts (1a).
@@ -155,7 +171,9 @@ def accelerations(
     Parameters
     ----------
     x_ground, z_ground : float
-        Ground accelerations ẍ_g and z̈_g [m/s²]. The others as in `contact_intervals`.
+        Ground accelerations ẍ_g and z̈_g [m/s²].
+    hand : float
+        Moment of a hand on the block, positive clockwise [N·m]. The others as in `contact_intervals`.
 
     Returns
     -------
@@ -165,14 +183,12 @@ def accelerations(
         [rad/s²]
     """
     force, moment = contact_force(block, foundation, state, rules)
-    m, h = block.mass_kg, block.h
+    m, h, w = block.mass_kg, block.h, state.theta_rate
     s, cos = math.sin(state.theta), math.cos(state.theta)
-    gravity = GRAVITY + z_ground
-    # m z̈ + m h s θ̈ = vertical,  m h s z̈ + I θ̈ = turning
-    vertical = m * gravity - force - m * h * cos * state.theta_rate**2
-    turning = m * h * gravity * s - moment + m * h * x_ground * cos
-    theta_acceleration = (turning - h * s * vertical) / (block.inertia_base - m * (h * s) ** 2)
-    return vertical / m - h * s * theta_acceleration, theta_acceleration
+    lever, lever_slope = sideways(block, state.theta, rules)
+    turning = hand - moment + h * s * force + m * lever * (x_ground - lever_slope * w**2)
+    theta_acceleration = turning / (block.inertia_cm + m * lever**2)
+    return GRAVITY + z_ground - force / m - h * (cos * w**2 + s * theta_acceleration), theta_acceleration
 
 
 def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
@@ -191,6 +207,7 @@ def energy(
     z_cb_rate: "float | Floats",
     theta: "float | Floats",
     theta_rate: "float | Floats",
+    rules: Rules = GEOMETRIC,
 ) -> "float | Floats":
     """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
 
@@ -202,6 +219,8 @@ def energy(
     foundation : Foundation
     z_cb, z_cb_rate, theta, theta_rate : float or ndarray, shape (n_time,)
         State [m, m/s, rad, rad/s].
+    rules : Rules
+        Its kinematics.
     """
     import numpy as np
 
@@ -213,9 +232,9 @@ def energy(
     partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
     full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)
     elastic = np.where(flat | (np.minimum(right, left) >= 0), full, partial)
-    kinetic = (
-        0.5 * m * z_cb_rate**2 + m * h * s * z_cb_rate * theta_rate + 0.5 * block.inertia_base * theta_rate**2
-    )
+    lever = h * np.cos(theta) + (b * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
+    sinking = z_cb_rate + h * s * theta_rate
+    kinetic = 0.5 * m * ((lever * theta_rate) ** 2 + sinking**2) + 0.5 * block.inertia_cm * theta_rate**2
     at_rest = static_depth(block, foundation, 0.0)
     weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - (z_cb - at_rest))
     return kinetic + weight + elastic - k * b * at_rest**2

@@ -1,11 +1,13 @@
 """The compiled integrator of the rocking models: one call tree, all of it in this file.
 
 Equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024), divided by the mass, is solved for
-the state z_cb, ż_cb, θ, θ̇. The contact law is a polynomial of the ends of the contact interval, one
-formula per regime (which end is a corner of the base, which a root of z(u) or of f(u)). A step uses the
-formula of the regime it starts in, smoothly continued; where an event function (the depth of a corner,
-for example) changes its sign inside a step, the root is found on the dense output and the step is taken
-again to end there. So the method keeps its order across impacts.
+the state z_cb, ż_cb, θ, θ̇, of a guided block as there or of one that pivots: what keeps its place sideways
+is the base centre, or the corner that stays down, which is another one on either side of θ = 0. The contact
+law is a polynomial of the ends of the contact interval, one formula per regime (which end is a corner of the
+base, which a root of z(u) or of f(u)). A step uses the formula of the regime and the corner it starts with,
+smoothly continued; where an event function (the depth of a corner, for example) changes its sign inside a
+step, the root is found on the dense output and the step is taken again to end there. So the method keeps
+its order across impacts.
 
 Two methods of order 5 with dense output of order 4 take the steps: Dormand and Prince's explicit 5(4) pair
 (doi:10.1016/0771-050X(80)90013-3) and, where the law is stiff, Steinebach's L-stable Rosenbrock method
@@ -28,7 +30,7 @@ COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 # 1 the root of z(u), 2 the root of the second factor of f(u) (tensionless only).
 FULL, LEFT, RIGHT, FLIGHT = 0, 1, 3, 9
 # Regimes of Housner's block: turning about a corner, or at rest on its base.
-HOUSNER_RIGHT, HOUSNER_LEFT, HOUSNER_REST = 10, 11, 12
+HOUSNER, HOUSNER_REST = 10, 11
 
 A21 = 1 / 5
 A31, A32 = 3 / 40, 9 / 40
@@ -272,24 +274,36 @@ def _force_factors(regime, z, s, cos, law):
 
 
 @compiled(forceinline=True)
+def _inertia(s, cos, law):
+    """x_G′ = h cosθ + a sinθ, -x_G″ and (I_cm + m x_G′²)/m, x_G(θ) the centre of mass over the ground.
+
+    The point that keeps its place sideways lies at a from the base centre: 0, or ±b of the corner.
+    """
+    h, a = law[4], law[7]
+    hs, hc, rise = h * s, h * cos, a * s
+    lever = hc + rise
+    return lever, hs - a * cos, law[5] - hs * hs + rise * (hc + lever)
+
+
+@compiled(forceinline=True)
 def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
     b, h, inertia = law[3], law[4], law[5]
     s, cos = _sincos(theta)
-    if regime >= HOUSNER_RIGHT:
-        side = b if regime == HOUSNER_RIGHT else -b
-        return 0.0, (x_ground * (h * cos + side * s) - gravity * (side * cos - h * s)) / (inertia + b * b)
+    lever, fall, reduced = _inertia(s, cos, law)
+    if regime >= HOUSNER:
+        return 0.0, (x_ground * lever + gravity * fall) / (inertia + b * b)
     f_0, f_v, f_w, m_0, m_v, m_w = _force_factors(regime, z, s, cos, law)
     if f_0 != f_0:
         return math.nan, math.nan
     if regime not in (RIGHT, LEFT, FULL, FLIGHT):
         f_0, m_0 = _partial_force(regime, z, v, s, w * cos, law)
     hs, hc = h * s, h * cos
-    inverse = 1 / (inertia - hs * hs)
-    t_0 = (hc * x_ground + hs * f_0 - cos * m_0) * inverse
+    inverse = 1 / reduced
+    t_0 = (lever * x_ground + hs * f_0 - cos * m_0) * inverse
     t_v = (hs * f_v - cos * m_v) * inverse
     t_w = (hs * f_w - cos * m_w) * inverse
-    t_ww = hc * hs * inverse
+    t_ww = lever * fall * inverse
     a_0 = gravity - f_0 - hs * t_0
     a_v = f_v + hs * t_v
     a_w = f_w + hs * t_w
@@ -303,9 +317,9 @@ def _jacobian(regime, y, x_ground, gravity, law):
     k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
     z, v, theta, w = y
     s, cos = _sincos(theta)
-    if regime >= HOUSNER_RIGHT:
-        side = b if regime == HOUSNER_RIGHT else -b
-        slope = (x_ground * (side * cos - h * s) + gravity * (side * s + h * cos)) / (inertia + b * b)
+    lever, fall, reduced = _inertia(s, cos, law)
+    if regime >= HOUSNER:
+        slope = (gravity * lever - x_ground * fall) / (inertia + b * b)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, slope, 0.0
     spin = w * cos
     # force, moment/cosθ and their derivatives with respect to z, ż, sinθ, θ̇ cosθ
@@ -340,22 +354,21 @@ def _jacobian(regime, y, x_ground, gravity, law):
                 f_s += by_end * u
                 m_z += by_end * u
                 m_s += by_end * u * u
-    hs, hc = h * s, h * cos
-    reduced = inertia - hs * hs
-    turn = (hc * (x_ground + hs * w * w) + hs * force - cos * moment) / reduced
+    hs, hc, rise, shift = h * s, h * cos, law[7] * s, law[7] * cos
+    turn = (lever * (x_ground + fall * w * w) + hs * force - cos * moment) / reduced
     f_theta = f_s * cos - f_spin * w * s
     m_theta = m_s * cos - m_spin * w * s
     b_z = (hs * f_z - cos * m_z) / reduced
     b_v = (hs * f_v - cos * m_v) / reduced
-    b_w = (2 * hc * hs * w + (hs * f_spin - cos * m_spin) * cos) / reduced
+    b_w = (2 * lever * fall * w + (hs * f_spin - cos * m_spin) * cos) / reduced
     b_theta = (
-        (hc * hc - hs * hs) * w * w
-        - hs * x_ground
+        (hc * hc - hs * hs + rise * (hc + lever) + shift * (hs + fall)) * w * w
+        - fall * x_ground
         + hc * force
         + hs * f_theta
         + s * moment
         - cos * m_theta
-        + 2 * hs * hc * turn
+        + 2 * fall * lever * turn
     ) / reduced
     a_theta = hs * w * w - f_theta - hc * turn - hs * b_theta
     return (
@@ -371,15 +384,15 @@ def _jacobian(regime, y, x_ground, gravity, law):
 
 
 @compiled()
-def _event(i, regime, y, law):
+def _event(i, y, law):
     """Event functions; the signs of the first five make up the regime of contact.
 
     0, 1: depth of the right and left corner; 2, 3: second factor of f there;
-    4: distance between the roots of the two factors; 5: |θ| of Housner's block.
+    4: distance between the roots of the two factors; 5: θ towards the corner turned about.
     """
     z, v, theta, w = y
     if i == 5:
-        return theta if regime == HOUSNER_RIGHT else -theta
+        return theta if law[7] > 0 else -theta
     k, c, lam, b = law[0], law[1], law[2], law[3]
     s, cos = _sincos(theta)
     spin = w * cos
@@ -394,10 +407,10 @@ def _event(i, regime, y, law):
 
 
 @compiled()
-def _event_rate(i, regime, y, law):
+def _event_rate(i, y, law):
     """Rate of event functions 0, 1 and 5."""
     if i == 5:
-        return y[3] if regime == HOUSNER_RIGHT else -y[3]
+        return y[3] if law[7] > 0 else -y[3]
     swing = law[3] * y[3] * _sincos(y[2])[1]
     return y[1] - swing if i == 1 else y[1] + swing
 
@@ -413,7 +426,7 @@ def _signs(tensionless, y, law):
     """Signs of the event functions of contact as bits."""
     bits = 0
     for i in range(5 if tensionless else 2):
-        if _watched(i, bits) and _event(i, FULL, y, law) > 0:
+        if _watched(i, bits) and _event(i, y, law) > 0:
             bits |= 1 << i
     return bits
 
@@ -521,14 +534,13 @@ def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     a_z, a_v, a_t, a_w, b_z, b_v, b_t, b_w = _jacobian(regime, y, x, gravity, law)
     x_rate, z_rate = _ground_rate(coefficients, segment, tau)
     s, cos = _sincos(t)
-    hs = law[4] * s
-    if regime < HOUSNER_RIGHT:
-        b_time = law[4] * cos * x_rate / (law[5] - hs * hs)
-        a_time = z_rate - hs * b_time
+    lever, fall, reduced = _inertia(s, cos, law)
+    if regime < HOUSNER:
+        b_time = lever * x_rate / reduced
+        a_time = z_rate - law[4] * s * b_time
     else:
         a_time = 0.0
-        side = law[3] if regime == HOUSNER_RIGHT else -law[3]
-        b_time = (x_rate * (law[4] * cos + side * s) - z_rate * (side * cos - hs)) / (law[5] + law[3] ** 2)
+        b_time = (x_rate * lever + z_rate * fall) / (law[5] + law[3] ** 2)
     # W k = r, reduced to the two accelerations since the rates of z and θ are ż and θ̇
     q = 1 / (GAMMA * h)
     m11, m12 = q * q - a_z - q * a_v, -a_t - q * a_w
@@ -609,12 +621,12 @@ def _state_at(dense, x):
 
 
 @compiled()
-def _crossing(i, regime, positive, dense, right, law):
+def _crossing(i, positive, dense, right, law):
     """First fraction x <= right of the step at which event function i leaves its sign, or 0."""
     sign = 1.0 if positive else -1.0
-    f_right = sign * _event(i, regime, _state_at(dense, right), law)
+    f_right = sign * _event(i, _state_at(dense, right), law)
     left = 0.0
-    f_left = sign * _event(i, regime, _state_at(dense, left), law)
+    f_left = sign * _event(i, _state_at(dense, left), law)
     if not f_left > 1e-12 * abs(f_right):
         # just after an event the residual may have either sign: look for the excursion
         left = right
@@ -623,12 +635,12 @@ def _crossing(i, regime, positive, dense, right, law):
             left *= 0.5
             if left < 1e-9:
                 return 0.0
-            f_left = sign * _event(i, regime, _state_at(dense, left), law)
+            f_left = sign * _event(i, _state_at(dense, left), law)
     kept = 0
     for n in range(60):
         # regula falsi (Illinois), with a bisection now and then
         x = (left * f_right - right * f_left) / (f_right - f_left) if n % 4 != 3 else 0.5 * (left + right)
-        f = sign * _event(i, regime, _state_at(dense, x), law)
+        f = sign * _event(i, _state_at(dense, x), law)
         if f > 0:
             if kept == 1:
                 f_right *= 0.5
@@ -643,51 +655,54 @@ def _crossing(i, regime, positive, dense, right, law):
 
 
 @compiled()
-def _excursion(i, regime, positive, dense, law):
+def _excursion(i, positive, dense, law):
     """Fraction of the step at which event function i has left the sign it has at both ends, or 0."""
     if 2 <= i < 5:
         for n in range(1, 4):
-            if (_event(i, regime, _state_at(dense, 0.25 * n), law) > 0) != positive:
+            if (_event(i, _state_at(dense, 0.25 * n), law) > 0) != positive:
                 return 0.25 * n
         return 0.0
-    rate0 = _event_rate(i, regime, _state_at(dense, 0.0), law)
-    rate1 = _event_rate(i, regime, _state_at(dense, 1.0), law)
+    rate0 = _event_rate(i, _state_at(dense, 0.0), law)
+    rate1 = _event_rate(i, _state_at(dense, 1.0), law)
     if rate0 * rate1 < 0 and (rate0 < 0) == positive:
         x = rate0 / (rate0 - rate1)
-        if (_event(i, regime, _state_at(dense, x), law) > 0) != positive:
+        if (_event(i, _state_at(dense, x), law) > 0) != positive:
             return x
     return 0.0
 
 
 @compiled()
-def _first_event(regime, bits, tensionless, dense, law):
-    """Fraction of the step at which its first event happens, and which; (2, -1) without one."""
+def _first_event(regime, bits, tensionless, pivots, dense, law):
+    """Fraction of the step at which its first event happens, and which; (2, -1) without one.
+
+    `pivots`: whether a change of corner counts.
+    """
     first, which = 2.0, -1
-    begin, end = (5, 6) if regime >= HOUSNER_RIGHT else (0, 5 if tensionless else 2)
-    for i in range(begin, end):
-        if not _watched(i, bits):
+    for i in range(5 if regime == HOUSNER else 0, 6 if pivots else 5 if tensionless else 2):
+        if (2 <= i < 5 and not tensionless) or not _watched(i, bits):
             continue
         positive = i == 5 or (bits >> i) & 1 == 1
         right = 1.0
-        if (_event(i, regime, _state_at(dense, 1.0), law) > 0) == positive:
-            right = _excursion(i, regime, positive, dense, law)
+        if (_event(i, _state_at(dense, 1.0), law) > 0) == positive:
+            right = _excursion(i, positive, dense, law)
         if right > 0:
-            x = _crossing(i, regime, positive, dense, right, law)
+            x = _crossing(i, positive, dense, right, law)
             if x < first:
                 first, which = x, i
     return first, which
 
 
 @compiled()
-def _may_cross(bits, y, swing, v_before, swing_before, b):
-    """Whether a corner's depth has changed its sign over a step, or its rate has."""
+def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
+    """Whether a corner's depth, or a θ that counts, has changed its sign over a step, or its rate has."""
     z, v, theta, _ = y
-    reach = b * _sincos(theta)[0]
+    reach, a = law[3] * _sincos(theta)[0], law[7]
     return (
         (z + reach > 0) != (bits & 1 > 0)
         or (z - reach > 0) != (bits & 2 > 0)
         or (v + swing) * (v_before + swing_before) < 0
         or (v - swing) * (v_before - swing_before) < 0
+        or (pivots and (a * theta <= 0 or a * swing_before < 0 < a * swing))
     )
 
 
@@ -771,11 +786,14 @@ def _is_quiet(coefficients, segment):
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
 ):
-    k, c, lam, b, h, inertia, g = law
+    k, c, lam, b, h, inertia, g, corner = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
     theta_cr = math.atan2(b, h)
     weights = (1 / (tolerance * b), 1 / (tolerance * b * p), b)
+    # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
+    kick = 2 * corner * h / inertia
+    least = 0.01 * tolerance * p
     flat = 0.0 if housner else g / (2 * b * k)
     # stiffness of the upright block against turning, and the energy below which it is at rest
     turning = (2 / 3) * k * b * b * b - g * h
@@ -798,6 +816,7 @@ def _integrate(
         segment += 1
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
+    law = (k, c, lam, b, h, inertia, g, sign * corner)
     bits = 0
     if not housner:
         bits = _signs(tensionless, y, law)
@@ -805,7 +824,7 @@ def _integrate(
     elif y[2] == 0 and y[3] == 0:
         regime = HOUSNER_REST
     else:
-        regime = HOUSNER_RIGHT if right else HOUSNER_LEFT
+        regime = HOUSNER
     t = 0.0
     size = 0.01 / p
     log_before = 0.0
@@ -843,8 +862,9 @@ def _integrate(
                 t_segment = t
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             if step < left_in_segment or abs(x) * h > gravity * b:
-                regime = HOUSNER_RIGHT if x > 0 else HOUSNER_LEFT
+                regime = HOUSNER
                 sign = 1.0 if x > 0 else -1.0
+                law = (k, c, lam, b, h, inertia, g, sign * corner)
                 size = 0.01 / p
                 fresh = True
             continue
@@ -874,8 +894,9 @@ def _integrate(
                 size = max(step * growth, size if whole else 0.0)
                 log_before = log_error
                 swing1 = b * y1[3] * _sincos(y1[2])[1]
-                if tensionless or housner or _may_cross(bits, y1, swing1, y[1], swing, b):
-                    first, which = _first_event(regime, bits, tensionless, dense, law)
+                pivots = housner or kick * step * max(y[3] * y[3], y1[3] * y1[3]) > least
+                if tensionless or housner or _may_cross(bits, pivots, y1, swing1, y[1], swing, law):
+                    first, which = _first_event(regime, bits, tensionless, pivots, dense, law)
                 if which < 0:
                     break
                 whole = False
@@ -890,10 +911,10 @@ def _integrate(
             elif 2 <= which < 5:
                 break
             else:
-                residual = _event(which, regime, y1, law)
+                residual = _event(which, y1, law)
                 if abs(residual) <= 0.01 * tolerance * (1.0 if which == 5 else b):
                     break
-                correction = -residual / _event_rate(which, regime, y1, law)
+                correction = -residual / _event_rate(which, y1, law)
                 if not abs(correction) < 0.1 * step:
                     break
                 step += correction
@@ -914,22 +935,25 @@ def _integrate(
         end = breaks[segment + 1] if whole else t + step
         if step > 0:
             n = _sample(dense, t, step, end, time, n, out, rates)
-        if which == 5 or sign * y1[2] < 0:
-            if record:
+        if turned := which == 5 or sign * y1[2] < 0:
+            # a block upright at rest has no side to leave
+            if record and (y[2] != 0 or y[3] != 0):
                 if n_impacts == impacts.size:
                     impacts = _longer(impacts)
                 impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
                 n_impacts += 1
             sign = -sign
+            law = (k, c, lam, b, h, inertia, g, sign * corner)
         steps += 1
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
-        fresh = whole or which >= 0
-        if which == 5:
+        fresh = whole or which >= 0 or (turned and corner > 0)
+        if which == 5 and not housner:
+            y = (y[0], y[1], 0.0, y[3])
+        elif which == 5:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             hold = gravity * b - abs(x) * h
             w = restitution * y[3]
-            regime = HOUSNER_LEFT if regime == HOUSNER_RIGHT else HOUSNER_RIGHT
             if hold > 0 and w * w * (inertia + b * b) < 2e-3 * tolerance * hold:
                 w = 0.0
                 regime = HOUSNER_REST
@@ -938,7 +962,7 @@ def _integrate(
             bits ^= 1 << which
             if tensionless and which != 4 and _watched(4, bits):
                 bits &= 15
-                if _event(4, regime, y, law) > 0:
+                if _event(4, y, law) > 0:
                     bits |= 16
             regime = _regime(bits, tensionless)
         if whole:
@@ -977,8 +1001,9 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
 
     Parameters
     ----------
-    law : tuple of 7 floats
-        k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g.
+    law : tuple of 8 floats
+        k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g, and b where the block turns about its corners or 0 where it
+        is guided.
     restitution : float
         r of Housner's block; negative for a contact law.
     tensionless : bool

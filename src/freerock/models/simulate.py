@@ -113,7 +113,7 @@ def simulate(
     base_excitation : GroundMotion, optional
         Motion of the ground.
     rules : Rules
-        The rule of debonding.
+        The rule of debonding and the kinematics.
     solver : Solver
         Accuracy, and number of steps after which to give up.
 
@@ -291,6 +291,11 @@ class _Scene:
         """What it stands on; none under a rigid block."""
         return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
 
+    @property
+    def pivots(self) -> bool:
+        """Whether the block turns about its corners, as Housner's always does."""
+        return self.rules.kinematics == "pivoting" or not self.law.is_foundation
+
     def integrate(
         self, start: State, time: Floats, theta: Floats, rates: Floats
     ) -> tuple[int, int, int, int, int, Floats]:
@@ -309,7 +314,7 @@ class _Scene:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
         return integrate(
-            foundation.constants(block),
+            foundation.constants(block, self.pivots),
             -1.0 if self.law.is_foundation else float(self.parameters["r"]),
             self.rules.debonding == "tensionless" and foundation.is_damped,
             state,

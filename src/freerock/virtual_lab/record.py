@@ -1,9 +1,9 @@
 """A simulated record of free-rocking tests, with its truth.
 
 A record begins at rest. For every release there follow a tilt by hand (the hand in the beam now and then), a
-hold by a finger, the finger's fading support, free rocking to rest, and a pause. The law of motion restrains
-the base centre, as the models do; for the laser the block turns by the same θ about its corner (see
-`freerock.rotation.beam`).
+hold by a finger, the finger's fading support, free rocking to rest, and a pause. For the laser the block
+turns by θ about its corner, which neither slides nor sinks (see `freerock.rotation.beam`). That is how a
+pivoting block and a rigid one move sideways; a guided one goes b(1 - cosθ) less far.
 """
 
 import math
@@ -26,6 +26,10 @@ from freerock.virtual_lab.noise import Disturbance, Noise, converted
 # Motion is integrated exactly and kept to 1 µrad: no byte depends on a processor's last digit.
 EXACT = Solver(rtol=1e-12)
 THETA_DECIMALS = 6
+KINEMATICS = {
+    "guided": "base centre restrained in the law; for the laser the block turns by θ about a corner",
+    "pivoting": "the block turns by θ about a corner, in the law and for the laser",
+}
 REST_RAD = 2e-5  # the operator's eye: below this the block has come to rest
 VOLTS = (  # what the truth says of a laser: all its outputs are volts
     *("beam", "position_m", "range_m", "face", "sign", "release_side", "volts_at_start", "volts_at_end"),
@@ -125,7 +129,7 @@ def simulate_record(
     faults : sequence of callable
         Each takes (time_s, volts, generator) and returns volts, between sensor and converter.
     rules : Rules
-        The rule of debonding.
+        The rule of debonding and the kinematics.
 
     Returns
     -------
@@ -145,7 +149,7 @@ def simulate_record(
         "origin": "simulated",
         "model": model,
         "debonding": rules.debonding,
-        "kinematics": "base centre restrained in the law; for the laser the block turns by θ about a corner",
+        "kinematics": KINEMATICS[rules.kinematics if LAWS[model].is_foundation else "pivoting"],
         "block": {key: value for key, value in asdict(block).items() if value is not None},
         "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
         "noise": asdict(noise),
@@ -248,10 +252,8 @@ def _fade(
 
         def rates(t: float, y: Floats) -> list[float]:
             state = State(y[2], y[3], y[0], y[1])
-            z_rate2, theta_rate2 = accelerations(block, foundation, state, rules)
-            arm = block.h * math.sin(y[0])
-            turn = support(t) * moment / (block.inertia_base - block.mass_kg * arm**2)
-            return [y[1], theta_rate2 + turn, y[3], z_rate2 - arm * turn]
+            z_rate2, theta_rate2 = accelerations(block, foundation, state, rules, hand=support(t) * moment)
+            return [y[1], theta_rate2, y[3], z_rate2]
 
     fade = solve_ivp(
         rates, (0, release.fade_s), start, "DOP853", rtol=1e-12, atol=1e-14, dense_output=True, max_step=1e-3
