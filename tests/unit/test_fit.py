@@ -24,7 +24,11 @@ TRUTHS = {
 def motion(model, parameters, *, block=CONFIG2, alpha=math.radians(10), t0=0.0, sigma=1e-4, seed=1, span=4.0):
     """A simulated run whose release the reader of the record took t0 too early."""
     time = np.arange(0, span, 5e-4)
-    theta, outcome = simulate_theta(model, block, parameters, time - t0, theta0=alpha, solver=Solver(1e-10))
+    law, rules = CANDIDATES[model].law, CANDIDATES[model].rules("geometric")
+    solver = Solver(1e-10)
+    theta, outcome = simulate_theta(
+        law, block, parameters, time - t0, theta0=alpha, rules=rules, solver=solver
+    )
     assert outcome in ("completed", "at_rest")
     noise = np.random.default_rng(seed).normal(0, sigma, len(time))
     return Motion(
@@ -32,14 +36,15 @@ def motion(model, parameters, *, block=CONFIG2, alpha=math.radians(10), t0=0.0, 
     )
 
 
-@pytest.mark.parametrize("model", TRUTHS)
+@pytest.mark.parametrize("model", [*TRUTHS, "winkler_pivoting", "hunt_crossley_pivoting"])
 @pytest.mark.parametrize("block, alpha", [(CONFIG2, 10), (CONFIG3, 20)])
 def test_truth_is_recovered_within_the_reported_uncertainty(model, block, alpha):
-    run = motion(model, TRUTHS[model], block=block, alpha=math.radians(alpha), t0=1.3e-3)
+    parameters = TRUTHS[CANDIDATES[model].law]
+    run = motion(model, parameters, block=block, alpha=math.radians(alpha), t0=1.3e-3)
     fit = fit_run(model, block, run)
     assert fit.success, fit.message
     found = dict(zip(fit.parameters, zip(fit.value, fit.stderr, strict=True), strict=True))
-    truth = {**TRUTHS[model], "theta0": math.radians(alpha), "t0": 1.3e-3}
+    truth = {**parameters, "theta0": math.radians(alpha), "t0": 1.3e-3}
     assert set(found) == set(truth)
     for name, (value, stderr) in found.items():
         assert abs(value - truth[name]) < 4 * stderr, name

@@ -59,8 +59,6 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
     name = CANDIDATES[model].law
     law, key = LAWS[name], f"fits.free.{name}"
-    if law.is_foundation and CANDIDATES[model].kinematics == "pivoting":
-        raise FreerockError("fits.models", f"{model}: pivoting is not worked out yet", f"use {name}")
     unknown = set(settings.free) - set(NUISANCES)
     if unknown:
         remedy = f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}"
