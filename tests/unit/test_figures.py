@@ -46,6 +46,30 @@ def test_foundation_effect_follows_the_papers_line_styles(datasets):
     assert data.groupby(["block", "foundation"])["test"].unique().str.len().eq(1).all()
 
 
+def test_labels_are_drawn_as_they_are_written(datasets):
+    records, fitted = datasets
+    labels = {"b1": "5 $ and $x_{$", "b2": r"\\frac{$", "marble": "_Marble", "mat": "$10^3$ " * 12}
+    for figure, _ in (
+        foundation_effect.draw(records, "simulated", labels),
+        drawn_restitution(records, fitted, labels),
+        *((page, None) for page in quality.failed(failed_record(), labels, "a $x_{$ reason")[0]),
+    ):
+        figure.draw_without_rendering()
+    figure, _ = foundation_effect.draw(records, "simulated", labels)
+    figure.draw_without_rendering()
+    assert [text.get_text().strip() for text in figure.axes[0].get_legend().get_texts()] == [
+        "_Marble",
+        r"\$10^3\$ " * 11 + r"\$10^3\$",
+    ]
+
+
+@given(st.text("$\\_{} a", max_size=60))
+def test_no_label_is_a_formula(text):
+    for drawn in (style.plain(text), style.wrapped(style.plain(text) * 3, 0.3)):
+        assert not Text(0, 0, "")._preprocess_math(drawn)[1], drawn
+        assert not drawn.startswith("_")
+
+
 def test_foundation_effect_draws_its_data_in_degrees_since_release(datasets):
     figure, data = foundation_effect.draw(datasets[0], "simulated")
     own = data[(data["block"] == "b2") & (data["foundation"] == "mat")]

@@ -36,6 +36,12 @@ def test_latex_translates_every_sign():
     assert text.isascii()
 
 
+def test_latex_keeps_a_cell_on_its_line():
+    text = latex(pd.DataFrame({"Block": ["a <b>\n\n% c"]}), "Two\nlines")
+    assert r"a $<$b$>$ \% c \\" in text
+    assert r"\caption{Two lines}" in text
+
+
 def test_latex_leaves_names_alone():
     text = latex(pd.DataFrame({"Record": ["wet_felt"], "t_f / s": ["3.20"]}), "Felt")
     assert r"Record & $t_f$ / s \\" in text

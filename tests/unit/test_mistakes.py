@@ -257,6 +257,26 @@ YAML_MISTAKES = {
         "lab.yaml:1: the tag 'tag:yaml.org,2002:python/object/apply:os' has no meaning here; "
         "give the value alone, in quotes where it is a text",
     ),
+    "a name too long for a file": (
+        ("marble: {}", f"marble: {{}}\n  {'t' * 245}: {{}}"),
+        f"lab.yaml:10: foundations.{'t' * 245}: '{'t' * 49}…' has 245 characters; use 100 at most",
+    ),
+    "a label too long for a figure": (
+        ("mass_kg: 5.84", f"mass_kg: 5.84\n    label: {'T' * 300}"),
+        f"lab.yaml:8: blocks.tall.label: '{'T' * 49}…' has 300 characters; use 100 at most",
+    ),
+    "a sign for the terminal in a label": (
+        ("mass_kg: 5.84", 'mass_kg: 5.84\n    label: "T\\e[31m"'),
+        r"lab.yaml:8: blocks.tall.label: has the character '\x1b'; leave it out",
+    ),
+    "half a character in a label": (
+        ("mass_kg: 5.84", 'mass_kg: 5.84\n    label: "T\\ud800"'),
+        r"lab.yaml:8: blocks.tall.label: has the character '\ud800'; leave it out",
+    ),
+    "a pattern for a folder": (
+        ("title", "raw: raw/{x}\ntitle"),
+        "lab.yaml:1: raw: 'raw/{x}' has braces, which Snakemake takes for wildcards; rename it",
+    ),
     "minutes of YAML 1.1": (
         ("0.28", "1:30"),
         "lab.yaml:5: blocks.tall.height_m: '1:30' is not a valid number; give the full height 2h in metres",
@@ -373,6 +393,24 @@ CSV_MISTAKES = {
         ("near,,,,", "near,second,,bad,"),
         "lab.csv:2: exclude: 'second' is not understood; "
         "give nothing, record, or the numbers of the runs left out, as 2;3",
+    ),
+    "exclude of 5000 digits": (
+        ("near,,,,", f"near,{'9' * 5000},,bad,"),
+        f"lab.csv:2: exclude: '{'9' * 49}…' is not understood; "
+        "give nothing, record, or the numbers of the runs left out, as 2;3",
+    ),
+    "override of 5000 digits": (
+        ("near,,,,", f"near,,{'9' * 5000}@1:2,bad,"),
+        f"lab.csv:2: override: '{'9' * 49}…' is not run@release:end; "
+        "give run and seconds, as 2@12.310:19.800",
+    ),
+    "a test too long for a file": (
+        ("a,a.tdms", f"{'a' * 300},a.tdms"),
+        f"lab.csv:2: test: '{'a' * 49}…' has 300 characters; use 100 at most",
+    ),
+    "a file name too long": (
+        ("a,a.tdms", f"a,{'a' * 300}.tdms"),
+        f"lab.csv:2: file: '{'a' * 49}…' is longer than a file name may be; rename the file",
     ),
     "override without run": (
         ("near,,,,", "near,,12.3:19.8,bad,"),

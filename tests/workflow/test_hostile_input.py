@@ -20,9 +20,9 @@ title: '=cmd|" /C calc"!A0 {SCRIPT}'
 summary: '{{{{ 7*7 }}}} {{% raw %}} {SCRIPT}'
 origin: simulated
 blocks:
-  squat: {{height_m: 0.14, width_m: 0.07, mass_kg: 2.98, label: '=1+1 \\input{{/etc/passwd}} {SCRIPT}'}}
+  squat: {{height_m: 0.14, width_m: 0.07, mass_kg: 2.98, label: '=1 \\input{{/etc/passwd}} $x_{{$ {SCRIPT}'}}
 foundations:
-  mat: {{label: '@SUM(A1) {{wildcards}} {SCRIPT}'}}
+  mat: {{label: "_@SUM(A1) $5\\n| {{wildcards}} [x](javascript:alert) {SCRIPT}"}}
 lasers:
   low: {{beam: horizontal, position_m: 0.1, range_m: 0.1}}
 """
@@ -49,6 +49,12 @@ def test_hostile_texts_do_nothing_in_any_product(tmp_path):
     assert "<script>alert" not in page
     assert "alert(1)" in page
     assert "{{ 7*7 }}" in page
+    for path in (checkout / "results/lab/tables").glob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        assert "<script" not in text and "[x](" not in text
+        rows = [line for line in text.splitlines() if line.startswith("|")]
+        assert len({row.replace(r"\|", "").count("|") for row in rows}) == 1, text
+    assert "$5 \\| {wildcards}" in (checkout / "results/lab/tables/table2.md").read_text(encoding="utf-8")
     for path in (checkout / "results/lab/tables").glob("*.tex"):
         assert "\\input{/etc" not in path.read_text(encoding="utf-8")
     cells = 0

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, printable
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
 
@@ -153,7 +153,7 @@ def look_text(look: RecordLook) -> str:
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]
     remarks = dict.fromkeys(text for channel in look.readable for text in channel.remarks)
-    return "\n".join([*lines, *remarks])
+    return printable("\n".join([*lines, *remarks]))
 
 
 def draw_looks(looks: Iterable[RecordLook], path: Path) -> None:

@@ -21,7 +21,7 @@ from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into,
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
-from freerock.config.values import NAME
+from freerock.config.values import LONGEST_NAME, name_fault
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, sha256, write_manifest, write_text
 from freerock.records.read import READERS
@@ -99,8 +99,8 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
         The name can't be used, something of that name exists already, or no record can be read.
     """
     folder, root = Path(folder), Path(root)
-    if not re.fullmatch(NAME, name):
-        raise FreerockError(name, "is not a name", "use letters, digits and _ only")
+    if fault := name_fault(name):
+        raise FreerockError("NAME", *fault)
     if name in RESERVED:
         raise FreerockError(name, f"names {RESERVED[name]}", "choose another name")
     if not folder.is_dir():
@@ -268,7 +268,7 @@ def _in_words(channel: ChannelLook) -> str:
 
 
 def _test_name(stem: str, taken: set[str]) -> str:
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_") or "test"
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: LONGEST_NAME - 5] or "test"
     name, number = plain, 1
     while name.casefold() in taken:
         number += 1

@@ -4,7 +4,6 @@ All problems of all files are reported at once, one line each: file and line, ke
 """
 
 import math
-import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,14 +23,16 @@ from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
 from freerock.config.values import (
-    NAME,
     Invalid,
     Name,
     Section,
+    Text,
+    check_braces,
     check_inside,
     check_name,
     closest,
     did_you_mean,
+    name_fault,
 )
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
@@ -47,15 +48,15 @@ RESERVED = {  # folders of results that are no campaign's
 class CampaignFile(Section):
     """A test campaign: config/campaigns/<name>.yaml."""
 
-    title: str = Field(min_length=1, description="the title of the campaign")
+    title: Text = Field(min_length=1, description="the title of the campaign")
     origin: Literal["simulated", "measured"] = Field(
         description="simulated or measured, as shown in every dataset, table and figure"
     )
-    summary: str = Field("", description="what was tested, how and why, in a sentence or two")
-    institution: str = Field("", description="the laboratory")
-    creator: str = Field("", description="who made the records")
-    license: str = Field("", description="the licence of the records")
-    references: str = Field("", description="publications, as doi:10.…/…")
+    summary: Text = Field("", description="what was tested, how and why, in a sentence or two")
+    institution: Text = Field("", description="the laboratory")
+    creator: Text = Field("", description="who made the records")
+    license: Text = Field("", description="the licence of the records")
+    references: Text = Field("", description="publications, as doi:10.…/…")
     raw: str = Field("", description="the folder of the record files; left out, raw/<name of the campaign>")
     truth: str = Field("", description="the file of true values in the raw folder, of a simulated campaign")
     blocks: dict[Name, BlockSection] = Field(min_length=1, description="one or more blocks, each by its name")
@@ -92,6 +93,11 @@ class CampaignFile(Section):
                 what = f"{other!r} and {name!r} are both printed as {section.label or name!r}"
                 raise Invalid(what, "give each its own label")
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
+
+    @field_validator("raw")
+    @classmethod
+    def _folder_is_no_pattern(cls, raw: str) -> str:
+        return check_braces(raw)
 
     @field_validator("truth")
     @classmethod
@@ -302,8 +308,8 @@ def read_campaign(path: str | Path) -> Source:
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
-    if not re.fullmatch(NAME, path.stem):
-        problems.append(FreerockError(str(path), "not a name", "name the file by letters, digits and _ only"))
+    if fault := name_fault(path.stem):
+        problems.append(FreerockError(path, *fault))
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     records = read_records(path.with_suffix(".csv"), names, path, problems)
     for line, record in records if file else ():

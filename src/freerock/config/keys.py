@@ -12,6 +12,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 from freerock.config.values import (
     Debonding,
     Invalid,
+    Label,
     Model,
     Name,
     Number,
@@ -51,7 +52,7 @@ class BlockSection(Section):
     release_angle_deg: Number | None = Field(
         None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
     )
-    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+    label: Label = Field("", description="the name printed in tables and figures; left out, the key")
 
     @property
     def block(self) -> Block:
@@ -82,7 +83,7 @@ class BlockSection(Section):
 class FoundationSection(Section):
     """What the blocks stand on."""
 
-    label: str = Field("", description="the name printed in tables and figures; left out, the key")
+    label: Label = Field("", description="the name printed in tables and figures; left out, the key")
 
 
 class RotationSection(Section):
@@ -284,7 +285,9 @@ class PlanSection(Section):
 class PublishedSection(Section):
     """Values of a publication, printed beside the identified ones."""
 
-    doi: str = Field(pattern=r"^10\.\d{4,9}/\S+$", description="the DOI of the publication, as 10.…/…")
+    doi: str = Field(
+        pattern=r"^10\.\d{4,9}/\S+$", max_length=200, description="the DOI of the publication, as 10.…/…"
+    )
     values: dict[Name, dict[Name, dict[Model, dict[str, Number]]]] = Field(
         description="block: foundation: model: parameter: value, "
         "in SI units; epsilon_theta as a fraction counts as a parameter"

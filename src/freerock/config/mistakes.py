@@ -7,7 +7,16 @@ from typing import Any, get_origin
 from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
-from freerock.config.values import NAME, Invalid, Section, closest, did_you_mean, section_in
+from freerock.config.values import (
+    NAME,
+    Invalid,
+    Section,
+    closest,
+    did_you_mean,
+    name_fault,
+    section_in,
+    shown,
+)
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
@@ -89,7 +98,9 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
         keys = _keys(model, loc[:-1])
         return "unknown key", did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
     if context.get("pattern") == NAME and value:
-        return f"{value!r} is not a name", "use letters, digits and _ only"
+        return name_fault(value) or ("", "")
+    if kind in ("string_too_long", "too_long") and isinstance(value, str):
+        return f"{shown(value)} has {len(value)} characters", f"use {context['max_length']} at most"
     field, _ = _walk(model, loc)
     give = f"give {field.description}" + (", in quotes" if kind == "string_type" else "")
     if kind == "missing":
@@ -99,12 +110,12 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
     if isinstance(value, dict | list | tuple):
         return f"{'a group of keys' if isinstance(value, dict) else 'a list'} does not belong here", give
     if "pattern" in context:
-        return f"{value!r} is not understood", give
+        return f"{shown(value)} is not understood", give
     what = fault["msg"].replace("Input should be", "is not").replace("valid tuple", "list")
     what = re.sub(r"valid dictionary.*", "group of keys", what).partition(", unable")[0]
     if kind == "literal_error":
         give = did_you_mean(value, re.findall(r"'(\w+)'", context["expected"])) or give
-    return f"{value!r} {what}", give
+    return f"{shown(value)} {what}", give
 
 
 def _walk(model: type[Section], loc: Key) -> tuple[Any, type[Section] | None]:

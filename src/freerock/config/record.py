@@ -11,11 +11,12 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator
 
 from freerock.config.mistakes import FILL_IN, validate
-from freerock.config.values import Invalid, Name, Section, check_inside, closest, did_you_mean
+from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean, shown
 from freerock.config.yaml_lines import Key, read_text
 from freerock.errors import FreerockError
 
-OVERRIDE = re.compile(r"(\d+)@(\d+(?:\.\d*)?):(\d+(?:\.\d*)?)")
+RUN, SECONDS = "[0-9]{1,6}", r"[0-9]{1,9}(?:\.[0-9]{0,12})?"
+OVERRIDE = re.compile(f"({RUN})@({SECONDS}):({SECONDS})")
 
 
 class Record(Section):
@@ -31,15 +32,15 @@ class Record(Section):
     laser: str = Field(description="the name of a laser, or of the two on one record, as a;b")
     exclude: str = Field(
         "",
-        pattern=r"^(record|\d+(;\d+)*)?$",
+        pattern=f"^(record|{RUN}(;{RUN})*)?$",
         description="nothing, record, or the numbers of the runs left out, as 2;3",
     )
     override: str = Field(
         "",
         description="nothing, or hand-set release and end in seconds, as 2@12.310:19.800; more after a ;",
     )
-    reason: str = Field("", description="why a run is excluded or overridden")
-    note: str = Field("", description="anything worth keeping")
+    reason: Text = Field("", description="why a run is excluded or overridden")
+    note: Text = Field("", description="anything worth keeping")
 
     @field_validator("file")
     @classmethod
@@ -53,7 +54,9 @@ class Record(Section):
         for item in filter(None, override.split(";")):
             match = OVERRIDE.fullmatch(item.strip())
             if not match:
-                raise Invalid(f"{item!r} is not run@release:end", "give run and seconds, as 2@12.310:19.800")
+                raise Invalid(
+                    f"{shown(item)} is not run@release:end", "give run and seconds, as 2@12.310:19.800"
+                )
             if float(match[2]) >= float(match[3]):
                 raise Invalid(f"run {match[1]} ends before it is released", "give the release first")
             runs.append(int(match[1]))

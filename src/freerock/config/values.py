@@ -6,12 +6,14 @@ from collections.abc import Collection, Iterable
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator
 
 from freerock.models.laws import DEBONDING, LAWS
 from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
+LONGEST_NAME = 100  # characters: names become parts of file names, which have 255 at most
+UNPRINTED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff]")
 
 
 class Invalid(ValueError):
@@ -28,10 +30,16 @@ def _not_a_switch(value: Any) -> Any:
     return value
 
 
+def _in_one_line(value: Any) -> Any:
+    return " ".join(value.split()) if isinstance(value, str) else value
+
+
 Number = Annotated[float, BeforeValidator(_not_a_switch)]
 Whole = Annotated[int, BeforeValidator(_not_a_switch)]
 Positive = Annotated[Number, Field(gt=0)]
-Name = Annotated[str, StringConstraints(pattern=NAME)]
+Name = Annotated[str, StringConstraints(pattern=NAME, max_length=LONGEST_NAME)]
+Label = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=100)]
+Text = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=2000)]
 if TYPE_CHECKING:  # words known only at run time
     Unit: TypeAlias = str
     Model: TypeAlias = str
@@ -46,6 +54,28 @@ class Section(BaseModel):
     """A group of keys: unknown keys are refused, nothing changes after loading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, str_strip_whitespace=True)
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _printed(cls, value: Any) -> Any:
+        if isinstance(value, str) and (found := UNPRINTED.search(value)):
+            raise Invalid(f"has the character {found[0]!r}", "leave it out")
+        return value
+
+
+def name_fault(name: str) -> tuple[str, str] | None:
+    """Why a text can't be a name, and what to do."""
+    if not re.fullmatch(NAME, name):
+        return f"{shown(name)} is not a name", "use letters, digits and _ only"
+    if len(name) > LONGEST_NAME:
+        return f"{shown(name)} has {len(name)} characters", f"use {LONGEST_NAME} at most"
+    return None
+
+
+def shown(value: object) -> str:
+    """A value as a message shows it."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:50]}…{text[-1]}"
 
 
 def section_in(annotation: Any) -> type[Section] | None:
@@ -74,9 +104,16 @@ def check_name(name: str, names: Collection[str], kind: str) -> None:
 
 def check_inside(file: str) -> str:
     """Refuse the path of a file that may lie outside of the raw folder."""
+    if any(len(part.encode()) > 255 for part in PurePosixPath(file).parts):
+        raise Invalid(f"{shown(file)} is longer than a file name may be", "rename the file")
     if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
         remedy = "give a path below it, with / between folders"
         raise Invalid(f"{file!r} is not inside the raw folder", remedy)
-    if re.search("[{}]", file):
-        raise Invalid(f"{file!r} has braces, which Snakemake takes for wildcards", "rename the file")
-    return file
+    return check_braces(file)
+
+
+def check_braces(path: str) -> str:
+    """Refuse the path of a file or folder that Snakemake would take for a pattern."""
+    if re.search("[{}]", path):
+        raise Invalid(f"{path!r} has braces, which Snakemake takes for wildcards", "rename it")
+    return path

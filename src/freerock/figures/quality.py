@@ -262,7 +262,7 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     colour, height = VERDICT_COLOURS[attrs["verdict"]], figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **style: Any) -> None:
-        figure.text(x, 1 - inches / height, text, va="top", **style)
+        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **style)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)

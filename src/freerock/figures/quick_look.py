@@ -9,6 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
+from freerock.errors import printable
 from freerock.figures.style import styled
 from freerock.files import atomic
 
@@ -29,8 +30,8 @@ def draw(panels: Sequence[Panel]) -> Figure:
         axes = figure.subplots(max(1, len(panels)), 1, squeeze=False)[:, 0]
         for ax, panel in zip(axes, panels, strict=False):
             ax.plot(panel.time_s, panel.values, color="black", linewidth=0.7)
-            ax.set_title(panel.title, loc="left")
-            ax.set_ylabel(panel.ylabel)
+            ax.set_title(printable(panel.title), loc="left")
+            ax.set_ylabel(printable(panel.ylabel))
         axes[-1].set_xlabel("time / s")
     return figure
 

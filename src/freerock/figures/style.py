@@ -91,9 +91,9 @@ def _width(text: str, points: float) -> float:
 
 
 def wrapped(text: str, room: float) -> str:
-    """A title or label of an axis, broken where it is wider than so much of the figure."""
+    """A title or label of an axis without formulas, broken where it is wider than so much of the figure."""
     characters = room * size(1)[0] * 72 / (CHARACTER * _points("axes.titlesize"))
-    return textwrap.fill(text, max(8, int(characters)))
+    return plain(textwrap.fill(text.replace(r"\$", "$"), max(8, int(characters))))
 
 
 def _points(parameter: Any) -> float:
@@ -141,8 +141,13 @@ FOOTER = "simulated record – not the laboratory's data"
 
 
 def label(labels: Labels, name: str) -> str:
-    """Printed name of a block or foundation; the name itself where none is given."""
-    return (labels or {}).get(name) or name
+    """Printed name of a block or foundation, to be drawn; the name itself where none is given."""
+    return plain((labels or {}).get(name) or name)
+
+
+def plain(text: str) -> str:
+    """A user's text as Matplotlib draws it: a $ begins no formula, a _ leaves nothing out of a legend."""
+    return text.replace("$", r"\$") if text[:1] != "_" else plain(f" {text}")
 
 
 def axis_of(parameter: str) -> str:

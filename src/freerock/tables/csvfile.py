@@ -9,6 +9,7 @@ from freerock.files import atomic
 
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
 NAMES += ["parameter", "unit"]
+FLAGS = ["success", "excluded"]  # true or false, which an empty column does not say
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> None:
@@ -39,4 +40,5 @@ def read_csv(path: str | Path) -> pd.DataFrame:
     """
     text = dict.fromkeys((*NAMES, "reasons", "reason"), str)
     frame = pd.read_csv(path, dtype=text, keep_default_na=False, na_values=[""])  # a block may be called NA
-    return frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
+    frame = frame.fillna({column: "" for column in ("reasons", "reason") if column in frame})
+    return frame.astype({column: bool for column in FLAGS if column in frame and frame.empty})

@@ -12,6 +12,7 @@ from freerock.tables.text import fixed, quantity, unit_text
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
 TEX = {
     **{char: rf"\{char}" for char in "&%$#_{}"},
+    **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{"±": r"$\pm$", "·": r"$\cdot$", "−": "$-$", "°": r"$^\circ$", "–": "--", "’": "'"},
     **{"α": r"$\alpha$", "λ": r"$\lambda$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
@@ -109,4 +110,4 @@ def _tex(text: object) -> str:
     def command(match: re.Match[str]) -> str:
         return TEX.get(match[0]) or f"$^{{{match[0].translate(_NORMAL_DIGITS)}}}$"
 
-    return _TEX_TOKEN.sub(command, str(text))
+    return _TEX_TOKEN.sub(command, " ".join(str(text).split()))

@@ -4,9 +4,22 @@ from collections.abc import Sequence
 
 import pandas as pd
 
+SIGNS = {ord(sign): f"\\{sign}" for sign in r"\`*[]|~"} | {
+    ord("&"): "&amp;",
+    ord("<"): "&lt;",
+    ord(">"): "&gt;",
+}
+
 
 def markdown(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
     """A printed table as GitHub-flavoured Markdown; arguments as of `freerock.tables.latex.latex`."""
-    rows = [list(text.columns), ["---"] * len(text.columns), *text.values.tolist()]
-    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
-    return "\n".join([f"**{caption}**", "", *lines, "", *(f"*{note}*  " for note in notes)]).rstrip() + "\n"
+    rows = [list(text.columns), *text.values.tolist()]
+    lines = ["| " + " | ".join(map(_cell, row)) + " |" for row in rows]
+    lines.insert(1, "| " + " | ".join(["---"] * len(text.columns)) + " |")
+    below = [f"*{_cell(note)}*  " for note in notes]
+    return "\n".join([f"**{_cell(caption)}**", "", *lines, "", *below]).rstrip() + "\n"
+
+
+def _cell(text: str) -> str:
+    """A text on one line, in which no sign is Markdown's or HTML's."""
+    return " ".join(text.split()).translate(SIGNS)

@@ -1,0 +1,25 @@
+"""A campaign of one law: nothing in its tables, figures and report needs another."""
+
+import pytest
+from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
+
+from freerock.models.laws import LAWS
+from freerock.tables.csvfile import read_csv
+from freerock.virtual_lab.tdms import write_record
+
+pytestmark = pytest.mark.slow
+
+
+def test_each_law_alone_makes_a_report(tmp_path):
+    checkout = check_out(tmp_path)
+    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    (checkout / "raw/lab").mkdir(parents=True)
+    write_record(checkout / "raw/lab/squat_mat.tdms", simulated("squat", 1))
+    for law in LAWS:
+        add_campaign(checkout, "lab", f"{yaml}fits: {{models: [{law}]}}\n", [("squat_mat", "", "squat")])
+        done = checkout.snakemake()
+        assert done.returncode == 0, f"{law}: {done.stderr}"
+        parameters = read_csv(checkout / "results/lab/tables/parameters.csv")
+        assert set(parameters["model"]) == {law}
+        assert all(isinstance(unit, str) for unit in parameters["unit"])
+        assert (checkout / "results/lab/report.html").exists()
