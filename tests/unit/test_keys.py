@@ -20,7 +20,7 @@ from freerock.config.keys import (
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
-from freerock.models.laws import LAWS
+from freerock.models.laws import KINEMATICS, LAWS
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
@@ -52,7 +52,7 @@ def defaults(section, without=()):
             "identification.settings.FitSettings",
             "free",
             FitsSection,
-            "models free paper_mode pooled",
+            "models kinematics free paper_mode pooled",
         ),
     ],
 )
@@ -77,6 +77,12 @@ def test_paper_mode_frees_the_parameters_of_the_models_only():
     assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(LAWS, ())
     freed = FitsSection(free=free).freed
     assert (freed["housner"], freed["winkler"]) == (("theta0",), ("theta0", "t0"))
+
+
+def test_rivals_take_both_kinematics_unless_told_otherwise_and_there_are_none_in_paper_mode():
+    assert FitsSection().rivals == FitsSection().kinematics == KINEMATICS
+    assert FitsSection(kinematics=["pivoting"]).rivals == ("pivoting",)
+    assert FitsSection(paper_mode=True).rivals == ()
 
 
 def test_a_rotation_needs_no_beam():

@@ -43,6 +43,18 @@ YAML_MISTAKES = {
         "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'theta0' or 't0'; "
         "give width, theta0, t0 or none",
     ),
+    "unknown kinematics": (
+        ("title", "fits: {kinematics: [pivotting]}\ntitle"),
+        "lab.yaml:1: fits.kinematics.0: 'pivotting' is not 'guided' or 'pivoting'; did you mean 'pivoting'?",
+    ),
+    "no kinematics": (
+        ("title", "fits: {kinematics: []}\ntitle"),
+        f"lab.yaml:1: fits.kinematics: is empty; give {FitsSection.model_fields['kinematics'].description}",
+    ),
+    "kinematics twice": (
+        ("title", "fits: {kinematics: [guided, guided]}\ntitle"),
+        "lab.yaml:1: fits.kinematics: guided is given twice; keep one",
+    ),
     "freed twice": (
         ("title: ", "fits: {free: {winkler: [t0, theta0, theta0]}}\ntitle: "),
         "lab.yaml:1: fits.free.winkler: theta0 is given twice; keep one",
@@ -225,6 +237,11 @@ YAML_MISTAKES = {
     "unknown model": (
         ("title", "fits: {models: [housner, hunt_crosley]}\ntitle"),
         f"lab.yaml:1: fits.models.1: 'hunt_crosley' is not {QUOTED_LAWS}; did you mean 'hunt_crossley'?",
+    ),
+    "candidate for a law": (
+        ("title", "fits: {models: [hunt_crossley_pivoting]}\ntitle"),
+        f"lab.yaml:1: fits.models.0: 'hunt_crossley_pivoting' is not {QUOTED_LAWS}; "
+        "did you mean 'hunt_crossley'?",
     ),
     "text for a list": (
         ("title", "fits: {models: housner}\ntitle"),

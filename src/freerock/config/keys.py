@@ -12,6 +12,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 from freerock.config.values import (
     Debonding,
     Invalid,
+    Kinematics,
     Label,
     Model,
     Name,
@@ -22,7 +23,7 @@ from freerock.config.values import (
     check_name,
 )
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODELS, Law
+from freerock.models.laws import KINEMATICS, LAWS, MODELS, Law
 
 
 def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") -> None:
@@ -34,6 +35,14 @@ def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") 
             raise Invalid(f"{model}{on} has no {name}", f"give {name} or leave {model} out")
     if parameters.get("r", 0) > 1:
         raise Invalid(f"r = {parameters['r']:g}{on} is above 1", "give r up to 1")
+
+
+def once(names: Any) -> Any:
+    """Names, refused where one is given twice."""
+    for name in names:
+        if names.count(name) > 1:
+            raise Invalid(f"{name} is given twice", "keep one")
+    return names
 
 
 class BlockSection(Section):
@@ -158,10 +167,7 @@ class _EachOnce(Section):
     @field_validator("*")
     @classmethod
     def _each_once(cls, names: Any) -> Any:
-        for name in names:
-            if names.count(name) > 1:
-                raise Invalid(f"{name} is given twice", "keep one")
-        return names
+        return once(names)
 
 
 def _free_field(law: Law) -> tuple[Any, Any]:
@@ -181,12 +187,21 @@ class FitsSection(Section):
     models: tuple[Model, ...] = Field(
         tuple(model for model, law in LAWS.items() if law.by_default),
         min_length=1,
-        description="the models to fit: "
+        description="the laws to fit: "
         + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items()),
     )
-    free: FreeSection = Field(FreeSection(), description="what else is freed, model by model")
+    kinematics: tuple[Kinematics, ...] = Field(
+        KINEMATICS,
+        min_length=1,
+        description="what the base may do sideways in the rivals of these, which are fitted where more than "
+        "noise is left: guided (its centre is held, as in the paper), pivoting (the block turns about the "
+        "corner that stays down); each with the contact width and without",
+    )
+    free: FreeSection = Field(FreeSection(), description="what else is freed, law by law")
     paper_mode: bool = Field(
-        False, description="true to free the parameters of the models only, as Spanos et al. 2017 did"
+        False,
+        description="true to free the parameters of the laws only and to fit no rival, as Spanos et al. 2017 "
+        "did",
     )
     debonding: Debonding = Field(
         "geometric",
@@ -209,6 +224,11 @@ class FitsSection(Section):
         description="true to fit all runs of a record jointly as well, else false",
     )
 
+    @field_validator("kinematics")
+    @classmethod
+    def _each_once(cls, names: Any) -> Any:
+        return once(names)
+
     @field_validator("pooled")
     @classmethod
     def _each_impact_is_of_one_run(cls, pooled: Any, info: ValidationInfo) -> Any:
@@ -221,8 +241,13 @@ class FitsSection(Section):
 
     @property
     def freed(self) -> dict[str, tuple[str, ...]]:
-        """What else is freed, model by model."""
+        """What else is freed, law by law."""
         return {model: () if self.paper_mode else free for model, free in self.free}
+
+    @property
+    def rivals(self) -> tuple[str, ...]:
+        """Kinematics that rivals of the paper's models may take; none where there are no rivals."""
+        return () if self.paper_mode else self.kinematics
 
 
 class SensorSection(Section):

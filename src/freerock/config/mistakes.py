@@ -64,7 +64,10 @@ def validate(
     except ValidationError as error:
         found = error.errors(include_url=False)
     located = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in found]
-    faults = [(loc, fault) for loc, fault in located if loc not in blanks]
+    # a list is too short as well where all its items are wrong
+    faults = [
+        (loc, f) for loc, f in located if loc not in blanks and (f["type"] != "too_short" or not f["input"])
+    ]
     meant = {
         (*loc[:-1], close)
         for loc, fault in faults

@@ -94,9 +94,10 @@ def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Setting
     }
     return own, {
         "models": list(campaign.fits.models),
+        "kinematics": list(campaign.fits.rivals),
         "free": {model: list(free) for model, free in campaign.fits.freed.items()},
         "pooled": campaign.fits.pooled,
-        "options": plain(campaign.fits, "models", "free", "paper_mode", "pooled"),
+        "options": plain(campaign.fits, "models", "kinematics", "free", "paper_mode", "pooled"),
         "impacts": plain(campaign.processing.impacts),
     }
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator
 
-from freerock.models.laws import DEBONDING, LAWS
+from freerock.models.laws import DEBONDING, KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
@@ -44,10 +44,12 @@ if TYPE_CHECKING:  # words known only at run time
     Unit: TypeAlias = str
     Model: TypeAlias = str
     Debonding: TypeAlias = str
+    Kinematics: TypeAlias = str
 else:
     Unit = Literal["", *CHANNEL_UNITS]
     Model = Literal[*LAWS]
     Debonding = Literal[*DEBONDING]
+    Kinematics = Literal[*KINEMATICS]
 
 
 class Section(BaseModel):

@@ -5,6 +5,7 @@ A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `r
 """
 
 __all__ = [
+    "candidates",
     "choice",
     "cramer_rao",
     "discrepancy",
@@ -14,5 +15,6 @@ __all__ = [
     "plan",
     "population",
     "predict",
+    "screening",
     "settings",
 ]

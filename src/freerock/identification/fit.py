@@ -4,8 +4,8 @@ The objective is the paper's: the mean square error between measured and modelle
 (Spanos et al. 2017, section 4.2, doi:10.1016/j.proeng.2017.09.024).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from freerock.identification.least_squares import Solution
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
 from freerock.identification.search import search
-from freerock.identification.settings import FitSettings, check, freed
+from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
-from freerock.models.laws import law_of, unit_of
+from freerock.models.laws import MODELS, law_of, unit_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -127,19 +127,21 @@ def fit_record(
     motions: Sequence[Motion],
     settings: FitSettings | None = None,
     *,
-    start: Sequence[float] | None = None,
+    start: Sequence[float] | Mapping[str, float] | None = None,
 ) -> Fit:
     """Identify a model on several runs jointly: one set of parameters, nuisances per run.
 
     `block` is that of all runs, or a sequence with the block of each; `motions` is a sequence of Motion;
-    `start` are the model's parameters to start from [SI], by default those that a scan finds on the first
-    run. All else, and the errors, as in `fit_run`.
+    `start` are the model's parameters to start from [SI], in their order, or by name with what is known of
+    width, theta0 and t0; by default a scan finds them on the first run. All else, and the errors, as in
+    `fit_run`.
     """
     settings = settings or FitSettings()
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
     check(model, blocks, settings)
-    settings = replace(settings, free=freed(model, settings.free))
     problem = posed(model, blocks, motions, settings)
+    if start is not None and not isinstance(start, Mapping):
+        start = dict(zip(MODELS[model], start, strict=True))
     return _fit(*search(problem, start))
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for
-from freerock.identification.settings import FitSettings
+from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, widths
+from freerock.identification.settings import FitSettings, freed
 from freerock.models.block import Block
 from freerock.models.laws import (
     CANDIDATES,
@@ -154,15 +154,23 @@ class Problem:
             for name, value in zip(MODELS[self.model], values, strict=True)
         ]
 
-    def start(self, model_values: Sequence[float]) -> Floats:
-        """All fitted numbers to start from, with those of the model's parameters given."""
-        shared = [1.0] * (len(self.common) - len(MODELS[self.model]))
+    def start(self, common: Sequence[float]) -> Floats:
+        """All fitted numbers to start from, with the parameters given, and perhaps the width."""
+        as_given = [2 * self.blocks[0].b / self.blocks[0].width_m] * (len(self.common) - len(common))
         own = [
-            {"theta0": motion.theta0, "t0": 0.0}.get(name, model_values[0])  # else r of a further impact
+            {"theta0": motion.theta0, "t0": 0.0}.get(name, common[0])  # else r of a further impact
             for motion in self.motions
             for name in self.own
         ]
-        return np.array([*model_values, *shared, *own])
+        return np.array([*common, *as_given, *own])
+
+    def start_at(self, values: Mapping[str, float]) -> Floats:
+        """All fitted numbers to start from, with the parameters given [SI]; what is not is as measured."""
+        x = self.start(self.fitted([values[name] for name in MODELS[self.model]]))
+        for i, name in enumerate(self.names):
+            if name in values and name not in MODELS[self.model]:
+                x[i] = values[name] / (self.blocks[0].width_m if name == "width" else 1.0)
+        return x
 
     def alone(self) -> "Problem":
         """The same problem on the first run only."""
@@ -293,13 +301,14 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
     FreerockError
         A run has no more valid samples than there are parameters.
     """
+    settings = replace(settings, free=freed(model, settings.free))
     rigid = not law_of(model).is_foundation
     problem = Problem(
         model,
         tuple(blocks),
         tuple(motions),
         settings,
-        r_low=rocking_for(blocks[0], motions[0], moving_s(motions[0]) / 2) if rigid else 0.0,
+        r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if rigid else 0.0,
     )
     if min(problem.samples().lengths, default=0) <= len(problem.names):
         what = "fewer valid samples than parameters"
@@ -307,3 +316,10 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
     if "r_per_impact" in settings.free:
         problem = replace(problem, n_impacts=count_impacts(motions[0]))
     return problem
+
+
+def _least_r(block: Block, motion: Motion, any_width: bool) -> float:
+    """Least r with which the rigid block, or the narrowest that stands, rocks for half the measured time."""
+    if any_width:
+        block = replace(block, contact_width_m=block.width_m * widths(block, motion)[0])
+    return rocking_for(block, motion, moving_s(motion) / 2)

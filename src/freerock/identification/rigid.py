@@ -2,13 +2,22 @@
 
 import numpy as np
 
-from freerock.arrays import Mask
+from freerock.arrays import Floats, Mask
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
+from freerock.models.laws import PARAMETERS
 from freerock.runs.motion import Motion
 
 R_GRID = 1 - np.geomspace(1e-4, 0.95, 170)
+STANDS = 1.002  # times the width at which the block overturns
 R_CELL = 0.06  # spacing of the grid relative to 1 - r
+
+
+def widths(block: Block, motion: Motion) -> Floats:
+    """Contact widths to start from, as shares of the full one; under narrower ones the block overturns."""
+    low, high, n = PARAMETERS["width"].grid
+    stands = block.height_m / block.width_m * np.tan(abs(motion.theta0))
+    return np.geomspace(max(low, STANDS * stands), high, n)
 
 
 def rocking_for(block: Block, motion: Motion, time_s: float) -> float:

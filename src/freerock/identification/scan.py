@@ -8,14 +8,15 @@ import numpy as np
 from scipy.ndimage import minimum_filter
 
 from freerock.arrays import Floats
-from freerock.identification.problem import Problem, fitted
-from freerock.identification.rigid import R_GRID, moving_s, rocking_for
+from freerock.identification.problem import Problem, Samples, fitted
+from freerock.identification.rigid import R_GRID, moving_s, rocking_for, widths
 from freerock.models.laws import MODELS, PARAMETERS, alike, law_of
 
 SCAN_SAMPLES = 250  # per run
 SWING_SAMPLES = 1000  # among which the first impact is sought
 RTOL = 1e-4
-CANDIDATES = 3
+STARTS = 3
+R_STEP = 7  # of the grid of r, where the width is scanned beside it
 
 
 def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
@@ -34,7 +35,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     """
     law = law_of(problem.model)
     if not law.is_foundation:
-        return [[_scan_r(problem)]]
+        return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
     if law.cases:
         traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.dampings}
         return [
@@ -51,10 +52,26 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         [fitted(name, value) for name, value in zip(law.parameters, point, strict=True)]
         for point in product(*grids)
     ]
-    errors = np.array([np.mean(coarse.residual(problem.start(point), samples) ** 2) for point in points])
-    cells = errors.reshape([len(grid) for grid in grids])
+    return _lowest(coarse, points, [len(grid) for grid in grids], samples)
+
+
+def _lowest(
+    problem: Problem, points: Sequence[list[float]], shape: Sequence[int], samples: Samples
+) -> list[list[float]]:
+    """Lowest local minima of the error on a grid of so many points each way."""
+    errors = np.array([np.mean(problem.residual(problem.start(point), samples) ** 2) for point in points])
+    cells = errors.reshape(shape)
     minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
-    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:CANDIDATES]]
+    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:STARTS]]
+
+
+def _scan_r_and_width(problem: Problem, horizon_s: float) -> list[list[float]]:
+    """Restitution and contact width of a rigid block on the first swings: they give the width by their
+    duration, and r by their height. On the whole run the error has false minima in both."""
+    grid = R_GRID[problem.r_low <= R_GRID][::R_STEP]
+    wide = widths(problem.blocks[0], problem.motions[0])
+    points = [[r, width] for r in grid.tolist() for width in wide.tolist()]
+    return _lowest(problem, points, (len(grid), len(wide)), problem.samples(horizon_s, SCAN_SAMPLES))
 
 
 def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) -> float:

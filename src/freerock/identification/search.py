@@ -1,6 +1,6 @@
 """From starts to the whole run: least squares over growing horizons; the best end wins."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,17 +14,19 @@ from freerock.models.laws import law_of
 from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
-PROMISING = 5.0  # candidates whose mean square error is within this factor of the best one are followed on
+PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
+POOR = 4.0  # times the noise: a given start that ends above it may be in a false minimum
 
 
-def search(problem: Problem, start: Sequence[float] | None) -> tuple[Problem, Solution, Resolution]:
-    """Best end of the candidates over growing horizons, at the tolerance and sampling the noise asks for.
+def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem, Solution, Resolution]:
+    """Best end of the starts over growing horizons, at the tolerance and sampling the noise asks for.
 
     Parameters
     ----------
     problem : Problem
-    start : sequence of float or None
-        The model's parameters to start from [SI]; None scans for them on the first run.
+    start : mapping of str to float, or None
+        The model's parameters to start from, and what is known of the rest [SI]. None scans for them on the
+        first run; so does a single run where the end of that start is poor.
 
     Returns
     -------
@@ -34,19 +36,25 @@ def search(problem: Problem, start: Sequence[float] | None) -> tuple[Problem, So
     Resolution
     """
     horizons = growing_horizons(problem.motions[0])
-    if start is None:
-        starts = scan(problem.alone(), horizons[0])
-    else:
-        starts, horizons = [problem.fitted(start)], horizons[-2:]
-    if not law_of(problem.model).is_foundation:
-        horizons = horizons[-1:]  # already scanned on the whole run
-    tracks = [_follow(problem, problem.start(values), horizons[:1]) for values in starts]
-    promising = PROMISING * min(error for error, _ in tracks)
-    tracks = [_follow(problem, x, horizons[1:], error) for error, x in tracks if error <= promising]
-    x = min(tracks, key=lambda track: track[0])[1]
+    ends = [] if start is None else [follow(problem, problem.start_at(start), horizons[-2:])]
+    poor = (POOR * problem.motions[0].sigma_theta) ** 2
+    if not ends or (len(problem.motions) == 1 and ends[0].mean_square > poor):
+        ends += _scanned(problem, horizons)
+    x = min(ends, key=lambda end: end.mean_square).x
     resolution = find_resolution(problem, x)
     problem = replace(problem, rtol=resolution.rtol)
     return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
+
+
+def _scanned(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
+    """Ends of the scan's starts that promise something."""
+    starts = scan(problem.alone(), horizons[0])
+    if not law_of(problem.model).is_foundation and "width" not in problem.common:
+        horizons = horizons[-1:]  # already scanned on the whole run
+    ends = [follow(problem, problem.start(values), horizons[:1]) for values in starts]
+    promising = PROMISING * min(end.mean_square for end in ends)
+    ends = [end for end in ends if end.mean_square <= promising]
+    return [follow(problem, end.x, horizons[1:]) for end in ends] if horizons[1:] else ends
 
 
 def growing_horizons(motion: Motion) -> list[float]:
@@ -61,11 +69,10 @@ def growing_horizons(motion: Motion) -> list[float]:
     return spans
 
 
-def _follow(
-    problem: Problem, x: Floats, horizons: Sequence[float], error: float = np.inf
-) -> tuple[float, Floats]:
-    """Mean square error [rad²] and fitted numbers after least squares over each horizon in turn."""
+def follow(problem: Problem, x: Floats, horizons: Sequence[float]) -> Solution:
+    """Where least squares over each horizon in turn end, at some samples of each."""
+    evaluations = 0
     for horizon in horizons:
-        solution = least_squares(problem, x, problem.samples(horizon, GROWTH_SAMPLES), ftol=1e-3)
-        x, error = solution.x, solution.mean_square
-    return error, x
+        end = least_squares(problem, x, problem.samples(horizon, GROWTH_SAMPLES), ftol=1e-3)
+        x, evaluations = end.x, evaluations + end.evaluations
+    return replace(end, evaluations=evaluations)

@@ -38,8 +38,8 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     Parameters
     ----------
     settings : mapping
-        block, attributes, models, free (by model), pooled, options (of `FitSettings`), impacts: sections of
-        the configuration as plain values.
+        block, attributes, models, kinematics (of the rivals), free (by law), pooled, options (of
+        `FitSettings`), impacts: sections of the configuration as plain values.
     record_file : path
         Dataset of the record.
     output : path

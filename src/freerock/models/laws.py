@@ -53,8 +53,8 @@ class Parameter:
         Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
         (docs/studies.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
     grid : (float, float, int)
-        Lowest and highest value (or ratio to k) of the starting grid of a foundation's law, and the number of
-        values, in geometric order.
+        Lowest and highest value (ratio to k, share) of the starting grid of a foundation's law, of the width
+        that of a rigid block, and the number of values, in geometric order.
     trace : float
         A small ratio to k, from which a law that holds two dampings starts with one of them.
     ratio_unit : str
@@ -85,7 +85,9 @@ PARAMETERS = {
     "lambda": Parameter(
         "N s m-3", "λ", "ratio", 1e-5, bounds=(1e-2, 1e4), grid=(2, 200, 8), trace=1.0, ratio_unit="s/m"
     ),
-    "width": Parameter("m", "2b", "share", 1e-6, bounds=(0.5, 1.05)),  # of the corners a block rocks about
+    "width": Parameter(
+        "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
+    ),  # of the corners a block rocks about
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
 }
