@@ -83,6 +83,15 @@ def test_joint_fit_shares_the_parameters_and_is_tighter():
         assert joint.stderr[i] < alone.stderr[i]
 
 
+@pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])
+def test_the_guided_law_on_a_pivoting_block_gives_another_stiffness(law):
+    """docs/physics.md: k and λ mean what the kinematics makes of them."""
+    run = motion(f"{law}_pivoting", TRUTHS[law], block=CONFIG3, alpha=math.radians(20))
+    guided = fit_run(law, CONFIG3, run)
+    assert guided.diagnostics["white"] == 0
+    assert guided.value[0] < 0.7 * TRUTHS[law]["k"]
+
+
 def test_a_candidate_frees_its_width_beside_what_is_freed_already():
     worn = replace(CONFIG2, contact_width_m=0.066)
     run = motion("hunt_crossley", TRUTHS["hunt_crossley"], block=worn)
