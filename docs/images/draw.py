@@ -242,19 +242,21 @@ def rigid():
     for (number, block), color in zip(BLOCKS.items(), ("black", BLUE, RED), strict=True):
         theta0 = RELEASE[number]
         corner = housner_swings(block, 1.0, theta0, until=0.1).impact_time[0]
-        late = [
-            simulate(
-                "hunt_crossley", block, {"k": k, "lambda": 19 * k}, np.array([0, 0.5]), theta0=theta0
-            ).impacts[0]
-            / corner
-            - 1
-            for k in stiffness
-        ]
-        ax.semilogx(stiffness, 100 * np.array(late), "o-", color=color, label=f"configuration {number}")
+        for kinematics, line in (("pivoting", "s:"), ("guided", "o-")):
+            rules = Rules(kinematics=kinematics)
+            first = [
+                simulate(
+                    "hunt_crossley", block, {"k": k, "lambda": 19 * k}, [0, 0.5], theta0=theta0, rules=rules
+                ).impacts[0]
+                for k in stiffness
+            ]
+            late = 100 * (np.array(first) / corner - 1)
+            ax.semilogx(stiffness, late, line, color=color, markerfacecolor="white" if "s" in line else color)
+        ax.plot([], [], "o-", color=color, label=f"configuration {number}")
         ax.axhline(100 * (rigid_limit(block, theta0) / corner - 1), color=color, linestyle="--")
     ax.axhline(0, color=GREY)
-    ax.text(9e10, 0.8, "Housner: fixed corner", ha="right", color=GREY)
-    ax.text(9e10, -5.5, "dashed: k → ∞, base centre guided", ha="right", color=GREY)
+    ax.text(9e10, -5.5, "circles: guided; dashed: its limit, k → ∞", ha="right", color=GREY)
+    ax.text(9e10, 3.4, "squares: pivoting; grey: Housner", ha="right", color=GREY)
     ax.set(xlabel="k [N/m²], λ/k = 19 s/m", ylabel="first impact, later than\nHousner's [%]")
     ax.legend(loc="upper right")
     return figure

@@ -8,23 +8,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
-from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, contact_force, static_depth
+from freerock.models.block import Block
+from freerock.models.contact import Foundation, static_depth
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate, simulate_theta
+from freerock.rotation.beam import rotation_from_displacement
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
+from freerock.virtual_lab.palermo import LASERS
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 RELEASE_DEG = {1: 6, 2: 10, 3: 20}
+PIVOTING = Rules(kinematics="pivoting")
 TABLE2 = {
     ("hunt_crossley", "marble"): {"k": 6.88e6, "lambda": 1.30e8},
     ("hunt_crossley", "Aerstop"): {"k": 2.86e6, "lambda": 8.16e7},
@@ -169,40 +171,22 @@ def test_table_of_debonding(row):
 def test_table_of_the_stiff_limit(drawing):
     table = numbers("| configuration | first impact, Housner [s]")
     assert len(table) == 3
-    for number, corner, guided, percent in table:
+    for number, corner, guided, percent, *pivoting in table:
         block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
         found = housner_swings(block, 1.0, theta0, until=0.1).impact_time[0]
         limit = drawing.rigid_limit(block, theta0)
         assert (corner, guided) == pytest.approx((found, limit), abs=6e-7)
         assert percent == pytest.approx(100 * (limit / found - 1), abs=6e-3)
+        for k, impact in zip((1e10, 1e12), pivoting, strict=True):
+            law, time = {"k": k, "lambda": 20 * k}, [0.0, 0.5]
+            motion = simulate("hunt_crossley", block, law, time, theta0=theta0, rules=PIVOTING)
+            assert motion.impacts[0] == pytest.approx(impact, abs=6e-7)
     for number, percent in re.findall(r"configuration (\d)\s+(?:the inertia is )?([\d.]+)\s%", DOCUMENT):
         block, theta0 = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)])
         corner = block.inertia_cm / block.mass_kg + block.R**2
         assert 100 * (1 - drawing.guided_inertia(block)(theta0) / corner) == pytest.approx(
             float(percent), abs=0.6
         )
-
-
-def about_its_corner(block, k, lam, theta0, time):
-    """θ(t) on the Hunt-Crossley bed of a block whose lower corner, not its base centre, keeps its place."""
-    m, h, b, i_cm = block.mass_kg, block.h, block.b, block.inertia_cm
-
-    def state_rate(_, state):
-        z, v, theta, w = state
-        s, c, sign = math.sin(theta), math.cos(theta), math.copysign(1, theta)
-        force, moment = contact_force(block, Foundation(k, lam=lam), State(z, v, theta, w))
-        # the centre of mass is at x = sign b (1 - cosθ) + h sinθ: dx/dθ and its derivative
-        lever, lever_slope = h * c + sign * b * s, -h * s + sign * b * c
-        mass = [[m, m * h * s], [m * h * s, i_cm + m * (h * s) ** 2 + m * lever**2]]
-        right = [
-            m * GRAVITY - force - m * h * c * w * w,
-            m * GRAVITY * h * s - moment - m * w * w * (lever * lever_slope + h * h * s * c),
-        ]
-        depth_acceleration, turn = np.linalg.solve(mass, right)
-        return [v, depth_acceleration, w, turn]
-
-    start = [static_depth(block, Foundation(k), theta0), 0.0, theta0, 0.0]
-    return solve_ivp(state_rate, time[[0, -1]], start, "DOP853", time, rtol=1e-6, atol=1e-8).y[2]
 
 
 @pytest.mark.parametrize(
@@ -212,7 +196,7 @@ def test_table_of_the_guided_fit(row):
     number, k_share, lambda_share, epsilon = row
     block, theta0, time = BLOCKS[int(number)], math.radians(RELEASE_DEG[int(number)]), np.arange(0, 2, 1e-3)
     true = TABLE2["hunt_crossley", "marble"]
-    theta = about_its_corner(block, true["k"], true["lambda"], theta0, time)
+    theta = simulate("hunt_crossley", block, true, time, theta0=theta0, rules=PIVOTING).theta
     moving = slice(0, 1 + np.flatnonzero(np.abs(theta) > 1e-4)[-1])
     fit = fit_run(
         "hunt_crossley", block, Motion(time[moving], theta[moving], 1e-4, theta0), FitSettings(free=())
@@ -220,6 +204,39 @@ def test_table_of_the_guided_fit(row):
     assert fit.success
     assert fit.value == pytest.approx([k_share * true["k"], lambda_share * true["lambda"]], rel=0.02)
     assert 100 * fit.epsilon_theta == pytest.approx(epsilon, abs=0.005)
+
+
+def face_of_a_sunken_block(block, theta, depth, height):
+    """x where a horizontal beam meets the left face of a rectangle turned about its lower, sunken corner."""
+    b, corner = block.b, math.copysign(block.b, theta)
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    foot, head = (turn @ [-b - corner, y] + [corner, -depth] for y in (0.0, block.height_m))
+    return foot[0] + (head[0] - foot[0]) * (height - foot[1]) / (head[1] - foot[1])
+
+
+@pytest.mark.parametrize(
+    "row", numbers("| configuration | read too large at release"), ids=lambda row: f"config{row[0]:.0f}"
+)
+def test_table_of_the_sunken_corner(row):
+    number, too_large, k_share, lambda_share, epsilon = row
+    block, laser, time = BLOCKS[int(number)], LASERS[f"config{number:.0f}"], np.arange(0, 2, 1e-3)
+    true = TABLE2["hunt_crossley", "marble"]
+    theta0 = math.radians(RELEASE_DEG[int(number)])
+    motion = simulate("hunt_crossley", block, true, time, theta0=theta0, rules=PIVOTING)
+    theta, depth = motion.theta, motion.z_cb + block.b * np.sin(np.abs(motion.theta))
+    y, t = laser.position + depth, np.abs(theta)
+    s = np.where(theta > 0, y * np.tan(t) - 2 * block.b * (1 / np.cos(t) - 1), -y * np.tan(t))
+    for i in (0, 400, 1000):
+        seen = face_of_a_sunken_block(block, theta[i], depth[i], laser.position) + block.b
+        assert s[i] == pytest.approx(seen, abs=1e-12)
+    read = rotation_from_displacement(s, block, laser)
+    assert math.degrees(read[0] - theta0) == pytest.approx(too_large, abs=6e-4)
+    above = [face_of_a_sunken_block(block, theta0, depth[0], laser.position + gap) for gap in (0.0, 0.03)]
+    assert math.atan((above[1] - above[0]) / 0.03) == pytest.approx(theta0, abs=1e-12)
+    moving = slice(0, 1 + np.flatnonzero(t > 1e-4)[-1])
+    fit = fit_run("hunt_crossley_pivoting", block, Motion(time[moving], read[moving], 1e-4, float(read[0])))
+    assert fit.value[:2] == pytest.approx([k_share * true["k"], lambda_share * true["lambda"]], rel=0.02)
+    assert 100 * fit.epsilon_theta == pytest.approx(epsilon, rel=0.25)
 
 
 def test_depth_and_lever_at_release():

@@ -1,7 +1,8 @@
 """Where a beam meets the block: displacement of the target from rotation, and back.
 
-Kinematics: the block turns as a rigid body about a base corner, as a real block on a hard base does. (The
-foundation models restrain the base centre instead; the two differ by b(1 - cos θ) horizontally.)
+Kinematics: the block pivots, it turns as a rigid body about the corner that is down, and that corner neither
+slides nor sinks. (A guided base centre leaves the face b(1 - cos θ) behind; a corner that sinks reads as a
+beam higher by its depth: docs/physics.md, section 8.)
 """
 
 import numpy as np
