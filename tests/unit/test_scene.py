@@ -1,5 +1,6 @@
 """freerock simulate: scenes on a moving ground, virtual records, and what is refused."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from laboratory import QUOTED_LAWS
 from freerock.cli import subcommands as cli
 from freerock.models.block import Block
 from freerock.models.ground import accelerogram, pulse
+from freerock.models.laws import Rules
 from freerock.models.simulate import simulate
 from freerock.records.read import read_record
 
@@ -64,6 +66,19 @@ def test_ground_from_a_file(here):
     ).theta
     assert np.allclose(frame["theta_deg_housner"], np.degrees(theta), atol=1e-8)
     assert np.abs(theta).max() > 0.001
+
+
+def test_a_scene_of_a_pivoting_block(here):
+    law = {"k": 6.88e6, "lambda": 1.3e8}
+    text = SCENE.replace("housner: {r: 0.9}", "hunt_crossley: {k: 6.88e+6, lambda: 1.3e+8}")
+    assert run(text + "kinematics: pivoting\n") == 0
+    frame = pd.read_csv("results/simulate/scene.csv")
+    block, time, rules = Block(0.28, 0.07, 5.84), frame["time_s"].values, Rules(kinematics="pivoting")
+    theta = simulate("hunt_crossley", block, law, time, theta0=math.radians(5), rules=rules).theta
+    assert np.allclose(frame["theta_deg_hunt_crossley"], np.degrees(theta), atol=1e-8)
+    assert run(text + LASER + "kinematics: pivoting\n", "--into", "record") == 0
+    assert run(text + LASER, "--into", "guided") == 0
+    assert Path("record/scene.tdms").read_bytes() != Path("guided/scene.tdms").read_bytes()
 
 
 def test_a_virtual_record_is_a_record_file_the_same_each_time(here):

@@ -8,7 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from freerock.config.campaign import load_section
 from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
-from freerock.config.values import Debonding, Invalid, Model, Number, Positive, Section, Whole
+from freerock.config.values import Debonding, Invalid, Kinematics, Model, Number, Positive, Section, Whole
 
 GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
 
@@ -70,6 +70,11 @@ class Scene(Section):
     duration_s: Positive = Field(10.0, description="how long it is followed in seconds")
     sampling_rate_hz: Positive = Field(1000.0, description="samples per second")
     debonding: Debonding = Field("geometric", description="as in a campaign's fits")
+    kinematics: Kinematics = Field(
+        "guided",
+        description="guided (the base centre is held, as in the paper) or pivoting (the block turns about "
+        "the corner that stays down, as Housner's does under either)",
+    )
     ground: GroundSection | None = Field(None, description="the motion of the ground; left out, it rests")
     laser: VirtualLaser | None = Field(
         None, validate_default=False, description="the laser of a record; left out, θ(t) itself is written"

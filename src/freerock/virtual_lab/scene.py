@@ -88,7 +88,7 @@ def simulate_scene(scene: Scene, folder: str | Path = ".") -> tuple[pd.DataFrame
             time,
             theta0=math.radians(scene.release_angle_deg),
             base_excitation=motion,
-            rules=Rules(scene.debonding),
+            rules=Rules(scene.debonding, scene.kinematics),
         )
         columns[f"theta_deg_{model}"] = np.degrees(responses[model].theta)
     return pd.DataFrame(columns), responses
@@ -127,6 +127,6 @@ def write_scene_record(scene: Scene, path: Path) -> None:
             longest_s=scene.duration_s,
             noise=Noise(white_v=scene.laser.noise_v),
         ),
-        rules=Rules(scene.debonding),
+        rules=Rules(scene.debonding, scene.kinematics),
     )
     write_record(path, record)
