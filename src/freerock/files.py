@@ -17,6 +17,7 @@ from typing import Any
 from freerock.errors import FreerockError, exit_code
 
 MANIFEST = "manifest.csv"
+MOST_JSON_BYTES = 50_000_000
 COLUMNS = ["file", "sha256", "bytes"]
 
 
@@ -48,6 +49,27 @@ def atomic(path: str | Path) -> Iterator[Path]:
 def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
     """Write sorted, indented JSON."""
     write_text(path, json.dumps(data, indent=2, sort_keys=True, ensure_ascii=False) + "\n")
+
+
+def read_json(path: str | Path, remedy: str) -> Any:
+    """What a JSON file holds; no file is longer than MOST_JSON_BYTES.
+
+    Raises
+    ------
+    FreerockError
+        With the remedy: the file is missing, too long, or no JSON.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(MOST_JSON_BYTES + 1)
+        if len(content) > MOST_JSON_BYTES:
+            raise FreerockError(path, f"has more than {MOST_JSON_BYTES} bytes", remedy)
+        return json.loads(content.decode())
+    except OSError as error:
+        raise FreerockError(path, str(error.strerror), remedy) from error
+    except (ValueError, RecursionError) as error:
+        what = "brackets without end" if isinstance(error, RecursionError) else error
+        raise FreerockError(path, f"is not JSON ({what})", remedy) from error
 
 
 def write_text(path: str | Path, text: str) -> None:

@@ -1,3 +1,4 @@
+import time
 import zipfile
 from datetime import datetime, timedelta
 
@@ -198,3 +199,50 @@ def test_clock_times(tmp_path):
     rows[5][0] = "soon"
     path = save(tmp_path / "b.xlsx", ["when", "theta [rad]"], *rows)
     assert refusal(path).startswith("sheet 'tests': cell A7 holds 'soon', not a time; ")
+
+
+def changed(path, part, old, new):
+    """The workbook with a text of one of its parts replaced."""
+    with zipfile.ZipFile(path) as book:
+        parts = {name: book.read(name) for name in book.namelist()}
+    assert old in parts[part]
+    parts[part] = parts[part].replace(old, new, 1)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as book:
+        for name, content in parts.items():
+            book.writestr(name, content)
+    return path
+
+
+SHEET, STYLES = "xl/worksheets/sheet1.xml", "xl/styles.xml"
+ENTITY = b'<!DOCTYPE worksheet [<!ENTITY a "%s">]><worksheet' % (b"<row><c><v>1</v></c></row>" * 3000)
+WORK = {
+    "entities": (SHEET, b"<worksheet", ENTITY, "the workbook declares entities, as none of Excel's does"),
+    "cells": (
+        *(SHEET, b"</sheetData>", b"<row>" + b"<c/>" * 1_100_000 + b"</row></sheetData>"),
+        "has more than 1000000 cells, or 100000 other elements",
+    ),
+    "fonts": (
+        *(STYLES, b"</fonts>", b"<font/>" * 110_000 + b"</fonts>"),
+        "has more than 1000000 cells, or 100000 other elements",
+    ),
+    "wide rows": (
+        *(
+            SHEET,
+            b"</sheetData>",
+            b"".join(b'<row r="%d"><c r="XFD%d"/></row>' % (n, n) for n in range(900, 3900)),
+        ),
+        "sheet 'tests' has more than 33554432 cells, empty ones included",
+    ),
+}
+
+
+@pytest.mark.parametrize("work", WORK)
+def test_a_small_workbook_makes_no_great_work(tmp_path, work):
+    part, old, new, what = WORK[work]
+    new += old if work == "wide rows" else b""
+    path = save(tmp_path / "book.xlsx", ["time [s]", "V"], *([n / 100, n] for n in range(20)))
+    changed(path, part, old, new)
+    assert path.stat().st_size < 100_000
+    began = time.process_time()
+    assert refusal(path).startswith(what)
+    assert time.process_time() - began < 10

@@ -182,3 +182,22 @@ def test_data_acquisition_scaling(tmp_path):
     path = write(tmp_path / "record.tdms", ("g", "laser", counts, scaled(polynomial)))
     x = counts.astype(float)
     np.testing.assert_allclose(read_record(path)["laser"], 1 + 0.5 * x + 0.25 * x**2, rtol=1e-14)
+
+
+@pytest.mark.parametrize("step", [5e-324, 1e-300, 1e300, np.inf, np.nan, 0.0, -1.0])
+def test_an_increment_that_is_no_interval_is_refused(tmp_path, step):
+    path = write(tmp_path / "record.tdms", ("g", "laser", VOLTS, WAVEFORM | {"wf_increment": step}))
+    assert refusal(path) == (
+        f"channel 'laser' gives no sampling rate (wf_increment is {step}); log it as a waveform, or set its "
+        "property wf_increment to the sampling interval in seconds"
+    )
+
+
+@pytest.mark.parametrize("start", [np.nan, np.inf, "noon"])
+def test_a_start_offset_that_is_no_number_is_taken_for_0(tmp_path, start):
+    """Two channels with it are of one time base."""
+    odd = WAVEFORM | {"wf_start_offset": start}
+    path = write(tmp_path / "record.tdms", ("g", "one", VOLTS, odd), ("g", "two", VOLTS, odd))
+    dataset = read_record(path)
+    assert dataset["time"][0] == 0
+    assert dataset.attrs["reading"].startswith("wf_start_offset of one is no number and is taken for 0; ")

@@ -1,6 +1,5 @@
 """What changed between two analyses: parameters with their uncertainties, choices, products, provenance."""
 
-import json
 import math
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
+from freerock.files import read_json
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.text import quantity, with_unit
@@ -128,15 +128,16 @@ def _table(folder: Path, name: str) -> pd.DataFrame:
 
 
 def _provenance(folder: Path) -> Provenance:
-    path = folder / "provenance.json"
+    path, remedy = folder / "provenance.json", "name the results of a campaign, as results/NAME"
+    if not path.exists():
+        raise FreerockError(path, "there is no such file", remedy)
+    found: Provenance = read_json(path, remedy)
     try:
-        found: Provenance = json.loads(path.read_text(encoding="utf-8"))
-        return found
-    except (OSError, ValueError) as error:
-        what = (
-            "there is no such file" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
-        )
-        raise FreerockError(path, what, "name the results of a campaign, as results/NAME") from error
+        _settings(found)
+        _checksums(found)
+    except (AttributeError, KeyError, TypeError) as error:
+        raise FreerockError(path, f"says not what made the results ({error!r})", remedy) from error
+    return found
 
 
 def _products(folder: Path) -> set[str]:

@@ -22,6 +22,8 @@ SECONDS = {
     **dict.fromkeys(["min", "minute", "minutes"], 60.0),
 }
 
+SHORTEST_S, LONGEST_S = 1e-12, 1e12  # no sampling interval lies beyond
+
 Samples = Floats
 
 

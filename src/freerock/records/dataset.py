@@ -9,6 +9,8 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.records.channels import (
     COPY_AGAIN,
+    LONGEST_S,
+    SHORTEST_S,
     Channel,
     Contents,
     Even,
@@ -40,7 +42,8 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     Raises
     ------
     FreerockError
-        A missing or empty channel, channels of several time bases, time stamps that no even grid fits.
+        A missing or empty channel, channels of several time bases, time stamps that no even grid fits, a
+        sampling interval that is none.
     """
     wanted = chosen(path, by_name(path, contents.channels), channel)
     clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
@@ -56,6 +59,9 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     else:
         (even,) = (clock for clock in clocks if isinstance(clock, Even))
         grid = Grid(even.start_s, even.step_s, length)
+    if not SHORTEST_S < grid.step_s < LONGEST_S:
+        what = f"the sampling interval is {grid.step_s:g} s"
+        raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
     import xarray as xr  # half a second, which listing the channels does without
 
     found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}

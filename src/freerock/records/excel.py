@@ -1,13 +1,15 @@
 """Excel workbooks, through openpyxl: sheets of columns of numbers, or of pairs (time, signal)."""
 
 from array import array
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
 from itertools import chain, islice
 from math import nan
 from pathlib import Path
+from xml.parsers import expat
 from zipfile import ZipFile
 
 import numpy as np
@@ -23,8 +25,15 @@ FORMAT = "Excel"
 MAX_ROWS = 1 << 20  # of a sheet
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
+SAVE_AGAIN = "open it in Excel and save it again"
 WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
 DENSEST_SHEET = 110  # a sheet's XML can't shrink more than that many times
+CHUNK = 1 << 16
+# What openpyxl takes 3 to 5 µs for, each; any other element takes it up to 30 µs.
+OF_SHEETS = {"row", "c", "v", "f", "is", "t", "pt"}
+MOST_OF_SHEETS = 1_000_000  # or as many as the file has bytes, where they are more
+MOST_OTHERS = 100_000
+MOST_CELLS = 1 << 25  # of a sheet as wide as its widest row says
 
 
 Cell = str | bool | int | float | datetime | time | None
@@ -49,6 +58,7 @@ def contents(path: Path) -> Iterator[Contents]:
     """
     with ZipFile(path) as archive:
         check_declared(path, sum(part.file_size for part in archive.infolist()), DENSEST_SHEET)
+        _check_work(path, archive)
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     tables: dict[str, Table] = {}
     channels: list[Channel] = []
@@ -75,6 +85,29 @@ def contents(path: Path) -> Iterator[Contents]:
         return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
 
     yield Contents(channels, read, {"format": FORMAT}, notes)
+
+
+def _check_work(path: Path, archive: ZipFile) -> None:
+    """Refuse a workbook that declares entities, or has so many elements that to read them takes for ever."""
+    found: Counter[str] = Counter()
+
+    def refuse(*_: object) -> None:
+        raise FreerockError(path, "the workbook declares entities, as none of Excel's does", SAVE_AGAIN)
+
+    def count(name: str, _: object) -> None:
+        found[name.rpartition(" ")[2]] += 1
+
+    most = max(MOST_OF_SHEETS, path.stat().st_size)
+    for part in archive.namelist():
+        parser = expat.ParserCreate(namespace_separator=" ")
+        parser.StartDoctypeDeclHandler, parser.StartElementHandler = refuse, count
+        with archive.open(part) as content, suppress(expat.ExpatError):  # a picture, or damaged
+            while data := content.read(CHUNK):
+                parser.Parse(data)
+                of_sheets = sum(found[name] for name in OF_SHEETS)
+                if of_sheets > most or found.total() - of_sheets > MOST_OTHERS:
+                    what = f"has more than {most} cells, or {MOST_OTHERS} other elements"
+                    raise FreerockError(path, what, "export the records alone, or as CSV")
 
 
 def _channels(path: Path, title: str, table: Table) -> tuple[list[Channel], list[str]]:
@@ -113,9 +146,14 @@ def _table(path: Path, sheet: ReadOnlyWorksheet) -> Table:
     }
     numbers = {i: array("d") for i in sorted(wanted)}
     first: dict[int, datetime] = {}
+    width = 0
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
         if n > MAX_ROWS:
             raise FreerockError(path, f"sheet {sheet.title!r} has more than {MAX_ROWS} rows", COPY_AGAIN)
+        width = max(width, len(row))
+        if n * width > MOST_CELLS:
+            what = f"sheet {sheet.title!r} has more than {MOST_CELLS} cells, empty ones included"
+            raise FreerockError(path, what, "export the record alone, or as CSV")
         for i, values in numbers.items():
             cell = row[i] if i < len(row) else None
             if _kind(cell) not in ("", wanted[i]):

@@ -1,13 +1,14 @@
 """Names, units, time and sampling rate as people write them in headings."""
 
 import re
+import string
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.errors import FreerockError
-from freerock.records.channels import SECONDS, Channel, Even, Stamps
+from freerock.records.channels import LONGEST_S, SECONDS, SHORTEST_S, Channel, Even, Stamps
 
 KNOWN_UNITS = (
     {unit for unit in SECONDS if unit}
@@ -15,6 +16,8 @@ KNOWN_UNITS = (
     | {"m", "mm", "cm", "um", "µm", "rad", "mrad", "deg", "°", "degrees", "radians"}
     | {"hz", "khz", "n", "kn", "g", "m/s", "m/s2", "m/s^2", "m/s²", "rad/s", "-", "1"}
 )
+IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]$")
+BLANK = f"_{string.whitespace}\N{NO-BREAK SPACE}\N{THIN SPACE}"
 HERTZ = {  # units of a sampling rate
     prefix + unit: factor
     for prefix, factor in (("", 1.0), ("k", 1e3), ("m", 1e6))
@@ -41,12 +44,19 @@ STEPS = {
 def split_unit(text: str) -> tuple[str, str]:
     """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "t/ms" or "laser"."""
     text = " ".join(line.strip() for line in text.splitlines()).strip('" ')
-    bracketed = re.fullmatch(r"(.*?)[\s_]*[\[(]([^\[\]()]*)[\])]", text)
-    if bracketed:
-        return bracketed[1].strip(), bracketed[2].strip()
-    marked = re.fullmatch(r"(.*?)(?:[_/]|\s+in\s+)([^_/\s]*)", text)
-    if marked and marked[1] and marked[2].casefold() in KNOWN_UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
-        return marked[1].strip(), marked[2]
+    if bracketed := IN_BRACKETS.search(text):
+        return text[: bracketed.start()].rstrip(BLANK).strip(), bracketed[1].strip()
+    unit = re.split(r"[_/\s]", text)[-1]
+    name = text.removesuffix(unit) if unit else text
+    if name.endswith(("_", "/")):
+        name = name[:-1]
+    elif name.split()[-1:] == ["in"] and name[-1:].isspace():
+        name = name.rstrip().removesuffix("in")
+        name = name if name[-1:].isspace() else ""
+    else:
+        name = ""
+    if name.strip() and unit.casefold() in KNOWN_UNITS - {"1", "-", "t", "a", "m", "n", "g"}:
+        return name.strip(), unit
     return text, ""
 
 
@@ -69,7 +79,7 @@ def stated_rate(path: object, values: Mapping[str, object]) -> Even | None:
             what = f"the comma of {heading} {number} may stand for a point, or between thousands"
             raise FreerockError(path, what, "write the number without it")
         value = _float(str(number).replace(",", "."))
-        if value is None or not 1e-12 < value < 1e12:
+        if value is None or not SHORTEST_S < value < LONGEST_S:
             continue
         factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
         if factor is None:

@@ -21,7 +21,7 @@ HEAD = 1 << 16  # characters in which encoding and layout are found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 LINES_AT_ONCE = 4096
 DECIMALS = {".": "point", ",": "comma"}
-NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
+NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
 DATE = re.compile(r"\d{4}([-/])\d\d\1\d\d", re.ASCII)
 CLOCK = re.compile(rf"(?:{DATE.pattern}[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?Z?", re.ASCII)
 

@@ -9,7 +9,17 @@ from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
 from freerock.errors import FreerockError
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
+from freerock.records.channels import (
+    COPY_AGAIN,
+    LONGEST_S,
+    SHORTEST_S,
+    Channel,
+    Contents,
+    Even,
+    Samples,
+    Stamps,
+    check_declared,
+)
 from freerock.records.headings import is_time
 
 FORMAT = "TDMS"
@@ -41,7 +51,12 @@ def contents(path: Path) -> Iterator[Contents]:
         def read(columns: Sequence[tuple[str, str]]) -> dict[tuple[str, str], Samples]:
             return {column: _values(path, found[column], rates.get(column, 1.0)) for column in columns}
 
-        yield Contents(channels, read, {"format": FORMAT} | _start_time(found.values()))
+        notes = [
+            f"wf_start_offset of {c.name} is no number and is taken for 0"
+            for c in found.values()
+            if not _starts(c)
+        ]
+        yield Contents(channels, read, {"format": FORMAT} | _start_time(found.values()), notes)
 
 
 def _unit(channel: TdmsChannel) -> str:
@@ -63,7 +78,13 @@ def _clocks(members: Sequence[TdmsChannel]) -> Iterator[tuple[TdmsChannel, Even 
             unit = "s" if _is_date(stamps) else _unit(stamps)
             yield c, Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
         else:
-            yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)))
+            yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)) if _starts(c) else 0.0)
+
+
+def _starts(channel: TdmsChannel) -> bool:
+    """Whether the start offset of a channel is a number, or missing."""
+    start = channel.properties.get("wf_start_offset", 0.0)
+    return isinstance(start, int | float) and bool(np.isfinite(start))
 
 
 def _is_number(channel: TdmsChannel) -> bool:
@@ -80,7 +101,7 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
     if len(channel) < stated:
         what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {stated} samples"
         raise FreerockError(path, what, COPY_AGAIN)
-    if not (isinstance(step, int | float) and np.isfinite(step) and step > 0):
+    if not (isinstance(step, int | float) and SHORTEST_S < step < LONGEST_S):
         raise FreerockError(
             path,
             f"channel {channel.name!r} gives no sampling rate "

@@ -1,12 +1,13 @@
 """The true values of a simulated campaign: truth.json beside its records."""
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from freerock.errors import FreerockError
-from freerock.files import write_text
+from freerock.files import read_json, write_text
 from freerock.models.laws import MODELS
 
 REMEDY = "restore the file, or remove the key truth"
@@ -25,11 +26,7 @@ def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
     FreerockError
         The file is missing, is not JSON, or lacks the model, the runs or the parameters of a test.
     """
-    try:
-        records = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        what = getattr(error, "strerror", None) or f"is not JSON ({error})"
-        raise FreerockError(path, what, REMEDY) from None
+    records = read_json(path, REMEDY)
     truth, where = {}, str(path)
     try:
         for test, record in records.items():
@@ -37,8 +34,15 @@ def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
             names = MODELS[record["model"]]
             for number, run in enumerate(record["runs"], 1):
                 for name in names:
-                    truth[test, number, name] = float(run[name])
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+                    truth[test, number, name] = _true(run[name])
+    except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
         what = f"does not hold the model and its parameters run by run ({type(error).__name__}: {error})"
         raise FreerockError(where, what, REMEDY) from None
     return truth
+
+
+def _true(value: Any) -> float:
+    """A parameter of the truth; a switch or a text is none."""
+    if isinstance(value, bool | str) or not math.isfinite(value):
+        raise ValueError(f"{str(value)[:40]} is no finite number")
+    return float(value)
