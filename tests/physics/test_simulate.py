@@ -300,6 +300,25 @@ def test_still_ground_changes_nothing():
         assert moved.impacts == pytest.approx(free.impacts, abs=1e-8)
 
 
+@pytest.mark.parametrize("kinematics", ["guided", "pivoting"])
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize(("model", "parameters"), LAWS[1:])
+def test_upright_block_dropped_flat_bounces_without_turning(model, parameters, rule, kinematics):
+    block, time = BLOCKS[2], np.linspace(0, 0.4, 201)
+    k, c, lam = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
+
+    def rates(_, y):
+        f = (k * y[0] + (c + lam * y[0]) * y[1]) * (y[0] > 0)
+        f = max(f, 0.0) if rule == "tensionless" else f
+        return y[1], GRAVITY - 2 * block.b * f / block.mass_kg
+
+    expected = solve_ivp(rates, (0, 0.4), [-5e-3, 0.0], "DOP853", time, rtol=1e-11, atol=1e-13).y[0]
+    dropped, both = State(-5e-3, 0.0, 0.0, 0.0), Rules(rule, kinematics)
+    found = simulate(model, block, parameters, time, theta0=dropped, rules=both, solver=Solver(1e-10))
+    assert np.all(found.theta == 0) and set(found.contact) == {0, 2}
+    assert found.z_cb == pytest.approx(expected, abs=2e-9)
+
+
 def test_housner_lifts_when_the_ground_exceeds_the_slope_of_the_block():
     block = BLOCKS[2]
     threshold = GRAVITY * math.tan(block.theta_cr)

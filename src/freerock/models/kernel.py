@@ -960,6 +960,9 @@ def _integrate(
             y = (0.0, 0.0, 0.0, w)
         elif which >= 0:
             bits ^= 1 << which
+            if which < 4 and y[2] == 0 and y[3] == 0:
+                # upright and not turning: what happens at one corner happens at the other
+                bits ^= 1 << (which ^ 1)
             if tensionless and which != 4 and _watched(4, bits):
                 bits &= 15
                 if _event(4, y, law) > 0:
