@@ -280,9 +280,13 @@ def _inertia(s, cos, law):
     The point that keeps its place sideways lies at a from the base centre: 0, or ±b of the corner.
     """
     h, a = law[4], law[7]
-    hs, hc, rise = h * s, h * cos, a * s
-    lever = hc + rise
-    return lever, hs - a * cos, law[5] - hs * hs + rise * (hc + lever)
+    hs, hc = h * s, h * cos
+    lever, fall, reduced = hc, hs, law[5] - hs * hs
+    if a != 0:
+        rise = a * s
+        lever, fall = hc + rise, hs - a * cos
+        reduced += rise * (hc + lever)
+    return lever, fall, reduced
 
 
 @compiled(forceinline=True)
