@@ -72,6 +72,20 @@ def test_the_rigid_model_on_a_compliant_base_makes_up_for_the_longer_period():
     assert 0.15 < fit.epsilon_theta < 0.30
 
 
+def test_a_free_release_does_not_make_a_compliant_foundation_rigid():
+    """At its bounds, where least squares from elsewhere than r's own minimum crept to no end."""
+    config1 = Block(height_m=0.42, width_m=0.07, mass_kg=8.67)
+    law = {"k": 6.5e6, "lambda": 1.35e8}
+    run = motion("hunt_crossley", law, block=config1, alpha=math.radians(6), span=8.0)
+    run = replace(run, t0_stderr=2e-4)
+    fit = fit_run("housner", config1, run)
+    assert fit.success, fit.message
+    assert "theta0 held at its bound; t0 held at its bound" in fit.message
+    alone = fit_run("housner", config1, run, FitSettings(free=()))
+    assert 0.9 * alone.epsilon_theta < fit.epsilon_theta < alone.epsilon_theta
+    assert abs(fit.value[0] - alone.value[0]) < 2e-3
+
+
 def test_joint_fit_shares_the_parameters_and_is_tighter():
     truth = TRUTHS["hunt_crossley"]
     runs = [motion("hunt_crossley", truth, alpha=math.radians(a), seed=a, t0=1e-3) for a in (9, 10)]

@@ -20,7 +20,7 @@ from freerock.config.keys import (
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.values import Model, Unit, section_in
-from freerock.models.laws import KINEMATICS, LAWS
+from freerock.models.laws import KINEMATICS, LAWS, PER_RUN
 from freerock.rotation.sensor import Laser
 from freerock.units import CHANNEL_UNITS
 
@@ -73,6 +73,7 @@ def test_freed_nuisances_are_named_for_every_model():
 
 
 def test_paper_mode_frees_the_parameters_of_the_models_only():
+    assert FitsSection().freed == dict.fromkeys(LAWS, PER_RUN)  # the same freedom for all
     free = {"housner": ["theta0"]}
     assert FitsSection(paper_mode=True, free=free).freed == dict.fromkeys(LAWS, ())
     freed = FitsSection(free=free).freed

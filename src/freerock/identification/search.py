@@ -10,7 +10,7 @@ from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.scan import scan
-from freerock.models.laws import law_of
+from freerock.models.laws import PARAMETERS, law_of, parameter_of
 from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
@@ -36,7 +36,9 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     Resolution
     """
     horizons = growing_horizons(problem.motions[0])
-    ends = [] if start is None else [follow(problem, problem.start_at(start), horizons[-2:])]
+    ends = (
+        [] if start is None else [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:])]
+    )
     poor = (POOR * problem.motions[0].sigma_theta) ** 2
     if not ends or (len(problem.motions) == 1 and ends[0].mean_square > poor):
         ends += _scanned(problem, horizons)
@@ -51,10 +53,19 @@ def _scanned(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
     starts = scan(problem.alone(), horizons[0])
     if not law_of(problem.model).is_foundation and "width" not in problem.common:
         horizons = horizons[-1:]  # already scanned on the whole run
-    ends = [follow(problem, problem.start(values), horizons[:1]) for values in starts]
+    ends = [follow(problem, _r_first(problem, problem.start(values)), horizons[:1]) for values in starts]
     promising = PROMISING * min(end.mean_square for end in ends)
     ends = [end for end in ends if end.mean_square <= promising]
     return [follow(problem, end.x, horizons[1:]) for end in ends] if horizons[1:] else ends
+
+
+def _r_first(problem: Problem, x: Floats) -> Floats:
+    """A start with Housner's r found for the release as measured: from elsewhere least squares creep."""
+    if law_of(problem.model).is_foundation or "width" in problem.common or len(x) == 1:
+        return x
+    alone = replace(problem, settings=replace(problem.settings, free=()), n_impacts=0)
+    r = least_squares(alone, x[:1], alone.samples(most=GROWTH_SAMPLES)).x
+    return np.where([parameter_of(name) is PARAMETERS["r"] for name in problem.names], r, x)
 
 
 def growing_horizons(motion: Motion) -> list[float]:

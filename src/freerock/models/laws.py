@@ -156,7 +156,6 @@ LAWS = {
         "Housner",
         ("r",),
         (*COMMON_NUISANCES, "r_per_impact"),
-        free=(),
         published=True,
         kinematics=("pivoting",),
     ),
