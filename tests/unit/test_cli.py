@@ -1,5 +1,6 @@
 """The command `freerock`: what it answers, in which time, and its exit codes."""
 
+import os
 import resource
 import subprocess
 import sys
@@ -102,6 +103,14 @@ def test_a_wrong_command_line():
     assert freerock("plan").returncode == 2
     assert freerock("plam", "x.yaml").returncode == 2
     assert freerock().returncode == 2
+
+
+def test_a_terminal_without_greek_letters_is_no_error(small):
+    command = [sys.executable, "-m", "freerock.cli", "plan", "lab.yaml", "--into", "ascii"]
+    environment = os.environ | {"PYTHONIOENCODING": "ascii"}
+    done = subprocess.run(command, cwd=small, env=environment, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert rb"\xb0" in done.stdout
 
 
 def test_an_error_of_its_own_is_one_line_and_a_traceback_in_the_log(tmp_path, monkeypatch, capsys):

@@ -1,5 +1,6 @@
 """freerock inspect and new-campaign: what a folder of records shows, and what it leaves to be filled in."""
 
+import os
 import re
 from pathlib import Path
 
@@ -81,6 +82,27 @@ def test_a_channel_whose_name_has_two_lines_stays_in_its_comment(folder):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
     text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
     assert "\n# lines.tdms: upper laser (V, 1000 Hz, 0.0 s)\nlines,lines.tdms,,block1," in text
+
+
+def test_names_that_are_not_utf8_or_steer_a_terminal_stop_no_other(folder, capsys):
+    (folder / "gauge.tdms").rename(folder / os.fsdecode(b"Block M\xe4rz.tdms"))
+    write(folder / "escape.tdms", 1000, **{"\x1b[31mlaser\n": ("V", [5, 4])})
+    (folder / "tall 1.tdms").rename(folder / "tall {x}.tdms")
+    (folder / "tall_2.tdms").rename(folder / "tall\x1b[2J.tdms")
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    out, err = capsys.readouterr()
+    assert "\x1b" not in out + err
+    assert r"\x1b[31mlaser  V" in out
+    refused = [line for line in err.splitlines() if line.startswith("left out: ")]
+    assert [line.removeprefix(f"left out: {folder}/") for line in refused[:1] + refused[2:]] == [
+        r"Block M\udce4rz.tdms: the file name is not UTF-8, or holds control characters; rename the file",
+        r"tall\x1b[2J.tdms: the file name is not UTF-8, or holds control characters; rename the file",
+        "tall {x}.tdms: 'tall {x}.tdms' has braces, which Snakemake takes for wildcards; rename it",
+    ]
+    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
+    assert "\x1b" not in text
+    assert "\nescape,escape.tdms,,block1," in text
+    assert "\ntall_1,tall-1.tdms,,block1," in text
 
 
 def test_inspect_tells_what_the_reader_found_out_and_what_can_not_be_read(folder):

@@ -7,7 +7,7 @@ from freerock.config.campaign import check_options, load_config
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder
-from freerock.jobs.log import why_failed
+from freerock.jobs.log import in_utf8, why_failed
 from freerock.jobs.reruns import PACKAGE, code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way

@@ -148,7 +148,8 @@ def look_text(look: RecordLook) -> str:
     for channel in look.readable:
         rate, duration = f"{channel.rate_hz:g} Hz", f"{channel.duration_s:.3f} s"
         low, high = (f"{bound:.6g}" for bound in (channel.low, channel.high))
-        rows.append((channel.name, channel.units or "–", rate, duration, low, high, str(channel.n_missing)))
+        name, unit, missing = " ".join(channel.name.split()), channel.units or "–", str(channel.n_missing)
+        rows.append((name, unit, rate, duration, low, high, missing))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines += ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]
     lines += [f"{channel.name}: {channel.fault}" for channel in look.channels if channel.fault]

@@ -21,8 +21,8 @@ from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into,
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
-from freerock.config.values import LONGEST_NAME, name_fault
-from freerock.errors import FreerockError
+from freerock.config.values import LONGEST_NAME, Invalid, check_inside, name_fault
+from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, sha256, write_manifest, write_text
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
@@ -136,7 +136,11 @@ def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
         if path.suffix.lower() not in READERS or path.name == MANIFEST or not path.is_file():
             continue
         try:
+            check_inside(path.name)
             look = look_into(path)
+        except Invalid as error:
+            refused.append(FreerockError(path, error.what, error.remedy))
+            continue
         except FreerockError as error:
             refused.append(error)
             continue
@@ -259,7 +263,7 @@ def _csv_text(
 
 def _comment(text: str) -> str:
     """A line of its own, whatever the names in it hold."""
-    return f"# {' '.join(text.split())}\n"
+    return f"# {printable(' '.join(text.split()))}\n"
 
 
 def _in_words(channel: ChannelLook) -> str:

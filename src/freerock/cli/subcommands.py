@@ -6,6 +6,7 @@ A subcommand is a line in `COMMANDS` and the module of its name, with `add_argum
 
 import argparse
 import importlib
+import io
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -45,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit code, see `EXIT_CODES`.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):  # a locale without θ
+        sys.stdout.reconfigure(errors="backslashreplace")
     words = sys.argv[1:] if arguments is None else [*arguments]
     chosen = argparse.Namespace(command=" ".join(words[:1]), debug="--debug" in words)
     try:

@@ -1,7 +1,9 @@
 """What the value of a key may be: a number, a name, a choice; and `Section`, a group of keys."""
 
 import difflib
+import os
 import re
+import sys
 from collections.abc import Collection, Iterable
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
@@ -105,7 +107,14 @@ def check_name(name: str, names: Collection[str], kind: str) -> None:
 
 
 def check_inside(file: str) -> str:
-    """Refuse the path of a file that may lie outside of the raw folder."""
+    """Refuse the path of a file that may lie outside of the raw folder, or that has no name to print."""
+    if UNPRINTED.search(file):
+        raise Invalid("the file name is not UTF-8, or holds control characters", "rename the file")
+    try:
+        os.fsencode(file)
+    except UnicodeEncodeError:
+        what = f"{shown(file)} can't be a file name in this locale ({sys.getfilesystemencoding()})"
+        raise Invalid(what, "set LC_ALL=C.UTF-8 before the command") from None
     if any(len(part.encode()) > 255 for part in PurePosixPath(file).parts):
         raise Invalid(f"{shown(file)} is longer than a file name may be", "rename the file")
     if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):

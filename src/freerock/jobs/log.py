@@ -1,5 +1,6 @@
 """The log of a job, and the lines that say why jobs failed."""
 
+import io
 import logging
 import re
 import sys
@@ -8,7 +9,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 
-from freerock.errors import DamagedProduct, FreerockError
+from freerock.errors import DamagedProduct, FreerockError, printable
 from freerock.jobs.guard import job_runs
 
 
@@ -31,21 +32,29 @@ def log_to(path: str | Path) -> logging.Logger:
     return logger
 
 
+def in_utf8() -> None:
+    """Let Snakemake write its own log in UTF-8, in which `why_failed` reads it, whatever the locale."""
+    for handler in logging.getLogger("snakemake.logging").handlers:
+        stream = getattr(handler, "stream", None)
+        if isinstance(handler, logging.FileHandler) and isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8")
+
+
 def why_failed(logs: Iterable[str | Path]) -> list[str]:
     """The lines that say why jobs failed, from their logs, which the log of Snakemake names."""
     found = []
     for log in logs:
-        for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text(encoding="utf-8")):
-            lines = Path(path).read_text(encoding="utf-8").splitlines() if Path(path).exists() else []
+        for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text("utf-8", "replace")):
+            lines = Path(path).read_text("utf-8", "replace").splitlines() if Path(path).exists() else []
             found += lines if Path(path).stem == "complete" else lines[-1:]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(map(printable, found)))
 
 
 class _OneLine(logging.Formatter):
     """The message alone; tracebacks are for the log."""
 
     def format(self, record: logging.LogRecord) -> str:
-        return record.getMessage()
+        return printable(record.getMessage())
 
 
 def _report(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
