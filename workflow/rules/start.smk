@@ -9,7 +9,7 @@ from functools import cache
 from freerock.cli.check import check_files
 from freerock.config.campaign import read_campaign
 from freerock.jobs.guard import check_clock, check_room, job_runs, run_starts
-from freerock.jobs.watch import watch_folder
+from freerock.jobs.watch import check_space, watch_folder
 from freerock.virtual_lab.truth import read_truth
 
 if not workflow.is_main_process:
@@ -25,6 +25,10 @@ def makes_something():
 def start():
     """Of each run, once."""
     if makes_something():
+        try:
+            check_space()
+        except FreerockError as error:
+            sys.exit(str(error))
         run_starts()
         watch_folder()
 
