@@ -189,7 +189,8 @@ def campaign(tmp_path, change=lambda keys: None):
 
 def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     lab = campaign(tmp_path)
-    frame = plan_campaign(lab)
+    frame, rivals = plan_campaign(lab)
+    assert set(rivals["model"]) == {"winkler", "hunt_crossley"}
     assert len(frame) == 3 * 2 * 2 * 5
     nominal = {name: block.release_angle_deg for name, block in lab.blocks.items()}
     assert (frame["release_angle_deg"] == frame["block"].map(nominal)).all()
@@ -215,7 +216,7 @@ def test_a_restitution_per_impact_is_planned_as_one(tmp_path):
         plain(keys)
         keys["fits"] = {"free": {"housner": ["r_per_impact"]}, "pooled": False}
 
-    frames = [plan_campaign(campaign(tmp_path, change)) for change in (plain, per_impact)]
+    (*frames,) = (plan_campaign(campaign(tmp_path, change))[0] for change in (plain, per_impact))
     pd.testing.assert_frame_equal(*frames)
 
 
@@ -246,6 +247,11 @@ MISTAKES = {
     "parameter of another model": (
         lambda keys: keys["plan"]["expected"]["marble"]["housner"].update(k=1e6),
         "plan.expected: 'k' is not a parameter of housner; use one of r",
+    ),
+    "no width": (
+        lambda keys: keys["plan"]["expected"]["marble"].update(housner_width={"r": 0.95}),
+        "plan.expected: housner_width on marble has no width_fraction; "
+        "give width_fraction or leave housner_width out",
     ),
     "restitution above 1": (
         lambda keys: keys["plan"]["expected"]["marble"]["housner"].update(r=1.2),

@@ -1,4 +1,4 @@
-"""How well each parameter will be known, predicted before any test."""
+"""How well each parameter will be known and which rivals will be told apart, predicted before any test."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--into",
         metavar="FOLDER",
-        help="where plan.csv, plan.pdf and plan.png go; left out, results/<campaign>/plan",
+        help="where plan and rivals go, each as .csv, .pdf, .png; left out, results/<campaign>/plan",
     )
 
 
@@ -31,15 +31,22 @@ def run(chosen: Namespace) -> None:
     path = Path(chosen.campaign) if named else Path("config/campaigns") / f"{chosen.campaign}.yaml"
     campaign = load_campaign(path)  # refused before the numerical libraries are loaded
 
-    from freerock.figures.plan import draw
+    from freerock.figures.plan import draw, draw_rivals
     from freerock.figures.style import save
     from freerock.identification.plan import plan_campaign
-    from freerock.tables.plan import plan_text
+    from freerock.tables.plan import plan_text, rivals_text
 
-    frame = plan_campaign(campaign)
+    frame, rivals = plan_campaign(campaign)
     labels = labels_of(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
-    pages, drawn = draw(frame, labels)
-    save(pages, drawn, folder / "plan")
+    save(*draw(frame, labels), folder / "plan")
     print(plan_text(frame, labels))
-    print(f"\nwritten: {folder / 'plan'}.csv, .pdf, .png")
+    written = [folder / "plan"]
+    if not rivals.empty:
+        save(*draw_rivals(rivals, labels), folder / "rivals")
+        print(f"\n{rivals_text(rivals, labels)}")
+        written.append(folder / "rivals")
+    for stem in written:
+        print(
+            f"\nwritten: {stem}.csv, .pdf, .png" if stem == written[0] else f"written: {stem}.csv, .pdf, .png"
+        )

@@ -10,6 +10,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
 from freerock.config.values import (
+    Candidate,
     Debonding,
     Invalid,
     Kinematics,
@@ -23,14 +24,18 @@ from freerock.config.values import (
     check_name,
 )
 from freerock.models.block import Block
-from freerock.models.laws import KINEMATICS, LAWS, MODELS, Law
+from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, MODELS, Law
 
 
-def check_parameters(model: str, parameters: Mapping[str, float], on: str = "") -> None:
-    """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message."""
+def check_parameters(model: str, parameters: Mapping[str, float], on: str = "", width: bool = False) -> None:
+    """Refuse parameters that are not exactly those of a model; `on` names the foundation in the message.
+
+    With `width`, width_fraction is among them.
+    """
+    names = (*MODELS[model], *(["width_fraction"] if width else []))
     for name in parameters:
-        check_name(name, MODELS[model], f"a parameter of {model}")
-    for name in MODELS[model]:
+        check_name(name, names, f"a parameter of {model}")
+    for name in names:
         if name not in parameters:
             raise Invalid(f"{model}{on} has no {name}", f"give {name} or leave {model} out")
     if parameters.get("r", 0) > 1:
@@ -273,10 +278,12 @@ class SensorSection(Section):
 
 
 class PlanSection(Section):
-    """What `freerock plan` predicts standard errors for, before any test."""
+    """What `freerock plan` predicts standard errors and rivals for, before any test."""
 
-    expected: dict[Name, dict[Model, dict[str, Positive]]] = Field(
-        min_length=1, description="foundation: model: parameter: the value expected, in SI units"
+    expected: dict[Name, dict[Candidate, dict[str, Positive]]] = Field(
+        min_length=1,
+        description="foundation: model: parameter: the value expected, in SI units; a model whose name "
+        "ends in _width also has width_fraction, its contact width over the width of the block",
     )
     sensors: dict[Name, SensorSection] = Field(
         min_length=1, description="one or more sensors, each by its name"
@@ -289,6 +296,13 @@ class PlanSection(Section):
     )
     release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
         {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
+    )
+    model_error: Number = Field(
+        0.0,
+        ge=0,
+        lt=1,
+        description="the discrepancy ε_θ that even the right law leaves beyond the noise, as a fraction: "
+        "rivals that are nearer are not told apart",
     )
 
     @field_validator("sampling_rates_hz", "durations_s")
@@ -303,7 +317,7 @@ class PlanSection(Section):
     def _complete(cls, expected: Any) -> Any:
         for foundation, models in expected.items():
             for model, parameters in models.items():
-                check_parameters(model, parameters, f" on {foundation}")
+                check_parameters(model, parameters, f" on {foundation}", CANDIDATES[model].width)
         return expected
 
 

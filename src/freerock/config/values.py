@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator
 
-from freerock.models.laws import DEBONDING, KINEMATICS, LAWS
+from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
@@ -45,11 +45,13 @@ Text = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=2000)]
 if TYPE_CHECKING:  # words known only at run time
     Unit: TypeAlias = str
     Model: TypeAlias = str
+    Candidate: TypeAlias = str
     Debonding: TypeAlias = str
     Kinematics: TypeAlias = str
 else:
     Unit = Literal["", *CHANNEL_UNITS]
     Model = Literal[*LAWS]
+    Candidate = Literal[*CANDIDATES]
     Debonding = Literal[*DEBONDING]
     Kinematics = Literal[*KINEMATICS]
 

@@ -1,4 +1,4 @@
-"""Predicted standard errors of a campaign over its choices."""
+"""The plan of a campaign over its choices: predicted standard errors, and what tells rivals apart."""
 
 from itertools import cycle
 
@@ -67,5 +67,58 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
     handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
     handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
+    return figure
+
+
+@styled()
+def draw_rivals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
+    """How far each rival stays from an expected model, over the release angle: a page per model.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.identification.plan.plan_rivals`; not empty.
+
+    Returns
+    -------
+    pages : list of matplotlib.figure.Figure
+    data : pandas.DataFrame
+        The rows drawn, with ε_θ in per cent.
+    """
+    frame = frame.assign(epsilon_percent=100 * frame["epsilon_theta"])
+    groups = frame.groupby("model", sort=False)
+    return [_rivals_page(frame, rows, labels) for _, rows in groups], frame
+
+
+def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Figure:
+    """A row of panels per foundation, a column per rival; hollow where a sensor or rate can't tell it."""
+    blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
+    foundations, rivals = frame["foundation"].unique(), rows["rival"].unique()
+    measured = rows[rows["epsilon_theta"].notna()]
+    figure = Figure(figsize=(7.0, 1.1 + 1.5 * len(foundations)))
+    axes = figure.subplots(len(foundations), len(rivals), squeeze=False, sharex=True, sharey=True)
+    for column, rival in zip(axes.T, rivals, strict=True):
+        column[0].set_title(MODEL_LABELS[rival].replace(", ", ",\n", 1), loc="left")
+        column[-1].set_xlabel("release angle / °")
+        for ax, foundation in zip(column, foundations, strict=True):
+            chosen = measured[(measured["rival"] == rival) & (measured["foundation"] == foundation)]
+            for block, some in chosen.groupby("block", sort=False):
+                curve = some.groupby("release_angle_deg").agg(
+                    {"epsilon_percent": "first", "told_apart": "all"}
+                )
+                (line,) = ax.plot(curve["epsilon_percent"], **blocks[block])
+                hidden = curve["epsilon_percent"][~curve["told_apart"]]
+                ax.plot(hidden, **blocks[block] | {"linestyle": "", "markerfacecolor": "white"}, zorder=3)
+                line.set_zorder(2)
+    axes[0, 0].set(yscale="log", xlim=(0, 1.1 * frame["release_angle_deg"].max()))
+    for ax, foundation in zip(axes[:, 0], foundations, strict=True):
+        ax.set_ylabel(f"{label(labels, foundation)}\n$ε_θ$ / %")
+    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
+    handles.append(
+        Line2D([], [], color="0.3", marker="o", markerfacecolor="white", linestyle="", label="not told apart")
+    )
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    title = f"{MODEL_LABELS[rows['model'].iloc[0]]} expected: its rivals at their best"
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     return figure

@@ -15,6 +15,7 @@ __all__ = [
     "plan",
     "population",
     "predict",
+    "rivals",
     "screening",
     "settings",
 ]

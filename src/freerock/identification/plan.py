@@ -1,4 +1,5 @@
-"""A campaign before any test: how well each block, angle, sensor and sampling rate will determine a law."""
+"""A campaign before any test: how well each block, angle, sensor and sampling rate will determine a law, and
+which rivals they will tell from it."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -10,11 +11,15 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
+from freerock.identification.candidates import n_freed
 from freerock.identification.cramer_rao import standard_errors
+from freerock.identification.rivals import BY_DEFAULT, TOLD_APART, best_rival, expected_motion, rivals_of
+from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, PER_RUN, unit_of
+from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, unit_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.sensor import Laser
+from freerock.runs.motion import Motion
 
 if TYPE_CHECKING:
     from freerock.config.campaign import Campaign
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
 CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
 CASE += ["model"]
 COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "note"]
+RIVALS = [*CASE, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,8 @@ class Setup:
     block : Block
     laser : Laser
     expected : mapping of str to mapping of str to float
-        model: parameter: value [SI].
+        model: parameter: value [SI]; of a model that frees the contact width also width_fraction, that width
+        over the block's.
     release_angles_deg : sequence of float
         Release angles of the block [°].
     """
@@ -93,6 +100,19 @@ class Setup:
     laser: Laser
     expected: Mapping[str, Mapping[str, float]]
     release_angles_deg: Sequence[float]
+
+    @property
+    def names(self) -> tuple[str, str, str]:
+        """Of its block, foundation and laser."""
+        return self.block_name, self.foundation, self.laser_name
+
+    def worn(self, model: str) -> Block:
+        """The block with the contact width that a model expects."""
+        if not CANDIDATES[model].width:
+            return self.block
+        return replace(
+            self.block, contact_width_m=self.expected[model]["width_fraction"] * self.block.width_m
+        )
 
 
 @dataclass(frozen=True)
@@ -109,19 +129,26 @@ class Choices:
         Lengths of a run from its release [s].
     finger_s : float
         Time the finger takes to leave the block, whose samples don't count [s].
+    model_error : float
+        ε_θ that even the right law is expected to leave beyond the noise, as a fraction.
     """
 
     sensors: Mapping[str, Sensor]
     sampling_rates_hz: Sequence[float] = (2000.0,)
     durations_s: Sequence[float] = (8.0,)
     finger_s: float = 0.03
+    model_error: float = 0.0
+
+
+Nuisances = Mapping[str, Sequence[str]]
+"""What is fitted of each law besides its parameters."""
 
 
 def plan(
     setups: Iterable[Setup],
     choices: Choices,
     *,
-    free: Mapping[str, Sequence[str]] | None = None,
+    free: Nuisances = BY_DEFAULT,
     debonding: str = "geometric",
 ) -> pd.DataFrame:
     """Predicted standard errors of a campaign, for every combination of what it may choose.
@@ -132,7 +159,7 @@ def plan(
         Those with the names of an earlier one are left out.
     choices : Choices
     free : mapping of str to sequence of str, optional
-        Nuisances fitted besides the parameters of each model; θ₀ and t₀ by default.
+        Nuisances fitted besides the parameters of each law; θ₀ and t₀ by default.
     debonding : str
         "geometric" or "tensionless".
 
@@ -144,16 +171,54 @@ def plan(
         stderr, unit, note (why there is no standard error).
     """
     rows: list[tuple[Any, ...]] = []
-    seen = set()
-    for setup in setups:
-        names = setup.block_name, setup.foundation, setup.laser_name
-        if names in seen:
-            continue
-        seen.add(names)
+    for setup in _different(setups):
         for model in setup.expected:
-            nuisances = PER_RUN if free is None else free[model]
-            rows += _rows(setup, model, choices, nuisances, debonding)
-    frame = pd.DataFrame(rows, columns=COLUMNS)
+            rows += _rows(setup, model, choices, free[CANDIDATES[model].law], debonding)
+    return _in_order_of_appearance(pd.DataFrame(rows, columns=COLUMNS))
+
+
+def plan_rivals(
+    setups: Iterable[Setup],
+    choices: Choices,
+    *,
+    laws: Sequence[str] = PAPER_MODELS,
+    kinematics: Sequence[str] = KINEMATICS,
+    free: Nuisances = BY_DEFAULT,
+    debonding: str = "geometric",
+) -> pd.DataFrame:
+    """Which rivals the runs of a campaign will tell from what is expected.
+
+    Parameters
+    ----------
+    setups, choices, free, debonding
+        As for `plan`.
+    laws, kinematics : sequence of str
+        Those that rivals may have (`freerock.identification.rivals.rivals_of`).
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per case and rival: those of `plan` up to sigma_theta_deg, then rival, bic_difference (Δ of
+        `freerock.identification.rivals`), epsilon_theta (between the expected motion and the rival's best,
+        as a fraction), told_apart (Δ is at least 10, and ε_θ is larger than the error expected of the right
+        law), note (why there is none).
+    """
+    rows: list[tuple[Any, ...]] = []
+    for setup in _different(setups):
+        for model in setup.expected:
+            rows += _rival_rows(
+                setup, model, rivals_of(model, laws, kinematics, free), choices, free, debonding
+            )
+    return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
+
+
+def _different(setups: Iterable[Setup]) -> list[Setup]:
+    """The first setup of each name."""
+    return list({setup.names: setup for setup in reversed(list(setups))}.values())[::-1]
+
+
+def _in_order_of_appearance(frame: pd.DataFrame) -> pd.DataFrame:
+    """Rows sorted case by case, the names of a case by when they first appear."""
     appearance = [pd.factorize(frame[name])[0] for name in reversed(CASE)]
     return frame.iloc[np.lexsort(appearance)].reset_index(drop=True)
 
@@ -162,29 +227,71 @@ def _rows(
     setup: Setup, model: str, choices: Choices, free: Sequence[str], debonding: str
 ) -> Iterator[tuple[Any, ...]]:
     """Rows of one model on one setup."""
-    parameters = setup.expected[model]
+    block, parameters = setup.worn(model), setup.expected[model]
+    names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
+    values = {"width": 2 * block.b, **parameters}
     cases = product(setup.release_angles_deg, choices.sampling_rates_hz, choices.durations_s)
     for angle, rate, duration in cases:
         time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
         theta0 = math.radians(angle)
         try:
             unit_errors = standard_errors(
-                model, setup.block, parameters, time_s, theta0, 1.0, free=free, debonding=debonding
+                model, block, parameters, time_s, theta0, 1.0, free=free, debonding=debonding
             )
             fault = "" if np.isfinite([*unit_errors.values()]).all() else "not determined by such a run"
         except FreerockError as error:
-            unit_errors, fault = dict.fromkeys(parameters, np.nan), error.what
-        for sensor_name, sensor in choices.sensors.items():
-            sigma, off = sensor.sigma_theta(theta0, setup.block, setup.laser)
-            names = setup.block_name, setup.foundation, setup.laser_name
-            case = (*names, sensor_name, duration, rate, angle, model, math.degrees(sigma))
-            for name in MODELS[model]:
+            unit_errors, fault = dict.fromkeys(names, np.nan), error.what
+        for case, sigma, off in _with_each_sensor(setup, (model, duration, angle), (rate,), choices):
+            for name in names:
                 stderr = np.nan if off else unit_errors[name] * sigma
-                yield (*case, name, parameters[name], stderr, unit_of(name), fault or off)
+                yield (*case, name, values[name], stderr, unit_of(name), fault or off)
 
 
-def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
-    """`plan` of a campaign as loaded: the setups are those of its records, which need not exist yet.
+def _rival_rows(
+    setup: Setup, model: str, rivals: Sequence[str], choices: Choices, free: Nuisances, debonding: str
+) -> Iterator[tuple[Any, ...]]:
+    """Rows of the rivals of one model on one setup."""
+    n = n_freed(model, free)
+    for duration, angle in product(choices.durations_s, setup.release_angles_deg):
+        motion, fault = _expected(setup, model, angle, (choices.finger_s, duration), debonding)
+        for rival in rivals:
+            settings = FitSettings(free[CANDIDATES[rival].law], debonding)
+            best = best_rival(rival, setup.block, motion, settings) if motion else None
+            where = model, duration, angle
+            for case, sigma, off in _with_each_sensor(setup, where, choices.sampling_rates_hz, choices):
+                rate = case[CASE.index("sampling_rate_hz")]
+                if best is None or off:
+                    yield (*case, rival, np.nan, np.nan, False, fault or off)
+                else:
+                    delta = best.bic_difference(n, sigma, rate)
+                    apart = delta >= TOLD_APART and best.epsilon_theta > choices.model_error
+                    yield (*case, rival, delta, best.epsilon_theta, apart, "")
+
+
+def _expected(
+    setup: Setup, model: str, angle: float, span_s: tuple[float, float], debonding: str
+) -> tuple[Motion | None, str]:
+    """The expected motion, or why there is none."""
+    block, parameters = setup.worn(model), setup.expected[model]
+    try:
+        return expected_motion(model, block, parameters, math.radians(angle), span_s, debonding), ""
+    except FreerockError as error:
+        return None, error.what
+
+
+def _with_each_sensor(
+    setup: Setup, case: tuple[str, float, float], rates_hz: Sequence[float], choices: Choices
+) -> Iterator[tuple[tuple[Any, ...], float, str]]:
+    """Rows of a case (model, duration, angle) up to sigma_theta_deg, that noise [rad], why it won't do."""
+    model, duration, angle = case
+    for rate, (name, sensor) in product(rates_hz, choices.sensors.items()):
+        sigma, off = sensor.sigma_theta(math.radians(angle), setup.block, setup.laser)
+        yield (*setup.names, name, duration, rate, angle, model, math.degrees(sigma)), sigma, off
+
+
+def plan_campaign(campaign: "Campaign") -> tuple[pd.DataFrame, pd.DataFrame]:
+    """`plan` and `plan_rivals` of a campaign as loaded: the setups are those of its records, which need not
+    exist yet.
 
     A restitution per impact is planned as one r, that of `plan.expected`.
 
@@ -193,7 +300,7 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
     FreerockError
         The campaign has no section `plan`, or one of its sensors has no scale.
     """
-    section = campaign.plan
+    section, fits = campaign.plan, campaign.fits
     if section is None:
         remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
         raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
@@ -221,7 +328,17 @@ def plan_campaign(campaign: "Campaign") -> pd.DataFrame:
         section.sampling_rates_hz,
         section.durations_s,
         campaign.processing.runs.finger_s,
+        section.model_error,
     )
-    freed = campaign.fits.freed.items()
-    free = {model: [name for name in names if name != "r_per_impact"] for model, names in freed}
-    return plan(setups, choices, free=free, debonding=campaign.fits.debonding)
+    free = {law: [name for name in names if name != "r_per_impact"] for law, names in fits.freed.items()}
+    return (
+        plan(setups, choices, free=free, debonding=fits.debonding),
+        plan_rivals(
+            setups,
+            choices,
+            laws=fits.models,
+            kinematics=fits.kinematics,
+            free=free,
+            debonding=fits.debonding,
+        ),
+    )

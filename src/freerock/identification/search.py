@@ -35,6 +35,14 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     Solution
     Resolution
     """
+    x = approach(problem, start)
+    resolution = find_resolution(problem, x)
+    problem = replace(problem, rtol=resolution.rtol)
+    return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
+
+
+def approach(problem: Problem, start: Mapping[str, float] | None = None) -> Floats:
+    """Fitted numbers near their best, from the samples that growing horizons take; `start` as in `search`."""
     horizons = growing_horizons(problem.motions[0])
     ends = (
         [] if start is None else [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:])]
@@ -42,10 +50,7 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     poor = (POOR * problem.motions[0].sigma_theta) ** 2
     if not ends or (len(problem.motions) == 1 and ends[0].mean_square > poor):
         ends += _scanned(problem, horizons)
-    x = min(ends, key=lambda end: end.mean_square).x
-    resolution = find_resolution(problem, x)
-    problem = replace(problem, rtol=resolution.rtol)
-    return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
+    return min(ends, key=lambda end: end.mean_square).x
 
 
 def _scanned(problem: Problem, horizons: Sequence[float]) -> list[Solution]:

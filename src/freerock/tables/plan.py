@@ -1,4 +1,4 @@
-"""The plan of a campaign as printed: standard errors in per cent of the values."""
+"""The plan of a campaign as printed: standard errors in per cent of the values, and rivals in words."""
 
 from collections.abc import Mapping
 
@@ -6,6 +6,8 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
+
+CASE = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
 
 
 def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
@@ -23,17 +25,12 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     str
         A line per case with a column per parameter; then a line per reason.
     """
-    frame = frame.replace({"block": labels or {}, "foundation": labels or {}})
-    rows = frame.assign(
-        duration=frame["duration_s"].map("{:g} s".format),
-        rate=frame["sampling_rate_hz"].map("{:g} Hz".format),
-        angle=frame["release_angle_deg"].map("{:g}°".format),
-        parameter=frame["model"].map(MODEL_LABELS) + " " + frame["parameter"].map(SYMBOLS),
-        percent=[_percent(*pair) for pair in zip(frame["stderr"], frame["value"], strict=True)],
+    rows = _printed(frame, labels)
+    rows = rows.assign(
+        parameter=rows["model"] + " " + rows["parameter"].map(SYMBOLS),
+        percent=[_percent(*pair) for pair in zip(rows["stderr"], rows["value"], strict=True)],
     )
-    case = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
-    alike = [name for name in case if rows[name].nunique() == 1]
-    shown = [name for name in case if name not in alike] or ["angle"]
+    alike, shown = _columns(rows)
     table = rows.set_index([*shown, "parameter"])["percent"].unstack(sort=False)
     title = ", ".join(["Standard errors in %", *rows[alike].iloc[0]])
     reasons = [
@@ -42,6 +39,79 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
         if row.note
     ]
     return "\n".join([title, table.to_string(), *dict.fromkeys(reasons)])
+
+
+def rivals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
+    """Which rivals a campaign will tell from what is expected, as a reader sees it.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.identification.plan.plan_rivals`.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    str
+        At the lowest sampling rate, a line per case with the nearest rival of each expected model; then a
+        sentence per model and rival. "" where no model has a rival.
+    """
+    if frame.empty:
+        return ""
+    slowest = frame["sampling_rate_hz"] == frame["sampling_rate_hz"].min()
+    rows = _printed(frame[slowest], labels)
+    alike, shown = _columns(rows)
+    rows["where"] = rows[shown].agg(", ".join, axis=1)
+    nearest = rows.sort_values("bic_difference", kind="stable").drop_duplicates(["where", "model"])
+    cells = [
+        "–" if np.isnan(row.bic_difference) else f"{row.bic_difference:.2g} ({_share(row.epsilon_theta)})"
+        for row in nearest.sort_index().itertuples()
+    ]
+    table = nearest.sort_index().assign(cell=cells).set_index([*shown, "model"])["cell"].unstack(sort=False)
+    title = ", ".join(["Δ of the nearest rival (ε_θ between the two)", *rows[alike].iloc[0]])
+    pairs = rows[rows["note"] == ""].groupby(["model", "rival"], sort=False)
+    sentences = [_sentence(f"{model} against {rival}", pair) for (model, rival), pair in pairs]
+    return "\n".join([title, table.to_string(), "", *sentences])
+
+
+def _sentence(pair: str, rows: pd.DataFrame) -> str:
+    """How a rival fares against an expected model, over all cases that can be measured."""
+    apart, missed = rows[rows["told_apart"]], rows[~rows["told_apart"]]
+    text = f"{pair}: told apart in {len(apart)} of {len(rows)}"
+    if len(apart):
+        best = apart.sort_values(["epsilon_theta", "bic_difference"]).iloc[-1]
+        text += f", best by {_case(best)}"
+    if len(missed):
+        worst = missed.sort_values(["epsilon_theta", "bic_difference"]).iloc[0]
+        return f"{text}; least by {_case(worst)}"
+    worst = apart.sort_values(["epsilon_theta", "bic_difference"]).iloc[0]
+    return f"{text}, barely by {_case(worst)}"
+
+
+def _case(row: pd.Series) -> str:
+    return f"{row['where']} (Δ = {row['bic_difference']:.2g}, ε_θ = {_share(row['epsilon_theta'])})"
+
+
+def _printed(frame: pd.DataFrame, labels: Mapping[str, str] | None) -> pd.DataFrame:
+    """The rows with names and choices as printed."""
+    frame = frame.replace({"block": labels or {}, "foundation": labels or {}})
+    return frame.assign(
+        duration=frame["duration_s"].map("{:g} s".format),
+        rate=frame["sampling_rate_hz"].map("{:g} Hz".format),
+        angle=frame["release_angle_deg"].map("{:g}°".format),
+        **{name: frame[name].map(MODEL_LABELS) for name in ("model", "rival") if name in frame},
+    )
+
+
+def _columns(rows: pd.DataFrame) -> tuple[list[str], list[str]]:
+    """Which of the choices are alike in all rows, and which are shown as columns."""
+    alike = [name for name in CASE if rows[name].nunique() == 1]
+    return alike, [name for name in CASE if name not in alike] or ["angle"]
+
+
+def _share(fraction: float) -> str:
+    return f"{100 * fraction:.2g} %"
 
 
 def _percent(stderr: float, value: float) -> str:
