@@ -169,8 +169,7 @@ def best_rival(
     settings : FitSettings, optional
     """
     problem = posed(rival, (block,), (motion,), settings or FitSettings())
-    x = approach(problem)
-    samples = problem.samples()
+    samples, x = problem.samples(), approach(problem)
     theta = problem.curve(x, samples)
     step = float(motion.time_s[1] - motion.time_s[0])
     return Rival(
