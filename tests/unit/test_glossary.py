@@ -48,7 +48,7 @@ def columns():
         recovered.recovered_table(parameters, {}),
     ]
     lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
-    lists += [population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS]
+    lists += [population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS, plan.RIVALS]
     return {column for listed in [*lists, *frames] for column in listed}
 
 

@@ -60,7 +60,7 @@ def test_nothing_is_nearer_than_the_truth(model, block, parameters):
 
 
 def test_a_worn_block_is_near_a_compliant_foundation():
-    """Corners worn by 9 % look like the marble of table 2, within a quarter, to a fit of the nominal width."""
+    """Corners worn by 9 % look like the marble of table 2, within a quarter, to a fit of the full width."""
     worn = replace(CONFIG2, contact_width_m=0.91 * CONFIG2.width_m)
     motion = expected_motion("housner_width", worn, {"r": 0.95}, math.radians(10), (0.0, 8.0))
     found = best_rival("hunt_crossley", CONFIG2, motion)
@@ -71,7 +71,7 @@ def test_a_worn_block_is_near_a_compliant_foundation():
 
 
 def test_the_difference_is_that_of_noisy_fits():
-    """Mean difference of the criteria of 8 pairs of fits, within 3.3 standard errors of what was predicted."""
+    """Mean difference of the criteria of 8 pairs of fits, within 3.3 standard errors of the prediction."""
     block, parameters, angle, rate = CONFIG1, FOUNDATIONS["aerstop"], math.radians(3), 500.0
     sigma = math.radians(0.02)
     motion = expected_motion("hunt_crossley_pivoting", block, parameters, angle, (0.0, 4.0))
@@ -136,7 +136,8 @@ def test_a_law_that_does_not_hold_exactly_tells_no_rival_that_is_nearer():
     assert fine["bic_difference"].min() > 1000
     assert fine["told_apart"].to_dict() == (fine["epsilon_theta"] > 5e-3).to_dict()
     assert not fine.loc["hunt_crossley", "told_apart"]
-    assert "Hunt–Crossley, pivoting against Hunt–Crossley: told apart in 0 of 2; least by " in rivals_text(frame)
+    pair = "Hunt–Crossley, pivoting against Hunt–Crossley"
+    assert f"{pair}: told apart in 0 of 2; least by " in rivals_text(frame)
 
 
 def test_a_worn_block_is_planned_with_its_width():
