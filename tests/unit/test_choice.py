@@ -5,18 +5,18 @@ import pytest
 from freerock.identification.choice import choose_model, is_wanted
 
 
-def found(bic=0.0, holdout=1e-3, white=True, ratio=1.0, added=0.0, success=True):
+def found(bic=0.0, holdout=1e-3, noise=True, ratio=1.0, added=0.0, success=True):
     return {
         "success": success,
         "bic": bic,
         "epsilon_holdout": holdout,
-        "white": white,
+        "noise": noise,
         "residual_over_sigma": ratio,
         "added_damping": added,
     }
 
 
-LOUD = {"white": False, "ratio": 3.0}
+LOUD = {"noise": False, "ratio": 3.0}
 
 
 @pytest.mark.parametrize(
@@ -26,20 +26,17 @@ LOUD = {"white": False, "ratio": 3.0}
         (
             {"housner": found(**LOUD), "winkler": found(bic=-5.0), "hunt_crossley": found(bic=-7.0)},
             "hunt_crossley",
-            "the smallest law (2 parameters) whose residual is noise: "
-            "white, and 1.00 times that before the release",
+            "the smallest law (2 parameters) whose residual is noise: as at rest, 1.00 σ",
         ),
         (
             {"housner": found(bic=-5.0), "hunt_crossley": found(bic=-9.0)},
             "housner",
-            "the smallest law (1 parameter) whose residual is noise: "
-            "white, and 1.00 times that before the release",
+            "the smallest law (1 parameter) whose residual is noise: as at rest, 1.00 σ",
         ),
         (
             {"hunt_crossley": found(bic=-5.0, added=4.0), "general": found(bic=-9.0)},
             "general",
-            "the smallest law (3 parameters) whose residual is noise: "
-            "white, and 1.00 times that before the release",
+            "the smallest law (3 parameters) whose residual is noise: as at rest, 1.00 σ",
         ),
         (
             {

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from freerock.identification.discrepancy import epsilon_theta, information_criteria, is_white
+from freerock.identification.discrepancy import epsilon_theta, is_white
 
 
 def test_epsilon_theta_of_a_scaled_motion_is_the_squared_relative_difference():
@@ -48,10 +48,3 @@ def test_white_noise_passes_and_a_trace_of_a_wave_does_not():
     wave = 0.4 * np.sin(2 * np.pi * 5 * np.arange(4000) / 4000)
     assert sum(is_white(row + wave) for row in noise) < 10
     assert not is_white(np.cumsum(noise[0]))
-
-
-def test_information_criteria_charge_for_each_parameter():
-    residual = np.random.default_rng(1).standard_normal(1000)
-    (aic, bic), (aic_more, bic_more) = (information_criteria(residual, n) for n in (2, 3))
-    assert aic == pytest.approx(1000 * np.log(np.mean(residual**2)) + 4)
-    assert (aic_more - aic, bic_more - bic) == (pytest.approx(2), pytest.approx(np.log(1000)))

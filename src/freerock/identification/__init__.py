@@ -1,7 +1,7 @@
 """Runs to parameters: fits, how well they are known, which law a run needs, what they predict, and plans.
 
-A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `resolution`) → `covariance` →
-`intervals` → `diagnosis` → `fit`.
+A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `resolution`) → `noise` →
+`likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
 """
 
 __all__ = [

@@ -8,20 +8,19 @@ import numpy as np
 from freerock.models.laws import MODELS, law_of
 
 TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
-LOUDER = 1.1  # times the noise before the release, above which a residual is more than noise
 CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides
 
 
 def choose_model(evidence: Mapping[str, Mapping[str, Any]]) -> tuple[str, str]:
     """The smallest law whose residual is noise; where there is none, the best by held-out ε_θ and BIC.
 
-    A residual is noise when it passes for white (`discrepancy.is_white`), is no larger than the noise before
-    the release and holds no trace of a damping that the law lacks.
+    A residual is noise when it passes for what the sensor does at rest (`noise.against_rest`) and holds no
+    trace of a damping that the law lacks.
 
     Parameters
     ----------
     evidence : mapping of str to mapping
-        Per model: success, bic, epsilon_holdout (NaN where there is none), white, residual_over_sigma and, of
+        Per model: success, bic, epsilon_holdout (NaN where there is none), noise, residual_over_sigma and, of
         Winkler and Hunt-Crossley, added_damping, as in `freerock.identification.fit.Fit` and its diagnostics.
 
     Returns
@@ -40,7 +39,7 @@ def choose_model(evidence: Mapping[str, Mapping[str, Any]]) -> tuple[str, str]:
         size = len(MODELS[model])
         return model, (
             f"the smallest law ({size} parameter{'s' if size > 1 else ''}) whose residual is noise: "
-            f"white, and {usable[model]['residual_over_sigma']:.2f} times that before the release"
+            f"as at rest, {usable[model]['residual_over_sigma']:.2f} σ"
         )
     held_out = {m: found["epsilon_holdout"] for m, found in usable.items()}
     best = min((value for value in held_out.values() if np.isfinite(value)), default=float("nan"))
@@ -56,11 +55,7 @@ def choose_model(evidence: Mapping[str, Mapping[str, Any]]) -> tuple[str, str]:
 
 def is_noise(found: Mapping[str, Any]) -> bool:
     """Whether the residual of one model's evidence, as for `choose_model`, is noise."""
-    return (
-        bool(found.get("white"))
-        and found.get("residual_over_sigma", np.inf) < LOUDER
-        and found.get("added_damping", 0.0) < TRACE
-    )
+    return bool(found.get("noise")) and found.get("added_damping", 0.0) < TRACE
 
 
 def is_wanted(model: str, evidence: Mapping[str, Mapping[str, Any]]) -> bool:

@@ -4,13 +4,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.fft import next_fast_len
-from scipy.optimize import minimize
 from scipy.signal import fftconvolve
 
 from freerock.arrays import Floats
+from freerock.runs.noise import fit_law, slow_and_white
 
 PADDING = 4  # times the length of a run, so that slow noise does not wrap around
-SLOWEST = 0.15  # times one over the length of a run: the lowest corner of a noise's spectrum
 LINE = 30.0  # times the median of its neighbours, above which the power at a frequency is a line
 SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not separate the parameters
 
@@ -63,9 +62,9 @@ def covariance(residual: Floats, jacobian: Floats, lengths: Sequence[int]) -> tu
 
 
 def noise_spectrum(noise: Floats) -> Callable[[Floats], Floats]:
-    """Spectral density of white noise with a slow part, a + b / (1 + (f/f_0)²), by Whittle's likelihood.
+    """Spectral density of white noise with a slow part (`freerock.runs.noise.fit_law`).
 
-    Whittle 1953, doi:10.1007/BF02590998. Lines, such as mains interference, are left out.
+    Lines, such as mains interference, are left out.
 
     Parameters
     ----------
@@ -80,29 +79,8 @@ def noise_spectrum(noise: Floats) -> Callable[[Floats], Floats]:
     """
     n = len(noise)
     power = np.abs(np.fft.rfft(noise)[1 : (n + 1) // 2]) ** 2 / n
-    frequency = np.arange(1, len(power) + 1) / n
-    edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
-    typical = np.repeat([np.median(part) for part in np.split(power, edges[1:-1])], np.diff(edges))
-    power, frequency = (values[power < LINE * typical] for values in (power, frequency))
-    level = np.median(power) / np.log(2)
-
-    def density(x: Floats, f: Floats) -> Floats:
-        # what is slower than some runs is not known from one, and would grow without bounds
-        a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
-        return np.asarray(level * (a + b / (1 + (f / f_0) ** 2)))
-
-    def misfit(x: Floats) -> float:
-        expected = density(x, frequency)
-        return float(np.sum(np.log(expected) + power / expected))
-
-    starts = [
-        np.array([0.0, np.log(ratio), np.log(f_0)])
-        for ratio in (1.0, 100.0)
-        for f_0 in (2 / n, 20 / n, 200 / n)
-    ]
-    best = min(starts, key=misfit)
-    x = minimize(misfit, best, method="Nelder-Mead", options={"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}).x
-    return lambda f: density(x, f)
+    law = fit_law(np.arange(1, len(power) + 1) / n, power, n, LINE)
+    return lambda f: slow_and_white(f, *law)
 
 
 def _stationary(jacobian: Floats, residual: Floats, lengths: Sequence[int]) -> Floats:

@@ -3,10 +3,10 @@
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.covariance import covariance
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.likelihood import likelihood
 from freerock.identification.problem import FINE, Problem
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
@@ -28,10 +28,11 @@ def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
 
 
 def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Floats) -> float | None:
-    """How many standard errors the damping that the law lacks would be away from zero, by a score test.
+    """How many standard errors the damping that the law lacks would be away from zero.
 
-    The standard errors are those of `covariance.covariance`. A negative number is a damping that would have
-    to drive the block. None where the law lacks no damping, or debonding is not worked out for two.
+    By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
+    is negative where the damping would have to drive the block. None where the law lacks no damping, or
+    debonding is not worked out for two.
 
     Parameters
     ----------
@@ -50,10 +51,11 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
     # the trough of the misfit is bent: a larger trace gives no derivative
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
     column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)
-    jacobian = np.column_stack([jacobian, column])
-    step = -np.linalg.lstsq(jacobian, residual, rcond=None)[0][-1]
-    spread, _ = covariance(residual, jacobian, samples.lengths)
-    return float(step / np.sqrt(spread[-1, -1]))
+    noises = [motion.noise for motion in problem.motions]
+    without = likelihood(residual, jacobian, samples.lengths, noises)
+    found = likelihood(residual, np.column_stack([jacobian, column]), samples.lengths, noises)
+    gain = max(without.minus_two_log - found.minus_two_log, 0.0)
+    return float(np.copysign(np.sqrt(gain), found.step[-1]))
 
 
 def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:

@@ -1,4 +1,4 @@
-"""How far a model's θ(t) is from the measured one: ε_θ, whiteness of the residual, information criteria."""
+"""How far a model's θ(t) is from the measured one: ε_θ, whiteness of the residual."""
 
 import numpy as np
 
@@ -55,18 +55,3 @@ def is_white(residual: Floats, level: float = 1.63) -> bool:
     share = np.cumsum(power) / np.sum(power)
     n = len(share)
     return bool(np.max(np.abs(share - np.arange(1, n + 1) / n)) * np.sqrt(n) < level)
-
-
-def information_criteria(residual: Floats, n_parameters: int) -> tuple[float, float]:
-    """Akaike's and the Bayesian information criterion of a least-squares fit.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (n_time,)
-        In any unit, alike for all models that are compared.
-    n_parameters : int
-        Number of freed parameters.
-    """
-    n = len(residual)
-    likelihood = n * np.log(residual @ residual / n)
-    return float(likelihood + 2 * n_parameters), float(likelihood + np.log(n) * n_parameters)

@@ -11,9 +11,11 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.diagnosis import added_damping, failure, first_half
-from freerock.identification.discrepancy import epsilon_theta, information_criteria, is_white
+from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution
+from freerock.identification.likelihood import Likelihood, likelihood
+from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
 from freerock.identification.search import search
@@ -60,7 +62,9 @@ class Fit:
         evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
         (samples averaged into one); residual_over_sigma; coloured (1 where neighbouring residuals
         correlate and the standard errors are widened for it); white (1 where the residual passes for
-        white noise); widened (largest factor by which a standard error was raised, of a run whose first
+        white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
+        noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
+        effective_samples; widened (largest factor by which a standard error was raised, of a run whose first
         half disagrees with the whole); added_damping (of a law that a wider one extends: how many standard
         errors the damping that it lacks would be above zero); profile (1 where the intervals are those of the
         profile likelihood).
@@ -157,10 +161,13 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     residual = problem.residual(x, samples)
     jacobian = problem.jacobian(x, samples, central=law_of(problem.model).is_foundation)
     held = problem.at_bound(x)
+    lengths, noises = samples.lengths, [motion.noise for motion in motions]
+    rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
+    likely = likelihood(residual, jacobian[:, ~held], lengths, noises)
     apart, holdout = None, float("nan")
     if len(motions) == 1:
         x_half, holdout = first_half(problem, x, resolution.m)
-        apart = None if is_white(residual) else x_half - x
+        apart = None if is_white(residual) and rest.is_noise else x_half - x
     known = uncertainty(problem, x, residual, jacobian, apart)
 
     times = np.concatenate([m.time_s for m in motions])
@@ -169,6 +176,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     epsilon = epsilon_theta(times, theta_model, theta)
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, residual, known)
+    diagnostics |= _against_noise(residual, rest, likely)
     if failed:
         known = known.unknown()
     else:
@@ -177,7 +185,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
-    aic, bic = information_criteria(residual, len(x))
+    aic, bic = likely.criteria(len(x))
     notes = [f"{name} held at its bound" for name, pinned in zip(problem.names, held, strict=True) if pinned]
     return Fit(
         model=problem.model,
@@ -217,6 +225,18 @@ def _diagnostics(
         "averaged": float(resolution.m),
         "residual_over_sigma": scatter / sigma if sigma else float("nan"),
         "coloured": float(known.coloured),
-        "white": float(is_white(residual)),
         "widened": known.widened,
+    }
+
+
+def _against_noise(residual: Floats, rest: AgainstRest, likely: Likelihood) -> dict[str, float]:
+    """Diagnostics of a residual beside the noise at rest; see `Fit`."""
+    return {
+        "white": float(is_white(residual)),
+        "noise": float(rest.is_noise),
+        "noise_p": rest.p,
+        "noise_ratio": rest.ratio,
+        "noise_low_hz": rest.low_hz,
+        "noise_high_hz": rest.high_hz,
+        "effective_samples": likely.effective,
     }

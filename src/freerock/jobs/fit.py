@@ -48,7 +48,9 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     """
     record = open_record(record_file)
     usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    motions = {number: motion for number, motion in motions_in(record).items() if number in usable}
+    motions = {
+        number: motion for number, motion in motions_in(record, with_noise=True).items() if number in usable
+    }
     fitter = _Fitter(settings, Block(**settings["block"]))
     fits = {number: found for number, motion in motions.items() if (found := fitter.of_run(number, motion))}
     pooled = fitter.jointly(motions, fits) if settings["pooled"] else {}

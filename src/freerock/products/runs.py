@@ -6,8 +6,11 @@ from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motion_of
+from freerock.runs.noise import noise_at_rest
+from freerock.runs.quiet import converter_step, quiet_stretches
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
+from freerock.units import BASE
 
 
 def runs_in(record: xr.DataTree) -> list[Run]:
@@ -24,12 +27,22 @@ def runs_in(record: xr.DataTree) -> list[Run]:
     ]
 
 
-def motions_in(record: xr.DataTree) -> dict[int, Motion]:
-    """The motion of each run of a record, by run number; none of a record that could not be processed."""
+def motions_in(record: xr.DataTree, with_noise: bool = False) -> dict[int, Motion]:
+    """The motion of each run of a record, by run number; none of a record that could not be processed.
+
+    With the noise of the sensor, where asked for, from all rests and holds of the record.
+    """
+    runs = runs_in(record)
+    if not runs:
+        return {}
     samples = record.dataset
-    return {
-        run.number: motion_of(run, samples["time"].values, samples["theta"].values) for run in runs_in(record)
-    }
+    time_s, theta, sigma = (samples[name].values for name in ("time", "theta", "sigma_theta"))
+    noise = None
+    if with_noise:
+        step = converter_step(next(samples[name].values for name in BASE if name in samples), theta)
+        rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
+        noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
+    return {run.number: motion_of(run, time_s, theta, sigma, noise) for run in runs}
 
 
 def impacts_in(group: xr.DataTree) -> Impacts:

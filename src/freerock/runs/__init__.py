@@ -3,4 +3,4 @@
 `segment.find_runs` finds the runs and judges them (`checks`), `impacts.find_impacts` the impacts of one.
 """
 
-__all__ = ["angular_rate", "by_hand", "impacts", "limits", "motion", "segment", "verdict"]
+__all__ = ["angular_rate", "by_hand", "impacts", "limits", "motion", "noise", "quiet", "segment", "verdict"]

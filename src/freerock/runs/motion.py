@@ -2,7 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from freerock.arrays import Floats
+from freerock.runs.noise import Noise
+from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
 
@@ -24,6 +28,9 @@ class Motion:
         Standard error of the measured release [s].
     fit_start_s : float
         First instant that a fit uses, after the finger has left the block [s since the release].
+    noise : Noise, optional
+        What the sensor does at rest (`noise.noise_at_rest`); None where no rest was seen: then the noise is
+        taken to be white, of sigma_theta.
     """
 
     time_s: Floats
@@ -33,18 +40,26 @@ class Motion:
     theta0_stderr: float = 0.0
     t0_stderr: float = 0.0
     fit_start_s: float = 0.0
+    noise: Noise | None = None
 
 
-def motion_of(run: Run, time_s: Floats, theta: Floats) -> Motion:
+def motion_of(
+    run: Run, time_s: Floats, theta: Floats, sigma_theta: Floats, noise: Noise | None = None
+) -> Motion:
     """What a fit takes of a run.
 
     Parameters
     ----------
     run : Run
-    time_s, theta : ndarray, shape (n_time,)
-        The record's clock [s] and rotation [rad].
+    time_s, theta, sigma_theta : ndarray, shape (n_time,)
+        The record's clock [s], rotation and the standard deviation of its white noise [rad].
+    noise : Noise, optional
+        At rest, as loud as usual in the record (`quiet.quiet_stretches`); during the run it is as much louder
+        as sigma_theta is.
     """
     during = (time_s >= run.release_s) & (time_s <= run.end_s)
+    if noise is not None:
+        noise = noise.scaled(float(np.median(relative_noise(sigma_theta)[during])))
     return Motion(
         time_s[during] - run.release_s,
         theta[during],
@@ -53,4 +68,5 @@ def motion_of(run: Run, time_s: Floats, theta: Floats) -> Motion:
         theta0_stderr=run.theta0_stderr,
         t0_stderr=run.release_stderr_s,
         fit_start_s=run.fit_start_s - run.release_s,
+        noise=noise,
     )

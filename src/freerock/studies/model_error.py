@@ -9,7 +9,6 @@ import pandas as pd
 from scipy.integrate import solve_ivp
 
 from freerock.arrays import Floats
-from freerock.identification.choice import LOUDER
 from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
 from freerock.models.block import GRAVITY
@@ -108,7 +107,7 @@ def _model_error(case: Any) -> list[Row]:
         truth.theta0,
         truth.sigma_theta,
     )
-    detected = not fit.diagnostics["white"] or fit.diagnostics["residual_over_sigma"] > LOUDER
+    detected = not fit.diagnostics["noise"]
     return [
         {
             "block": block,

@@ -1,0 +1,121 @@
+"""Is a residual the noise that the sensor has at rest?"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from freerock.arrays import Floats
+from freerock.runs.motion import Motion
+from freerock.runs.noise import (
+    Noise,
+    averaged,
+    degrees_of_freedom,
+    expected_power,
+    filtered,
+    frequencies,
+    power_taken,
+    tapered_power,
+    white_noise,
+)
+
+LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
+LEVEL = 1e-3  # chance of noise as at rest to be taken for more
+SINGULAR = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
+
+
+@dataclass(frozen=True)
+class AgainstRest:
+    """A residual against the noise at rest.
+
+    Parameters
+    ----------
+    p : float
+        Chance of noise as at rest, and up to `LOUDER` times as loud, to leave as loud a residual: that of the
+        most telling band times the number of bands (Bonferroni), at most 1.
+    ratio : float
+        Power of the residual over that at rest in that band.
+    low_hz, high_hz : float
+        Ends of that band [Hz].
+    """
+
+    p: float
+    ratio: float
+    low_hz: float
+    high_hz: float
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the residual passes for noise."""
+        return self.p > LEVEL
+
+
+def noise_of(motion: Motion) -> Noise:
+    """Noise of a motion at rest; where none was seen, white noise of its sigma_theta."""
+    if motion.noise is not None:
+        return motion.noise
+    return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
+
+
+def against_rest(
+    residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise]
+) -> AgainstRest:
+    """Whether a residual is the noise at rest, band by band: level and shape.
+
+    In each band the power of the residual over that of the noise at rest follows Fisher's F, with the
+    degrees of freedom of both; what the fitted parameters have taken of the noise is accounted for.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n_time,)
+        Of all runs, one after the other [rad].
+    jacobian : ndarray, shape (n_time, n_parameters)
+        Derivatives by the fitted numbers.
+    lengths : sequence of int
+        Samples of each run.
+    noises : sequence of Noise
+        At rest, of each run.
+    """
+    residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
+    ends = np.cumsum([len(each) for each in residuals])[:-1]
+    basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
+    through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
+    inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
+    found = [
+        band
+        for own, taking, passed, noise in zip(residuals, basis, through, noises, strict=True)
+        for band in _bands(own, noise, *power_taken(taking, passed, inner))
+    ]
+    most = min(found, key=lambda each: (each.p, -each.ratio))
+    return replace(most, p=min(1.0, most.p * len(found)))
+
+
+def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]) -> list[Floats]:
+    """Values of each run, averaged as its noise is, from those of all runs one after the other."""
+    parts = np.split(values, np.cumsum(lengths)[:-1])
+    return [averaged(own, noise.averaged if noise else 1) for own, noise in zip(parts, noises, strict=True)]
+
+
+def _bands(residual: Floats, noise: Noise, taken: Floats, share: Floats) -> list[AgainstRest]:
+    """A residual against the noise in each band; p is that of the band alone."""
+    n, n_bands = len(residual), len(noise.ratio)
+    band = noise.band(frequencies(n))
+    count = np.bincount(band, minlength=n_bands)
+    dof = np.maximum(degrees_of_freedom(band, share, n, n_bands), 1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        power = tapered_power(residual) / (expected_power(noise, n) - taken)
+        ratio = np.bincount(band, power, n_bands) / count
+    p = f_distribution.sf(ratio / LOUDER**2, dof, noise.dof)
+    ends_hz = noise.edges * noise.rate_hz
+    return [
+        AgainstRest(float(p[i]), float(ratio[i]), float(ends_hz[i]), float(ends_hz[i + 1]))
+        for i in np.flatnonzero(count)
+    ]
+
+
+def _orthonormal(jacobian: Floats) -> Floats:
+    """Orthonormal basis of the columns, shape (n_time, at most n_parameters)."""
+    scale = np.sqrt(np.mean(jacobian**2, axis=0))
+    basis, size, _ = np.linalg.svd(jacobian[:, scale > 0] / scale[scale > 0], full_matrices=False)
+    return np.asarray(basis[:, size > SINGULAR * size[:1]])

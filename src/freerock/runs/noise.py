@@ -1,0 +1,309 @@
+"""Noise of θ as the sensor has it at rest: its spectrum, and how well that is known.
+
+A law of few numbers, white noise with a slow part, says what the spectrum is like and goes on below the
+lowest frequency that a rest shows; the measured power over that of the law, octave by octave, holds whatever
+else there is: lines of the mains, other colours, the converter.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.optimize import minimize
+
+from freerock.arrays import Floats
+
+Indices = NDArray[np.intp]
+
+LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
+TAPERS = 3
+EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave
+LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
+SHORTEST = 64  # samples of a stretch that says something of a spectrum
+SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
+RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
+OCTAVES = 8  # below half the sampling rate, where there is no rest
+CERTAIN = 1e9  # degrees of freedom of what is given and not measured
+COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
+COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """Spectral density of the noise of θ, over frequencies in cycles per sample.
+
+    Samples are means of `averaged` measured ones, times the root of that number, so that white noise keeps
+    its variance. The density is that of `slow_and_white`, about white + slow / (1 + (f/corner)²), times the
+    ratio of the band in which f lies. It is the variance per sample where the noise is white.
+
+    Parameters
+    ----------
+    white, slow : float
+        Densities [rad²].
+    corner : float
+        [cycles per sample].
+    edges : ndarray, shape (n_bands + 1,)
+        Of octaves from 0 to 0.5 [cycles per sample]; the lowest band holds all that is slower.
+    ratio : ndarray, shape (n_bands,)
+        Measured power over that of the law.
+    dof : ndarray, shape (n_bands,)
+        Degrees of freedom of the ratio.
+    averaged : int
+        How many measured samples make one.
+    rate_hz : float
+        Samples per second, after averaging.
+    """
+
+    white: float
+    slow: float
+    corner: float
+    edges: Floats
+    ratio: Floats
+    dof: Floats
+    averaged: int
+    rate_hz: float
+
+    def density(self, frequency: Floats) -> Floats:
+        """Spectral density [rad²] at frequencies in cycles per sample."""
+        law = slow_and_white(frequency, self.white, self.slow, self.corner)
+        return np.asarray(law * self.ratio[self.band(frequency)])
+
+    def band(self, frequency: Floats) -> Indices:
+        """Number of the band in which each frequency lies."""
+        return np.clip(np.searchsorted(self.edges, frequency, "right") - 1, 0, len(self.ratio) - 1)
+
+    def scaled(self, factor: float) -> "Noise":
+        """The same noise with its standard deviation times a factor."""
+        return replace(self, white=factor**2 * self.white, slow=factor**2 * self.slow)
+
+
+def white_noise(sigma_theta: float, rate_hz: float) -> Noise:
+    """White noise of a standard deviation that is taken as known [rad], of samples at a rate [Hz]."""
+    edges = np.append(0.0, 0.5 ** np.arange(OCTAVES + 1, 0, -1))
+    n = len(edges) - 1
+    m = samples_averaged(rate_hz)
+    return Noise(sigma_theta**2, 0.0, 0.5, edges, np.ones(n), np.full(n, CERTAIN), m, rate_hz / m)
+
+
+def samples_averaged(rate_hz: float) -> int:
+    """How many samples at a rate are averaged into one: a power of two."""
+    return int(2 ** max(0, math.floor(math.log2(rate_hz / LEAST_RATE_HZ))))
+
+
+def averaged(values: Floats, m: int) -> Floats:
+    """Means of m samples along the first axis, times √m: white noise keeps its variance."""
+    whole = values[: len(values) // m * m]
+    return np.asarray(whole.reshape(-1, m, *values.shape[1:]).mean(axis=1) * math.sqrt(m))
+
+
+def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
+    """Noise of stretches at rest.
+
+    Parameters
+    ----------
+    stretches : sequence of ndarray, shape (n_time,)
+        θ while nothing moves [rad], each about any level.
+    rate_hz : float
+        Samples per second.
+    step : float
+        Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
+        where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
+        well: it is added, and the spectrum counts as known within a factor of about three only.
+
+    Returns
+    -------
+    Noise or None
+        None where all stretches are too short.
+    """
+    m = samples_averaged(rate_hz)
+    variance = _mean_square([each - each.mean() for each in stretches if len(each)])
+    still = [averaged(each - each.mean(), m) for each in stretches if len(each) >= m * SHORTEST]
+    if not still:
+        return None
+    longest = max(map(len, still))
+    edges = [0.5]
+    while edges[-1] / 2 > RESOLVED / longest:
+        edges.append(edges[-1] / 2)
+    n_bands = len(edges)
+    coarse = step > COARSE * math.sqrt(variance)
+    alone = Noise(
+        white=step**2 / 12,
+        slow=0.0,
+        corner=0.5,
+        edges=np.append(0.0, edges[::-1]),
+        ratio=np.ones(n_bands),
+        dof=np.full(n_bands, COARSELY),
+        averaged=m,
+        rate_hz=rate_hz / m,
+    )
+    if not _mean_square(still):
+        return alone
+    where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
+    power = [tapered_power(each)[1:] for each in still]
+    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE)
+    law = replace(alone, white=white, slow=slow, corner=corner)
+    total, count, dof = np.zeros((3, n_bands))
+    for each, frequency, own in zip(still, where, power, strict=True):
+        band = law.band(frequency)
+        total += np.bincount(band, own / expected_power(law, len(each))[1:], n_bands)
+        count += np.bincount(band, minlength=n_bands)
+        dof += degrees_of_freedom(band, np.zeros(len(band)), len(each), n_bands)
+    law = replace(law, ratio=total / count, dof=dof)
+    if coarse:
+        law = replace(law, white=law.white + step**2 / 12, dof=np.minimum(dof, COARSELY))
+    return law
+
+
+def frequencies(n: int) -> Floats:
+    """Frequencies [cycles per sample] of `tapered_power` of n samples, without zero and the highest."""
+    size = next_fast_len(n, real=True)
+    return np.asarray(np.arange(1, (size + 1) // 2) / size)
+
+
+def tapered_power(values: Floats) -> Floats:
+    """Power at `frequencies`, by sine tapers: of white noise it is the variance of a sample.
+
+    Riedel and Sidorenko 1995, doi:10.1109/78.365298. Their leakage falls with the fourth power of the
+    frequency, so that slow noise does not spill into fast.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n_time,)
+    """
+    return np.asarray(np.mean(np.abs(_tapered(values)) ** 2, axis=0))
+
+
+def expected_power(noise: Noise, n: int) -> Floats:
+    """What `tapered_power` of n samples of noise is on average [rad²]."""
+    window = np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0)
+    lags = _autocovariance(noise, n) * irfft(window, 2 * n)[:n]
+    size = next_fast_len(n, real=True)
+    wrapped = np.zeros(size)
+    wrapped[:n] += lags
+    wrapped[-np.arange(1, n) % size] += lags[1:]
+    return np.asarray(rfft(wrapped).real[1 : (size + 1) // 2])
+
+
+def power_taken(basis: Floats, through: Floats, inner: Floats) -> tuple[Floats, Floats]:
+    """What a fit takes of the expected power, and of white noise of variance 1.
+
+    Parameters
+    ----------
+    basis : ndarray, shape (n_time, n_parameters)
+        Orthonormal basis of what the fit can take, or the rows of it that belong to one run.
+    through : ndarray, shape (n_time, n_parameters)
+        The basis, `filtered` by the noise.
+    inner : ndarray, shape (n_parameters, n_parameters)
+        Covariance of the noise in the basis: basisᵀ through, summed over all runs.
+
+    Returns
+    -------
+    taken, share : ndarray, shape (n_frequencies,)
+        [rad²] and pure numbers.
+    """
+    of_basis, of_through = _tapered(basis.T), _tapered(through.T)
+    twice = 2 * of_through - np.tensordot(inner, of_basis, 1)
+    taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
+    share = np.sum(of_basis.real**2 + of_basis.imag**2, axis=0)
+    return np.mean(taken, axis=0), np.mean(share, axis=0)
+
+
+def filtered(noise: Noise, columns: Floats) -> Floats:
+    """Covariance matrix of noise times columns, shape (n_time, n_columns)."""
+    n = len(columns)
+    covariance = _autocovariance(noise, n)
+    size = next_fast_len(2 * n, real=True)
+    wrapped = np.zeros(size)
+    wrapped[:n], wrapped[-n + 1 :] = covariance, covariance[:0:-1]
+    transform = rfft(np.ascontiguousarray(columns.T), size)
+    return np.asarray(irfft(rfft(wrapped).real * transform, size)[:, :n].T)
+
+
+def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:
+    """Degrees of freedom of the mean power in each band, of n samples of which a fit has taken a share."""
+    each = n / next_fast_len(n, real=True) * EFFICIENCY
+    return np.asarray(each * np.maximum(np.bincount(band, 2 - 2 * taken, n_bands), 0.0))
+
+
+def _mean_square(values: Sequence[Floats]) -> float:
+    return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
+
+
+def slow_and_white(frequency: Floats, white: float, slow: float, corner: float) -> Floats:
+    """Density of white noise with a slow part, which is autoregressive of the first order.
+
+    Frequencies and the corner in cycles per sample.
+    """
+    away = -math.expm1(-2 * math.pi * corner)
+    beyond = 4 * (1 - away) * np.sin(np.pi * frequency) ** 2 / away**2
+    return np.asarray(white + slow / (1 + beyond))
+
+
+def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[float, float, float]:
+    """White, slow and corner of `slow_and_white`, by Whittle's likelihood of a measured power.
+
+    Whittle 1953, doi:10.1007/BF02590998.
+
+    Parameters
+    ----------
+    frequency, power : ndarray, shape (n_frequencies,)
+        Frequencies in cycles per sample.
+    n : int
+        Samples of the longest stretch: what is slower is not known, and would grow without bounds.
+    line : float
+        Power over the median of its neighbours, above which it is a line, such as that of the mains, and left
+        out.
+    """
+    order = np.argsort(frequency)
+    frequency, power = frequency[order], power[order]
+    edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
+    parts = np.split(power, edges[1:-1])
+    kept = [part <= line * np.median(part) for part in parts]
+    number = np.array([np.count_nonzero(each) for each in kept])
+    power = np.array([part[each].mean() for part, each in zip(parts, kept, strict=True)])
+    frequency = np.array(
+        [part[each].mean() for part, each in zip(np.split(frequency, edges[1:-1]), kept, strict=True)]
+    )
+    level = power[-1]
+
+    def law(x: Floats) -> tuple[float, float, float]:
+        a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
+        return float(level * a), float(level * b), float(f_0)
+
+    def misfit(x: Floats) -> float:
+        expected = slow_and_white(frequency, *law(x))
+        return float(number @ (np.log(expected) + power / expected))
+
+    starts = [
+        np.array([0.0, np.log(ratio), np.log(f_0)])
+        for ratio in (1.0, 100.0)
+        for f_0 in (2 / n, 20 / n, 200 / n)
+    ]
+    best = min(starts, key=misfit)
+    options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}
+    return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
+
+
+@lru_cache(8)
+def _tapers(n: int) -> Floats:
+    """Sine tapers, shape (TAPERS, n)."""
+    order, sample = np.arange(1, TAPERS + 1)[:, None], np.arange(1, n + 1)
+    return np.asarray(math.sqrt(2 / (n + 1)) * np.sin(np.pi / (n + 1) * order * sample))
+
+
+def _tapered(values: Floats) -> NDArray[np.complex128]:
+    """Transforms of values under each taper, shape (..., TAPERS, n_frequencies)."""
+    n = values.shape[-1]
+    size = next_fast_len(n, real=True)
+    return np.asarray(rfft(_tapers(n) * values[..., None, :], size)[..., 1 : (size + 1) // 2])
+
+
+@lru_cache(16)
+def _autocovariance(noise: Noise, n: int) -> Floats:
+    """Of noise at lags of 0 to n - 1 samples [rad²]."""
+    size = 4 * n  # so that slow noise does not wrap around
+    return np.asarray(irfft(noise.density(np.arange(size // 2 + 1) / size), size)[:n])

@@ -1,0 +1,102 @@
+"""Stretches of a record in which θ shows nothing but the noise of the sensor."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.rotation.still import Phase, stationary_phases, stretches
+
+BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
+PARTS = 8  # into which a phase is cut
+LAST = 2  # of these parts, which show what the phase is like when it has settled
+STEP_SAMPLES = 20_000  # suffice to know the step of a converter
+SWINGS = 4.0  # times the usual mean square of averages, from which a part still swings
+
+
+def quiet_stretches(
+    time_s: Floats, theta: Floats, sigma_theta: Floats, window_s: float = 0.25
+) -> list[Floats]:
+    """θ about its level in each quiet stretch of a record, as loud as the noise usually is there [rad].
+
+    These are its rests and holds (`freerock.rotation.still.stationary_phases`) away from their ends, cut
+    where samples are flagged. A rest that follows a motion begins when that has died out: a block in full
+    contact swings on below the noise of a sample. A phase that is unsteady throughout is left out.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n_time,)
+        Evenly spaced time [s].
+    theta, sigma_theta : ndarray, shape (n_time,)
+        Rotation and the standard deviation of its white noise [rad]; NaN where flagged.
+    window_s : float
+        Window of the search for stillness [s].
+    """
+    step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
+    phases = [each for each in stationary_phases(time_s, theta, window_s=window_s) if each.kind != "paused"]
+    alike = theta / relative_noise(sigma_theta)
+    parts = [np.array_split(alike[_core(time_s, phase, window_s)], PARTS) for phase in phases]
+    swings = [_mean_squares(own, max(1, round(BLOCK_S / step))) for own in parts]
+    usual = float(np.median([np.mean(own[-LAST:]) for own in swings])) if swings else 0.0
+    found: list[Floats] = []
+    for own, swing in zip(parts, swings, strict=True):
+        loud = np.flatnonzero(swing > SWINGS * usual)
+        first = int(loud[-1]) + 1 if len(loud) else 0
+        found += _valid(np.concatenate(own[first:])) if first < PARTS else []
+    return found
+
+
+def relative_noise(sigma_theta: Floats) -> Floats:
+    """Standard deviation of the noise over what it usually is in a record; 1 where it is not known.
+
+    A beam sees the same displacement as another angle where the block is tilted.
+    """
+    known = np.isfinite(sigma_theta) & (sigma_theta > 0)
+    usual = np.median(sigma_theta[known]) if known.any() else 1.0
+    return np.asarray(np.where(known, sigma_theta, usual) / usual, float)
+
+
+def converter_step(recorded: Floats, theta: Floats) -> float:
+    """Step of the converter [rad]: 0 where it is so fine that most samples have a value of their own.
+
+    Parameters
+    ----------
+    recorded, theta : ndarray, shape (n_time,)
+        The signal as recorded, in any unit, and the rotation [rad] from it.
+    """
+    valid = np.flatnonzero(np.isfinite(theta) & np.isfinite(recorded))
+    some = recorded[valid[:: max(1, len(valid) // STEP_SAMPLES)]]
+    values = np.unique(some)
+    if len(values) < 2 or len(values) > len(some) / 2:
+        return 0.0
+    range_rad = np.ptp(theta[valid]) / np.ptp(recorded[valid])
+    return float(np.median(np.diff(values)) * range_rad)
+
+
+def _core(time_s: Floats, phase: Phase, window_s: float) -> slice:
+    """The samples of a phase without its uncertain ends."""
+    trim = min(window_s / 2, (phase.end_s - phase.start_s) / 4)
+    return slice(*np.searchsorted(time_s, (phase.start_s + trim, phase.end_s - trim)))
+
+
+def _mean_squares(parts: Sequence[Floats], block: int) -> Floats:
+    """Mean square of block means in each part, about the level that the last ones show."""
+    means = [_block_means(part, block) for part in parts]
+    settled = np.concatenate(means[-LAST:])
+    level = settled[np.isfinite(settled)].mean() if np.isfinite(settled).any() else np.nan
+    return np.array([np.mean((own[np.isfinite(own)] - level) ** 2) for own in means])
+
+
+def _block_means(values: Floats, block: int) -> Floats:
+    """Means of whole blocks of samples; NaN where a block has none that is valid."""
+    blocks = values[: len(values) // block * block].reshape(-1, block)
+    valid = np.isfinite(blocks)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.where(valid, blocks, 0.0).sum(axis=1) / valid.sum(axis=1))
+
+
+def _valid(values: Floats) -> Iterable[Floats]:
+    """The stretches between samples that are not finite, each about its own level."""
+    for first, last in stretches(np.isfinite(values)):
+        part = values[first : last + 1]
+        yield part - part.mean()

@@ -1,0 +1,233 @@
+"""Noise at rest: its spectrum, residuals against it, likelihood under it."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.linalg import toeplitz
+from scipy.signal import lfilter
+
+from freerock.identification.likelihood import likelihood
+from freerock.identification.noise import LEVEL, against_rest, noise_of
+from freerock.runs.motion import Motion
+from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise
+from freerock.runs.quiet import converter_step, quiet_stretches
+
+RATE_HZ = 2000.0
+SIGMA = 1e-4
+
+
+def correlated(n, time_s, generator):
+    a = math.exp(-1 / (RATE_HZ * time_s))
+    drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
+    return lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0]
+
+
+def noise(kind, n, generator):
+    """Noise as the sensors of the studies have it, standard deviation about 1."""
+    white, hum = generator.standard_normal(n), np.sin(2 * np.pi * 50 * np.arange(n) / RATE_HZ)
+    return {
+        "white": white,
+        "correlated 2 ms": correlated(n, 2e-3, generator),
+        "correlated 20 ms": correlated(n, 20e-3, generator),
+        "correlated 200 ms": correlated(n, 0.2, generator),
+        "hum": white + hum,
+        "weak slow": white + 0.25 * correlated(n, 50e-3, generator),
+        "converter 2": white,
+        "converter 5": white,
+    }[kind]
+
+
+KINDS = [
+    "white",
+    "correlated 2 ms",
+    "correlated 20 ms",
+    "correlated 200 ms",
+    "hum",
+    "weak slow",
+    "converter 2",
+    "converter 5",
+]
+
+
+def run(kind, seed):
+    """Two rests, the residual of a swinging block less what five parameters take, their derivatives, step."""
+    generator = np.random.default_rng([seed, KINDS.index(kind)])
+    hold, n, rest = (round(RATE_HZ * s) for s in (generator.uniform(1, 3), 4.0, generator.uniform(1, 5)))
+    time_s = np.arange(n) / RATE_HZ
+    swing = 1500 * np.exp(-time_s / 1.5) * np.cos(8 * time_s)
+    theta = np.concatenate([np.full(hold, 1500.0), swing, np.zeros(rest)])
+    measured, step = theta + noise(kind, len(theta), generator), 0.0
+    if kind.startswith("converter"):
+        step, offset = float(kind[-1]), generator.uniform()
+        measured = step * (np.round(measured / step + offset) - offset)
+    jacobian = np.column_stack(
+        [swing, swing * time_s, np.gradient(swing), time_s * np.gradient(swing), np.sin(8 * time_s)]
+    )
+    error = measured - theta
+    residual = error[hold : hold + n]
+    residual = residual - jacobian @ np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    stretches = SIGMA * error[:hold], SIGMA * error[hold + n :]
+    return stretches, SIGMA * residual, jacobian, SIGMA * step
+
+
+def judged(kind, seed, added=0.0):
+    stretches, residual, jacobian, step = run(kind, seed)
+    at_rest = noise_at_rest(stretches, RATE_HZ, step)
+    return against_rest(residual + added, jacobian, [len(residual)], [at_rest])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_noise_as_at_rest_passes(kind):
+    """docs/identification.md has the same over thousands of cases."""
+    assert min(judged(kind, seed).p for seed in range(12)) > LEVEL
+
+
+@pytest.mark.parametrize("kind, amplitude", [("white", 0.5), ("correlated 2 ms", 2.0), ("converter 5", 4.0)])
+def test_a_swing_that_is_left_does_not_pass(kind, amplitude):
+    time_s = np.arange(8000) / RATE_HZ
+    wave = amplitude * SIGMA * np.sin(2 * np.pi * 2.3 * time_s)
+    for seed in range(6):
+        found = judged(kind, seed, wave)
+        assert not found.is_noise
+        assert found.low_hz <= 2.3 <= found.high_hz
+        assert found.ratio > 3
+
+
+def test_a_louder_residual_does_not_pass_but_within_a_tenth():
+    stretches, residual, jacobian, _ = run("white", 1)
+    at_rest = noise_at_rest(stretches, RATE_HZ)
+    assert against_rest(1.1 * residual, jacobian, [len(residual)], [at_rest]).is_noise
+    assert not against_rest(1.4 * residual, jacobian, [len(residual)], [at_rest]).is_noise
+    assert against_rest(0.5 * residual, jacobian, [len(residual)], [at_rest]).is_noise
+
+
+def test_without_a_rest_the_noise_is_white():
+    _, residual, jacobian, _ = run("white", 1)
+    motion = Motion(np.arange(8000) / RATE_HZ, residual, SIGMA, 0.1)
+    assert against_rest(residual, jacobian, [8000], [noise_of(motion)]).is_noise
+    slow = run("correlated 20 ms", 1)[1]
+    assert not against_rest(slow, jacobian, [8000], [noise_of(motion)]).is_noise
+    assert not against_rest(residual, jacobian, [8000], [white_noise(0.0, RATE_HZ)]).is_noise
+
+
+def test_several_runs_each_with_its_noise():
+    parts = [run(kind, 3) for kind in ("white", "correlated 20 ms")]
+    noises = [noise_at_rest(stretches, RATE_HZ) for stretches, *_ in parts]
+    residual, jacobian = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
+    assert against_rest(residual, jacobian, [8000, 8000], noises).is_noise
+    assert not against_rest(residual, jacobian, [8000, 8000], noises[::-1]).is_noise
+
+
+def test_the_spectrum_of_a_rest():
+    generator = np.random.default_rng(2)
+    stretches = [SIGMA * noise("correlated 20 ms", 8000, generator) for _ in range(20)]
+    measured, frequency = noise_at_rest(stretches, RATE_HZ), np.geomspace(2e-3, 0.2, 30)
+    m, a = measured.averaged, math.exp(-1 / (RATE_HZ * 20e-3))
+    within = np.arange(m)[:, None] - np.arange(m)
+    lags = np.arange(1, 400)
+    covariance = [np.mean(a ** np.abs(m * lag + within)) * m for lag in (0, *lags)]
+    exact = covariance[0] + 2 * np.cos(2 * np.pi * np.outer(frequency, lags)) @ covariance[1:]
+    assert measured.rate_hz == 500 == RATE_HZ / m
+    assert measured.density(frequency) == pytest.approx(SIGMA**2 * exact, rel=0.25)
+    louder = measured.scaled(2.0)
+    assert louder.density(frequency) == pytest.approx(4 * measured.density(frequency))
+
+
+def test_stretches_too_short_say_nothing():
+    assert noise_at_rest([np.ones(200)], RATE_HZ) is None
+    assert noise_at_rest([], RATE_HZ) is None
+
+
+def test_a_rest_within_one_step_of_the_converter_is_its_rounding():
+    found = noise_at_rest([np.zeros(4000)], RATE_HZ, step=3e-4)
+    assert found.density(np.array([0.1])) == pytest.approx(3e-4**2 / 12)
+
+
+def test_without_a_rest_the_likelihood_is_that_of_least_squares():
+    residual, column = np.random.default_rng(1).standard_normal((2, 1000))
+    found = likelihood(residual, column[:, None], [1000], [None])
+    left = residual - column * (column @ residual) / (column @ column)
+    assert found.minus_two_log == pytest.approx(1000 * np.log(left @ left / 1000))
+    assert found.effective == 1000
+    (aic, bic), (aic_more, bic_more) = found.criteria(2), found.criteria(3)
+    assert (aic_more - aic, bic_more - bic) == (pytest.approx(2), pytest.approx(np.log(1000)))
+
+
+@pytest.mark.parametrize("slow", [0.0, 3.0, 300.0])
+def test_the_likelihood_is_that_of_a_dense_covariance(slow):
+    """Of noise that is known, with the weighted least squares of one parameter."""
+    n, generator = 301, np.random.default_rng(3)
+    known = white_noise(1.0, 400.0)
+    known = type(known)(**{**vars(known), "slow": slow, "corner": 0.01})
+    fine = np.arange(20_000) / 20_000
+    covariance = toeplitz(np.fft.ifft(slow_and_white(fine, 1.0, slow, 0.01)).real[:n])
+    root, column = np.linalg.cholesky(covariance), np.linspace(1, -1, n)
+    inverse = np.linalg.inv(covariance)
+    values, exact = [], []
+    for _ in range(2):
+        residual = root @ generator.standard_normal(n)
+        values.append(likelihood(residual, column[:, None], [n], [known]).minus_two_log)
+        best = (column @ inverse @ residual) / (column @ inverse @ column)
+        left = residual - best * column
+        exact.append(left @ inverse @ left)
+    assert values[1] - values[0] == pytest.approx(exact[1] - exact[0], abs=0.05)
+    with_none = likelihood(residual, np.zeros((n, 1)), [n], [known]).minus_two_log
+    assert with_none - values[1] == pytest.approx(residual @ inverse @ residual - exact[1], abs=0.05)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_needless_parameter_gains_as_chance_has_it(kind):
+    """Twice the logarithm of the ratio of likelihoods follows χ² with one degree of freedom."""
+    gains = []
+    for seed in range(12):
+        stretches, residual, jacobian, step = run(kind, seed)
+        at_rest = [noise_at_rest(stretches, RATE_HZ, step)]
+        extra = np.cos(8 * np.arange(8000) / RATE_HZ) * np.linspace(1, 0, 8000)
+        both = np.column_stack([jacobian, extra])
+        small, large = (likelihood(residual, own, [8000], at_rest) for own in (jacobian, both))
+        gains.append(small.minus_two_log - large.minus_two_log)
+    assert np.mean(gains) < 2.5  # 1 ± 0.4
+    assert max(gains) < 12
+
+
+def test_a_block_that_swings_on_below_the_noise_is_not_at_rest():
+    generator, n = np.random.default_rng(4), round(14 * RATE_HZ)
+    time_s = np.arange(n) / RATE_HZ
+    since = np.maximum(time_s - 4, 0)
+    theta = np.where((time_s > 2) & (time_s < 4), 0.1, 0.0)
+    theta += np.where(time_s >= 4, 0.1 * np.exp(-1.5 * since) * np.cos(12 * since), 0.0)
+    theta += SIGMA * generator.standard_normal(n)
+    theta[2000:2010] = np.nan
+    found = quiet_stretches(time_s, theta, np.full(n, SIGMA))
+    assert len(found) == 4  # a rest in two pieces, the hold, the rest after the motion
+    for each in found:
+        assert each.std() == pytest.approx(SIGMA, rel=0.05)
+    assert 1.5 * RATE_HZ < len(found[-1]) < 6 * RATE_HZ
+    assert noise_at_rest(found, RATE_HZ).density(np.array([2e-3])) < 3 * SIGMA**2
+
+
+def test_noise_is_as_loud_as_the_beam_makes_it():
+    """The same displacement is another angle where the block is tilted."""
+    generator, n = np.random.default_rng(5), round(10 * RATE_HZ)
+    time_s = np.arange(n) / RATE_HZ
+    since = np.maximum(time_s - 4, 0)
+    theta = np.where(time_s < 4, 0.1, 0.1 * np.exp(-4 * since) * np.cos(12 * since))
+    sigma = SIGMA * (1 + 5 * np.abs(theta))
+    found = quiet_stretches(time_s, theta + sigma * generator.standard_normal(n), sigma)
+    usual = float(np.median(sigma))
+    assert [each.std() for each in found] == pytest.approx([usual] * len(found), rel=0.05)
+
+
+def test_the_step_of_a_converter():
+    theta = 0.1 * np.sin(np.linspace(0, 20, 20_000))
+    volts = np.round(50 * theta / 0.02) * 0.02
+    assert converter_step(volts, theta) == pytest.approx(0.02 / 50, rel=0.02)
+    assert converter_step(50 * theta, theta) == 0
+    assert converter_step(np.zeros(20_000), theta) == 0
+
+
+def test_averages_keep_the_variance_of_white_noise():
+    values = np.random.default_rng(6).standard_normal((8003, 2))
+    assert averaged(values, 4).shape == (2000, 2)
+    assert averaged(values, 4).std() == pytest.approx(1, abs=0.05)
