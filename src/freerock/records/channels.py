@@ -22,6 +22,7 @@ SECONDS = {
     **dict.fromkeys(["min", "minute", "minutes"], 60.0),
 }
 
+RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
 SHORTEST_S, LONGEST_S = 1e-12, 1e12  # no sampling interval lies beyond
 
 Samples = Floats
@@ -46,13 +47,17 @@ class Stamps:
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel; `column` is where its reader finds it; `clock` is a text where it can't be read: why."""
+    """A channel; `column` is where its reader finds it; `clock` is a text where it can't be read: why.
+
+    `also` are other clocks that the file gives for it, which must agree with the first.
+    """
 
     name: str
     units: str
     column: Any
     clock: Even | Stamps | str
     group: str = ""
+    also: tuple[Even | Stamps, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,29 @@ class Contents:
     read: Callable[[Sequence[Any]], Mapping[Any, Samples]]
     attrs: dict[str, str]
     notes: Sequence[str] = ()
+
+
+def one_rate(path: object, rates: Mapping[str, Even]) -> Even | None:
+    """The sampling rate that a file states, by the places where it does; None where there is none.
+
+    Raises
+    ------
+    FreerockError
+        Two that contradict each other.
+    """
+    first = next(iter(rates), None)
+    for place, even in rates.items():
+        if first is not None and differ(even.step_s, rates[first].step_s):
+            hertz = (
+                f"{first} gives {1 / rates[first].step_s:.6g} Hz and {place} gives {1 / even.step_s:.6g} Hz"
+            )
+            raise FreerockError(path, hertz, "correct the one that is wrong, or leave it out")
+    return None if first is None else rates[first]
+
+
+def differ(one: float, other: float) -> bool:
+    """Whether two sampling intervals are not the same one rounded."""
+    return abs(one / other - 1) > RATES_DIFFER
 
 
 def seconds_in(where: object, unit: str) -> float:

@@ -1,6 +1,6 @@
 """Channels of a record file as one dataset over even time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ from freerock.errors import FreerockError
 from freerock.records.channels import (
     COPY_AGAIN,
     LONGEST_S,
+    SECONDS,
     SHORTEST_S,
     Channel,
     Contents,
@@ -18,6 +19,7 @@ from freerock.records.channels import (
     Stamps,
     by_name,
     chosen,
+    differ,
     listed,
     seconds_in,
 )
@@ -43,13 +45,14 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     ------
     FreerockError
         A missing or empty channel, channels of several time bases, time stamps that no even grid fits, a
-        sampling interval that is none.
+        sampling interval that is none, or two that contradict each other.
     """
     wanted = chosen(path, by_name(path, contents.channels), channel)
     clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
+    others = [clock for c in wanted.values() for clock in c.also if isinstance(clock, Stamps)]
     columns = contents.read(
-        list(dict.fromkeys([*(c.column for c in wanted.values()), *(s.column for s in stamps)]))
+        list(dict.fromkeys([*(c.column for c in wanted.values()), *(s.column for s in [*stamps, *others])]))
     )
     length = _one_length(path, wanted, clocks, columns)
     notes = list(contents.notes)
@@ -62,6 +65,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     if not SHORTEST_S < grid.step_s < LONGEST_S:
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
+    _check_other_clocks(path, wanted.values(), grid.step_s, columns)
     import xarray as xr  # half a second, which listing the channels does without
 
     found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
@@ -118,6 +122,22 @@ def _stamped(path: Path, clock: Stamps, stamps: Samples, length: int) -> tuple[G
     known = np.flatnonzero(~np.isnan(stamps))
     length = int(known[-1]) + 1 if known.size else 0
     return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * seconds_in(path, clock.unit)), length
+
+
+def _check_other_clocks(
+    path: Path, channels: Iterable[Channel], step_s: float, columns: Mapping[Any, Samples]
+) -> None:
+    """Refuse a second sampling rate that contradicts the first; time without a unit may be in any."""
+    for clock in dict.fromkeys(clock for channel in channels for clock in channel.also):
+        if isinstance(clock, Even):
+            steps, where = [clock.step_s], "the file states"
+        else:
+            step, units = float(np.median(np.diff(columns[clock.column]))), {clock.unit} & SECONDS.keys()
+            steps = [step * SECONDS[unit] for unit in (units - {""} or SECONDS)]
+            where = f"{clock.name!r} gives"
+        if min(steps) > 0 and all(differ(each, step_s) for each in steps):
+            what = f"one clock gives {1 / step_s:.6g} Hz, and {where} {1 / max(steps):.6g} Hz"
+            raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
 
 def _placed(path: Path, grid: Grid, values: Samples, length: int) -> Samples:

@@ -30,7 +30,7 @@ from freerock.records.channels import (
     check_declared,
     listed,
 )
-from freerock.records.headings import is_time, split_unit, stated_rate
+from freerock.records.headings import also_stated, is_time, split_unit, stated_rate
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
@@ -113,6 +113,9 @@ def _contents(
         folders = _above(name)
         time = next((times[folder] for folder in folders if folder in times), None)
         clock: Even | Stamps | str | None
+        beside = {name.rpartition("/")[2]: x for name, x in single.items() if _above(name)[0] in folders}
+        levels: list[Mapping[str, object]]
+        levels = [_numbers(attributes[name]), *(_numbers(attributes[folder]) for folder in folders), beside]
         if time:
             unit = _text(attributes[time].get("units")) or split_unit(time.rpartition("/")[2])[1]
             clock = Stamps(time, time, unit)
@@ -120,15 +123,14 @@ def _contents(
                 clock = f"has {arrays[name].shape[0]} samples, its time {arrays[time].shape[0]}"
             start = start or _start_time(unit)
         else:
-            beside = {name.rpartition("/")[2]: x for name, x in single.items() if _above(name)[0] in folders}
-            stated = [attributes[name], *(attributes[folder] for folder in folders), beside]
-            clock = next((rate for values in stated if (rate := stated_rate(path, _numbers(values)))), None)
+            clock = next((rate for values in levels if (rate := stated_rate(path, values))), None)
         if clock is None:
             without.append(name)
             continue
         group, _, last = name.rpartition("/")
         units = _text(attributes[name].get("units"))
-        channels.append(Channel(last, units, name, clock, group))
+        also = tuple(rate for values in levels for rate in also_stated(path, values))
+        channels.append(Channel(last, units, name, clock, group, also))
     if not vectors:
         raise FreerockError(path, "the file holds no vector of numbers", COPY_AGAIN)
     if without and not channels:

@@ -3,12 +3,13 @@
 import re
 import string
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.errors import FreerockError
-from freerock.records.channels import LONGEST_S, SECONDS, SHORTEST_S, Channel, Even, Stamps
+from freerock.records.channels import LONGEST_S, SECONDS, SHORTEST_S, Channel, Even, Stamps, one_rate
 
 KNOWN_UNITS = (
     {unit for unit in SECONDS if unit}
@@ -72,8 +73,14 @@ def stated_rate(path: object, values: Mapping[str, object]) -> Even | None:
     Raises
     ------
     FreerockError
-        A unit that is not known, or a comma that may stand between thousands.
+        A unit that is not known, a comma that may stand between thousands, or two that contradict each other.
     """
+    return one_rate(path, stated_rates(path, values))
+
+
+def stated_rates(path: object, values: Mapping[str, object]) -> dict[str, Even]:
+    """Sampling intervals by the names under which they are stated; raises as `stated_rate`, but for two."""
+    rates: dict[str, Even] = {}
     for heading, is_rate, number, unit in _statements(values):
         if re.fullmatch(r"[1-9]\d{0,2}(,\d{3})+", str(number)):
             what = f"the comma of {heading} {number} may stand for a point, or between thousands"
@@ -85,8 +92,17 @@ def stated_rate(path: object, values: Mapping[str, object]) -> Even | None:
         if factor is None:
             remedy = f"give it in {'Hz, kHz, MHz or samples/s' if is_rate else 's, ms, us or ns'}"
             raise FreerockError(path, f"{heading} is in {unit[:40]!r}", remedy)
-        return Even(1 / (value * factor) if is_rate else value * factor)
-    return None
+        rates[heading] = Even(1 / (value * factor) if is_rate else value * factor)
+    return rates
+
+
+def also_stated(path: object, values: Mapping[str, object]) -> tuple[Even, ...]:
+    """What is stated beside a column of time, as far as it can be understood."""
+    rates: dict[str, Even] = {}
+    for heading, value in values.items():
+        with suppress(FreerockError):
+            rates |= stated_rates(path, {heading: value})
+    return tuple(rates.values())
 
 
 def states_rate(values: Mapping[str, object]) -> bool:
@@ -169,6 +185,7 @@ def columns(
     numeric, notes = list(numeric), []
     times = [*clocks, *(i for i in numeric if is_time(headings[i][0]))]
     rate = None if times else stated_rate(path, stated)
+    also = also_stated(path, stated) if times else ()
     if not times and rate is None and first_rises and len(numeric) > 1:
         times = numeric[:1]
         notes.append(f"column {times[0] + 1} rises steadily and is taken for time")
@@ -188,7 +205,7 @@ def columns(
         raise FreerockError(path, "no channel beside the time", "export at least one channel")
     names = _distinct(name for name, *_ in channels)
     return [
-        Channel(name, unit, i, left or first)
+        Channel(name, unit, i, left or first, also=also)
         for name, (_, unit, i, left) in zip(names, channels, strict=True)
     ], notes
 

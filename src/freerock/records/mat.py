@@ -18,7 +18,7 @@ from scipy.io.matlab import matfile_version
 from freerock.errors import FreerockError
 from freerock.records.channels import Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.hdf5 import numeric_arrays, opened
-from freerock.records.headings import is_time, rises, split_unit, stated_rate
+from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate
 from freerock.records.mat5 import matrices
 
 FORMAT = "MAT"
@@ -63,10 +63,10 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
     times = [name for name in vectors if is_time(name)]
     notes: list[str] = []
     clock: Even | Stamps | None
+    scalar = {name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()}
     if times:
         clock = Stamps(times[0], (times[0], None), split_unit(times[0])[1])
     else:
-        scalar = {name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()}
         clock = stated_rate(path, scalar)
     columns: list[Column] = [(name, i) for name in matrices for i in range(min(shapes[name]))]
     channels: list[Column] = [*((name, None) for name in vectors if name not in times), *columns]
@@ -89,7 +89,8 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
                 raise FreerockError(path, f"variable {name!r} holds no real numbers", "name the channel")
         return {column: _column(arrays, column) for column in wanted}
 
-    made = [Channel(_title(column), "", column, clock) for column in channels]
+    also = also_stated(path, scalar)
+    made = [Channel(_title(column), "", column, clock, also=also) for column in channels]
     return Contents(made, read, {"format": f"{FORMAT} {version}"}, notes)
 
 

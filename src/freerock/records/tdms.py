@@ -42,9 +42,9 @@ def contents(path: Path) -> Iterator[Contents]:
         groups: dict[str, list[TdmsChannel]] = {group.name: group.channels() for group in file.groups()}
         found = {(group, c.name): c for group, members in groups.items() for c in members}
         channels = [
-            Channel(c.name, _unit(c), (group, c.name), clock, group)
+            Channel(c.name, _unit(c), (group, c.name), clock, group, also)
             for group, members in groups.items()
-            for c, clock in _clocks(members)
+            for c, clock, also in _clocks(members)
         ]
         rates = {c.column: c.clock.step_s for c in channels if isinstance(c.clock, Even)}
 
@@ -63,22 +63,29 @@ def _unit(channel: TdmsChannel) -> str:
     return str(channel.properties.get("unit_string", ""))
 
 
-def _clocks(members: Sequence[TdmsChannel]) -> Iterator[tuple[TdmsChannel, Even | Stamps | str]]:
-    """Each channel of a group with its clock, or with why it can't be read; time stamps only when alone."""
+def _clocks(
+    members: Sequence[TdmsChannel],
+) -> Iterator[tuple[TdmsChannel, Even | Stamps | str, tuple[Stamps, ...]]]:
+    """Each channel of a group with its clock, or why it can't be read, and the stamps beside it."""
     stamps = next((c for c in members if is_time(c.name) and (_is_date(c) or _is_number(c))), None)
+    beside = Stamps("", "", "")
+    if stamps is not None:
+        unit = "s" if _is_date(stamps) else _unit(stamps)
+        beside = Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
     for c in members:
         if c is stamps and len(members) > 1:
             continue
         step = c.properties.get("wf_increment")
         if not len(c):
-            yield c, "is empty"
+            yield c, "is empty", ()
         elif not _is_number(c):
-            yield c, "holds no real numbers"
+            yield c, "holds no real numbers", ()
         elif step is None and stamps not in (None, c):
-            unit = "s" if _is_date(stamps) else _unit(stamps)
-            yield c, Stamps(stamps.name, (stamps.group_name, stamps.name), unit)
+            yield c, beside, ()
         else:
-            yield c, Even(step, float(c.properties.get("wf_start_offset", 0.0)) if _starts(c) else 0.0)
+            start = float(c.properties.get("wf_start_offset", 0.0)) if _starts(c) else 0.0
+            alike = stamps not in (None, c) and len(stamps) == len(c)
+            yield c, Even(step, start), (beside,) if alike else ()
 
 
 def _starts(channel: TdmsChannel) -> bool:

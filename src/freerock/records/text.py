@@ -74,9 +74,19 @@ def _layout(path: Path, lines: Sequence[str]) -> Layout:
         raise FreerockError(path, "no table of numbers in its first lines", remedy)
     wide = [layout for layout in found if layout.width > 1]
     layout = min(wide or found, key=lambda layout: (layout.texts, layout.first))
+    _refuse_another_mark_above(path, layout, found)
     if layout.delimiter == "," and layout.width % 2 == 0:
         _refuse_ambiguous(path, lines, layout)
     return layout
+
+
+def _refuse_another_mark_above(path: Path, layout: Layout, found: Sequence[Layout]) -> None:
+    """Refuse rows of numbers above the table, alike but for their decimal mark: they would be lost."""
+    for other in found:
+        if other.first < layout.first and (other.delimiter, other.width) == (layout.delimiter, layout.width):
+            marks = f"from decimal {DECIMALS[other.decimal]} to {DECIMALS[layout.decimal]}"
+            what = f"the numbers change {marks} at line {layout.first + 1}"
+            raise FreerockError(path, what, "export the file again, in one go")
 
 
 def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
