@@ -9,15 +9,15 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
-from freerock.models.laws import MODELS, PAPER_MODELS, unit_of
+from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict
 
-VALUES = {"r": 0.957, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
-STDERR = {"r": 0.0012, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
+VALUES = {"r": 0.957, "width": 0.066, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
+STDERR = {"r": 0.0012, "width": 1e-4, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}
 SIGMA = np.radians(0.01)
 RATE_HZ = 200.0
 LEFT_OUT = Reason("warn", "excluded", "excluded: the block slid & turned <1°")
@@ -99,11 +99,11 @@ def failed_record():
         return datasets.open_record(path)
 
 
-def fits(tree, failed=()):
+def fits(tree, failed=(), models=PAPER_MODELS):
     """Fits of the runs of a record that are not excluded, and of all of them jointly."""
     runs = [run for run in runs_in(tree) if not run.excluded]
-    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in PAPER_MODELS} for run in runs}
-    pooled = {model: fit(tree, model, runs, failed) for model in PAPER_MODELS} if runs else {}
+    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in models} for run in runs}
+    pooled = {model: fit(tree, model, runs, failed) for model in models} if runs else {}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
@@ -112,7 +112,7 @@ def fits(tree, failed=()):
 
 
 def fit(tree, model, runs, failed):
-    rank = PAPER_MODELS.index(model)
+    rank = PAPER_MODELS.index(CANDIDATES[model].law)
     time_s = tree["time"].values
     spans = [np.flatnonzero((time_s >= run.release_s) & (time_s <= run.end_s)) for run in runs]
     since = [time_s[span] - run.release_s for run, span in zip(runs, spans, strict=True)]
@@ -120,7 +120,11 @@ def fit(tree, model, runs, failed):
     own = np.concatenate([swing(t, a, 1.24 - 0.02 * rank) for t, a in zip(since, angles, strict=True)])
     theta = tree["theta"].values[np.concatenate(spans)]
     theta0 = ["theta0"] if len(runs) == 1 else [f"theta0_{i + 1}" for i in range(len(runs))]
-    names = (*MODELS[model], *(theta0 if model != "housner" else []))
+    names = (
+        *MODELS[model],
+        *(["width"] if CANDIDATES[model].width else []),
+        *(theta0 if model != "housner" else []),
+    )
     value = np.array([VALUES.get(name, np.radians(10)) for name in names])
     stderr = np.array([STDERR.get(name, 1e-5) for name in names])
     return Fit(

@@ -15,7 +15,7 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.models.laws import MODELS, unit_of
+from freerock.models.laws import CANDIDATES, MODELS, unit_of
 from freerock.products import names
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
@@ -83,7 +83,8 @@ def made_up_record():
 
 
 def made_up_fit(model, runs=1, **changes):
-    names = (*MODELS[model], *(("theta0", "t0") if runs == 1 else [f"theta0_{i + 1}" for i in range(runs)]))
+    names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
+    names += tuple(("theta0", "t0") if runs == 1 else [f"theta0_{i + 1}" for i in range(runs)])
     n = len(names)
     time = np.tile(np.arange(SAMPLES) / 400, runs)
     theta = np.cos(7 * time)
@@ -206,6 +207,10 @@ def test_fits_come_back(folder):
                 np.testing.assert_array_equal(node[name].item(), getattr(fit, name))
             assert node["final_time"].item() == fit.final_time_s
             assert (node.attrs["message"], node.attrs["rtol"]) == ("converged", 1e-8)
+            assert node.attrs["model"] == fit.model
+            assert node.attrs["law"] == CANDIDATES[model].law
+            assert node.attrs["kinematics"] == CANDIDATES[model].kinematics
+            assert node.attrs["width_freed"] == CANDIDATES[model].width
         np.testing.assert_array_equal(tree[group]["time"].values, fit.time)
         np.testing.assert_array_equal(tree[group]["theta"].values, fit.theta)
     assert_equal(impacts_in(tree["run_1/winkler"]), made_up_impacts())

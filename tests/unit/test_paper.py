@@ -5,9 +5,12 @@ import pandas as pd
 import pytest
 from fabricated import campaign, fits, record
 
+from freerock.figures import models, restitution
 from freerock.models.block import Block
+from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
 from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.restitution import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
 
@@ -40,6 +43,26 @@ def test_table2_prints_value_and_published_side_by_side(datasets):
     assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.957", "0.958"]
     assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "1.30·10⁸", "–"]
     assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "0.957", "–"]
+
+
+def test_tables_and_figures_of_the_paper_show_its_models_and_none_of_their_rivals():
+    tree = record("b1_mat", "b1", "mat")
+    rivals = ("housner_width", "winkler_pivoting", "hunt_crossley_pivoting_width")
+    some, every = (fits(tree, models=models) for models in (PAPER_MODELS, (*PAPER_MODELS, *rivals)))
+    tables, more = tidy_tables([tree], [some]), tidy_tables([tree], [every])
+    assert set(more["parameters"]["model"]) == set(more["epsilon"]["model"]) == {*PAPER_MODELS, *rivals}
+    pd.testing.assert_frame_equal(table2(more["parameters"]), table2(tables["parameters"]))
+    pd.testing.assert_frame_equal(table3(more["epsilon"]), table3(tables["epsilon"]))
+    blocks = {"b1": Block(0.28, 0.07, 5.84)}
+    compared = [
+        restitution_comparison(each["runs"], each["parameters"], each["restitution"], blocks)
+        for each in (tables, more)
+    ]
+    pd.testing.assert_frame_equal(*compared)
+    drawn = models.draw([every], "simulated")[1]
+    assert set(drawn["source"]) == {"measured", *PAPER_MODELS}
+    found = restitution.draw(more["runs"], more["restitution"], more["epsilon"], blocks, "simulated")[1]
+    assert set(found["source"]) == {"experiment", *PAPER_MODELS}
 
 
 def test_table2_shows_how_far_runs_differ():

@@ -23,14 +23,14 @@ from freerock.figures.style import (
     thin,
     wrapped,
 )
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS
 from freerock.products.groups import runs_of
 from freerock.tables.text import quantity
 
 
 @printed
 def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """θ(t) of the first fitted run of each dataset beside the models fitted to it, residuals below.
+    """θ(t) of the first fitted run of each dataset beside the laws fitted to it, residuals below.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tup
         measured = curves[curves["source"] == "measured"]
         thick = MEASURED | {"linewidth": scaled(MEASURED["linewidth"])}
         motion.plot(measured["time_s"], measured["theta_deg"], **thick)
-        for model in MODELS:
+        for model in LAWS:
             own = curves[curves["source"] == model]
             if len(own):
                 style = MODEL_STYLES[model]
@@ -90,7 +90,7 @@ def _curves(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
     sources = {"measured": measured}
     sources |= {
         model: run.children[model].dataset["theta_model"].values[drawn]
-        for model in MODELS
+        for model in LAWS
         if model in run.children
     }
     return pd.concat(

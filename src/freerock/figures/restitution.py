@@ -21,7 +21,7 @@ from freerock.figures.style import (
     wrapped,
 )
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.models.laws import LAWS, MODEL_LABELS
 from freerock.tables.tidy import usable_rows
 
 NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
@@ -52,15 +52,16 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of the table restitution.
     """
-    data = restitution.merge(usable_rows(runs)[["test", "run"]])
+    shown = restitution[restitution["source"].isin(["experiment", *LAWS])]
+    data = shown.merge(usable_rows(runs)[["test", "run"]])
     failed = set(_fits(epsilon[~epsilon["success"]], "model"))
     data = data[np.array([fit not in failed for fit in _fits(data, "source")], dtype=bool)]
-    shown, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
+    above, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
 
-    width, height = size(0.5 + 2.0 * len(shown))
+    width, height = size(0.5 + 2.0 * len(above))
     figure = Figure(figsize=(max(width, NARROWEST_IN * len(under)), height))
-    axes = figure.subplots(len(shown), len(under), squeeze=False, sharex="row", sharey="row")
-    for i, block in enumerate(shown):
+    axes = figure.subplots(len(above), len(under), squeeze=False, sharex="row", sharey="row")
+    for i, block in enumerate(above):
         for j, foundation in enumerate(under):
             scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
             _panel(axes[i, j], scene, blocks[block].restitution_housner)
@@ -85,7 +86,7 @@ def _fits(table: pd.DataFrame, model: str) -> Iterator[tuple[str, str, str]]:
 def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float) -> None:
     ax.margins(x=0.05)
     ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block, theory")
-    for model in MODELS:
+    for model in LAWS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
         own = {"marker": MODEL_MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
         style = MODEL_STYLES[model] | thin | own

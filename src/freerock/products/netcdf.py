@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from freerock.models.laws import CANDIDATES
 from freerock.products.groups import Attrs, reasons_in
 from freerock.products.names import IMPACTS, RUN, root_attributes
 from freerock.products.storage import open_product, readable, write_groups
@@ -178,9 +179,20 @@ def _fits(
         groups[f"{group}/{model}"] = xr.Dataset(
             arrays,
             {"parameter": names, "parameter_b": names},
-            {"model": model, "message": fit.message, **fit.diagnostics},
+            {**_assumes(model, names), "message": fit.message, **fit.diagnostics},
         )
     return groups
+
+
+def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:
+    """What a candidate assumes, as attributes of its group."""
+    candidate = CANDIDATES[model]
+    return {
+        "model": model,
+        "law": candidate.law,
+        "kinematics": candidate.kinematics,
+        "width_freed": np.int8("width" in freed),
+    }
 
 
 def _dims(variable: xr.DataArray) -> list[str]:

@@ -36,10 +36,9 @@ def restitution_comparison(
     rows = []
     runs = usable_rows(runs)
     measured = restitution[restitution["source"] == "experiment"].merge(runs[["test", "run"]])
+    joint = parameters[(parameters["run"] == "pooled") & (parameters["parameter"] == "r")]
     for test, impacts in measured.groupby("test", sort=False):
-        fitted = parameters[
-            (parameters["test"] == test) & (parameters["run"] == "pooled") & (parameters["parameter"] == "r")
-        ]
+        fitted = joint[(joint["test"] == test) & (joint["model"] == "housner")]
         first = impacts[impacts["impact"] == 1]
         own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
         scene = own[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.models.block import Block
-from freerock.models.laws import MODELS
+from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import usable_runs
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
@@ -63,7 +63,7 @@ def table1(
 
 
 def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFrame:
-    """Identified parameters of the pooled fits, beside the published ones.
+    """Identified parameters of the pooled fits of the laws, beside the published ones; without their rivals.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFram
     key = ["test", "model", "parameter"]
     single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
     runs = single.groupby(key)["value"].agg(run_mean="mean", run_scatter="std")
-    frame = parameters[parameters["run"] == "pooled"].join(runs, on=key)
+    frame = parameters[(parameters["run"] == "pooled") & parameters["model"].isin(LAWS)].join(runs, on=key)
     own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
@@ -95,7 +95,7 @@ def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
 
     Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
     """
-    frame = epsilon[epsilon["run"] == "pooled"].reset_index(drop=True)
+    frame = epsilon[(epsilon["run"] == "pooled") & epsilon["model"].isin(LAWS)].reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     columns = ["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
     return frame[[*columns, "success"]]
