@@ -46,7 +46,6 @@ def run(chosen: Namespace) -> None:
         save(*draw_rivals(rivals, labels), folder / "rivals")
         print(f"\n{rivals_text(rivals, labels)}")
         written.append(folder / "rivals")
+    print()
     for stem in written:
-        print(
-            f"\nwritten: {stem}.csv, .pdf, .png" if stem == written[0] else f"written: {stem}.csv, .pdf, .png"
-        )
+        print(f"written: {stem}.csv, .pdf, .png")

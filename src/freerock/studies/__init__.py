@@ -18,5 +18,6 @@ __all__ = [
     "stability",
     "success",
     "timing",
+    "truths",
     "virtual_run",
 ]

@@ -7,7 +7,7 @@ import math
 import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,11 @@ from scipy.signal import lfilter
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
 from freerock.models.published import TABLE_2
-from freerock.models.simulate import Solver, cores, simulate
+from freerock.models.simulate import Solver, cores, simulate_theta
 from freerock.runs.motion import Motion
+from freerock.runs.noise import noise_at_rest
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 SEED = 2017
@@ -26,6 +28,7 @@ HOLD_S = 1.0
 T0_STDERR_S = 2e-4
 LONGEST_S = 8.0
 Row = dict[str, Any]
+CORRELATED_S = {"2 ms": 2e-3, "20 ms": 2e-2, "200 ms": 0.2}  # correlation times of noise
 REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
 
 
@@ -36,8 +39,9 @@ class Truth:
     Parameters
     ----------
     model : str
-        The true law.
+        A key of `freerock.models.laws.CANDIDATES`.
     block : Block
+        With its true contact width.
     parameters : mapping of str to float
         SI units.
     theta0 : float
@@ -45,8 +49,9 @@ class Truth:
     sigma_theta : float
         Standard deviation of the white noise of θ [rad].
     noise : str
-        "white"; "coloured", half of its variance correlated over 5 ms; "mains and drift", white with mains
-        interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s.
+        "white"; "2 ms" and other keys of `CORRELATED_S`, all of it correlated over that time; "mains", white
+        with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms; "mains and
+        drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s.
     """
 
     model: str
@@ -55,6 +60,24 @@ class Truth:
     theta0: float
     sigma_theta: float
     noise: str = "white"
+
+    @property
+    def nominal(self) -> Block:
+        """The block as it was measured: of its full width."""
+        return replace(self.block, contact_width_m=None)
+
+    def motion(self, time_s: Floats) -> tuple[Floats, str]:
+        """True θ at instants since the release [s], and its outcome as in `simulate_theta`."""
+        candidate = CANDIDATES[self.model]
+        return simulate_theta(
+            candidate.law,
+            self.block,
+            self.parameters,
+            time_s,
+            theta0=self.theta0,
+            rules=candidate.rules(),
+            solver=Solver(1e-10),
+        )
 
 
 def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
@@ -65,13 +88,17 @@ def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
         drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
         return np.asarray(lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0])
 
+    if truth.noise in CORRELATED_S:
+        return truth.sigma_theta * correlated(CORRELATED_S[truth.noise])
     white = generator.standard_normal(n)
     if truth.noise == "coloured":
         white = math.sqrt(0.5) * (white + correlated(5e-3))
-    elif truth.noise == "mains and drift":
+    elif truth.noise in ("mains", "mains and drift"):
         phase = generator.uniform(0, 2 * math.pi)
         mains = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
-        white = white + 0.5 * math.sqrt(2) * mains + 0.5 * correlated(2.0)
+        white = white + 0.5 * math.sqrt(2) * mains
+        if truth.noise == "mains and drift":
+            white = white + 0.5 * correlated(2.0)
     return truth.sigma_theta * white
 
 
@@ -79,8 +106,9 @@ def virtual_motion(
     truth: Truth,
     generator: np.random.Generator,
     exact: tuple[Floats, Floats] | None = None,
+    still_s: tuple[float, float] | None = None,
 ) -> Motion | None:
-    """A measured run: θ(t) with noise, and what the hold before it gives; None where the block overturns.
+    """A measured run: θ(t) with noise, and what the rests beside it give; None where the block overturns.
 
     Parameters
     ----------
@@ -88,31 +116,42 @@ def virtual_motion(
     generator : numpy.random.Generator
     exact : (ndarray, ndarray), shape (n_time,), optional
         The true motion, time and θ [s, rad], where another than the law's is wanted.
+    still_s : (float, float), optional
+        Lengths of the hold before the run and of the rest after it [s], which show the noise at rest; none
+        follows a run that is not over after LONGEST_S. By default a hold of HOLD_S, which shows its spread
+        only.
     """
+    time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
     if exact is not None:
         time_s, theta = exact
     else:
-        time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
-        response = simulate(
-            truth.model, truth.block, truth.parameters, time_s, theta0=truth.theta0, solver=Solver(1e-10)
-        )
-        if response.outcome == "overturned":
+        theta, outcome = truth.motion(time_s)
+        if outcome == "overturned":
             return None
-        theta = response.theta
-    hold = int(HOLD_S * RATE_HZ)
-    error = noise(truth, hold + len(theta), generator)
+    hold, rest = (int(span * RATE_HZ) for span in still_s or (HOLD_S, 0.0))
+    error = noise(truth, hold + len(theta) + rest, generator)
     moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
     n = min(len(theta), moving[-1] + 200)
+    after = error[hold + n : hold + n + rest] if n < len(theta) else error[:0]
     t0 = T0_STDERR_S * generator.standard_normal()
     return Motion(
         time_s=time_s[:n] + t0,
         theta=theta[:n] + error[hold : hold + n],
         sigma_theta=float(np.std(error[:hold])),
         theta0=truth.theta0 + float(np.mean(error[:hold])),
-        theta0_stderr=truth.sigma_theta * (1 if truth.noise == "mains and drift" else 3 / math.sqrt(hold)),
+        theta0_stderr=truth.sigma_theta * _stderr_of_mean(truth.noise, hold),
         t0_stderr=T0_STDERR_S,
         fit_start_s=0.0,
+        noise=noise_at_rest([error[:hold], after], RATE_HZ) if still_s else None,
     )
+
+
+def _stderr_of_mean(kind: str, n: int) -> float:
+    """Of n samples of noise, in standard deviations of one, with a margin for its colour."""
+    if kind == "mains and drift":
+        return 1.0
+    correlated = 2 * RATE_HZ * CORRELATED_S.get(kind, 0.0)
+    return min(1.0, max(3.0, math.sqrt(correlated)) / math.sqrt(n))
 
 
 def draw_truth(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
