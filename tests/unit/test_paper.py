@@ -9,7 +9,7 @@ from freerock.figures import models, restitution
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
-from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.paper import angle_notes, table1_text, table2_text, table3_text
 from freerock.tables.restitution import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
@@ -33,6 +33,20 @@ def test_table1_averages_the_usable_runs(datasets):
     text = table1_text(table.reset_index(), {"b1": "Configuration #2"})
     assert text["Configuration #2"].tolist() == ["0.28", "0.07", "4", "5.84", "10", "10.150 ± 0.058"]
     assert text["b3"].tolist()[-2:] == ["–", "–"]
+
+
+@pytest.mark.parametrize(
+    ("nominal", "told"),
+    [(10.0, False), (8.5, False), (13.0, False), (None, False), (5.0, True), (0.1745, True)],
+)
+def test_table1_says_where_the_nominal_angle_is_not_the_measured_one(datasets, nominal, told):
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+    table = table1(datasets[0], blocks, {"b1": nominal} if nominal else None)
+    expected = (
+        f"Slender was released at {table['release_angle_deg'][0]:.3g}°, not at the nominal "
+        f"{nominal or 0:.3g}°: is release_angle_deg right, and in degrees?"
+    )
+    assert angle_notes(table, {"b1": "Slender"}) == ([expected] if told else [])
 
 
 def test_table2_prints_value_and_published_side_by_side(datasets):

@@ -1,13 +1,11 @@
-"""Whether a campaign is ready: its configuration, record files, channels, calibrations and checksums.
-
-Record files are opened for their channels only, and nothing is computed.
-"""
+"""Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units."""
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from freerock.cli.plausible import doubts_about
 from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
@@ -33,7 +31,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock check palermo_virtual\n"
         "\n"
         "Shows every mistake of the configuration at once, and whether record files, channels, units,\n"
-        "calibrations and checksums are as it says. Nothing is computed or written."
+        "calibrations and checksums are as it says. What can be and hardly is (angles in radians, time in\n"
+        "milliseconds, a signal that sweeps no angle of a rocking block) is printed as a doubt and stops\n"
+        "nothing. Nothing is written."
     )
     parser.add_argument(
         "campaign",
@@ -44,8 +44,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(chosen: Namespace) -> None:
-    """Print what is sound; raise all problems together."""
-    sound, problems = check_config(campaign=chosen.campaign)
+    """Print doubts and what is sound; raise all problems together."""
+    sound, problems, doubts = check_config(campaign=chosen.campaign)
+    for doubt in doubts:
+        print(f"doubt: {doubt}")
     for line in sound:
         print(f"{line}: nothing to correct")
     if problems:
@@ -54,7 +56,7 @@ def run(chosen: Namespace) -> None:
 
 def check_config(
     path: str | Path = "config/config.yaml", campaign: str | None = None
-) -> tuple[list[str], list[FreerockError]]:
+) -> tuple[list[str], list[FreerockError], list[FreerockError]]:
     """Check the campaigns of a configuration, or one of them.
 
     Parameters
@@ -70,8 +72,11 @@ def check_config(
         A line for each campaign without a problem.
     problems : list of FreerockError
         All problems of all files.
+    doubts : list of FreerockError
+        What is possible and unusual in the campaigns without a problem.
     """
     problems: list[FreerockError] = []
+    doubts: list[FreerockError] = []
     if campaign is not None and campaign.endswith((".yaml", ".yml")):
         paths = [Path(campaign)]
     else:
@@ -85,7 +90,8 @@ def check_config(
             parts = [("records", source.records), ("blocks", source.campaign.blocks)]
             parts += [("foundations", source.campaign.foundations)]
             sound.append(f"{each.stem}: {', '.join(f'{len(held)} {what}' for what, held in parts)}")
-    return sound, problems
+            doubts += doubts_about(source)
+    return sound, problems, doubts
 
 
 def check_files(source: Source) -> Iterator[FreerockError]:

@@ -1,0 +1,135 @@
+"""What `freerock check` doubts: angles, rates and units, of records on which no threshold was set."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+
+from freerock.cli import subcommands as cli
+from freerock.cli.check import check_config
+from freerock.models.block import Block
+from freerock.models.simulate import simulate
+
+YAML = """\
+title: Blocks
+origin: simulated
+blocks:
+  tall: {height_m: 1.2, width_m: 0.25, mass_kg: 150, release_angle_deg: 7}
+foundations:
+  floor: {}
+lasers:
+  near: {beam: horizontal, position_m: 1.0, range_m: 0.5}
+"""
+CSV = "test,file,channel,block,foundation,laser\na,a.tdms,,tall,floor,near\n"
+CRITICAL_DEG = math.degrees(math.atan2(0.25, 1.2))
+
+
+def swings(rate_hz=500.0, theta0_deg=7.0):
+    """Volts of a laser 1 m above the base that watches a held block, its release and its rocking."""
+    block = Block(1.2, 0.25, 150)
+    time_s = np.arange(0, 8, 1 / rate_hz)
+    theta = simulate("housner", block, {"r": 0.92}, time_s, theta0=math.radians(theta0_deg)).theta
+    held = np.full(int(2 * rate_hz), theta[0])
+    return 5 + np.tan(np.concatenate([held, theta])) * 1.0 / 0.5 * 10
+
+
+@pytest.fixture
+def doubts(tmp_path, monkeypatch):
+    """The function that writes a campaign, changed, and gives what is doubted of it."""
+    monkeypatch.chdir(tmp_path)
+    Path("config/campaigns").mkdir(parents=True)
+    Path("raw/lab").mkdir(parents=True)
+
+    def doubts(*changes, volts=None, step=0.002, unit="V"):
+        yaml = YAML
+        for old, new in changes:
+            assert old in yaml
+            yaml = yaml.replace(old, new)
+        Path("config/config.yaml").write_text("campaigns: [lab]\n")
+        Path("config/campaigns/lab.yaml").write_text(yaml)
+        Path("config/campaigns/lab.csv").write_text(CSV)
+        with TdmsWriter("raw/lab/a.tdms") as writer:
+            properties = {"wf_increment": step, "wf_start_offset": 0.0, "unit_string": unit}
+            writer.write_segment(
+                [ChannelObject("g", "laser", swings() if volts is None else volts, properties)]
+            )
+        sound, problems, found = check_config()
+        assert (problems, len(sound)) == ([], 1)
+        return [str(each) for each in found]
+
+    return doubts
+
+
+def test_a_usual_record_is_not_doubted(doubts):
+    assert doubts() == []
+    assert doubts(("release_angle_deg: 7", "release_angle_deg: 8.5")) == []
+    assert doubts(("release_angle_deg: 7", "release_angle_deg: 1"), volts=swings(theta0_deg=1.0)) == []
+
+
+def test_radians_for_degrees(doubts):
+    angle, record = doubts(("release_angle_deg: 7", "release_angle_deg: 0.122"))
+    assert angle == (
+        "config/campaigns/lab.yaml:4: blocks.tall: a release angle of 0.122° is 1 % of the critical angle, "
+        "in radians it would be 6.99°; give it in degrees"
+    )
+    assert record.startswith("config/campaigns/lab.csv:2: a: the signal sweeps 1")
+    assert record.endswith(
+        "°, the block's release_angle_deg is 0.122; is that in degrees, and the unit of the channel right?"
+    )
+
+
+UNITS = {
+    "a rotation in radians, said to be degrees": ("{units: deg}", 1.0, "rad"),
+    "a rotation in degrees, said to be radians": ("{units: rad}", math.degrees(1), "deg"),
+}
+
+
+@pytest.mark.parametrize("case", UNITS)
+def test_rotations_in_another_unit(doubts, case):
+    laser, factor, _ = UNITS[case]
+    theta = np.arctan((swings() - 5) * 0.05) * factor
+    (doubt,) = doubts(("{beam: horizontal, position_m: 1.0, range_m: 0.5}", laser), volts=theta, unit="")
+    assert "a: the signal sweeps " in doubt
+    assert doubt.endswith(
+        f"°, the critical angle is {CRITICAL_DEG:.3g}°; are its unit and the laser's scale right?"
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "volts", "unit"),
+    [
+        ([], 1e-3, "V"),  # thousandths of volts
+        ([("range_m: 0.5", "range_m: 500")], 1, "V"),  # millimetres
+        ([("position_m: 1.0, range_m: 0.5", "position_m: 1.0")], 500 / 10, "m"),  # the same
+    ],
+)
+def test_distances_in_another_unit(doubts, changes, volts, unit):
+    (doubt,) = doubts(*changes, volts=swings() * volts, unit=unit)
+    assert "a: the signal sweeps " in doubt and "the critical angle is 11.8°" in doubt
+
+
+@pytest.mark.parametrize("step", [2.0, 2e-6])
+def test_time_in_another_unit(doubts, step):
+    (doubt,) = doubts(step=step)
+    assert doubt.startswith("config/campaigns/lab.csv:2: a: ")
+    assert doubt.endswith("; is the unit of time right?")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("mass_kg: 150", "mass_kg: 150000"), ("mass_kg: 150", "mass_kg: 0.15"), ("1.2", "1.2e-2")],
+)
+def test_blocks_in_another_unit(doubts, old, new):
+    change = (old, new) if old != "1.2" else ("height_m: 1.2, width_m: 0.25", "height_m: 100, width_m: 25")
+    found = doubts(change, ("release_angle_deg: 7", "release_angle_deg: 5"))
+    assert any("as deep as it is high, the block would have" in each for each in found)
+
+
+def test_a_doubt_is_printed_and_no_error(doubts, capsys):
+    doubts(step=2.0)
+    assert cli.main(["check"]) == 0
+    out = capsys.readouterr().out.splitlines()
+    assert out[0].startswith("doubt: config/campaigns/lab.csv:2: a: 0.5 Hz are ")
+    assert out[-1] == "lab: 1 records, 1 blocks, 1 foundations: nothing to correct"
