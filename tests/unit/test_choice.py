@@ -1,74 +1,149 @@
+"""Which candidates explain a run, by evidence that is made up."""
+
 import math
 
 import pytest
 
-from freerock.identification.choice import choose_model, is_wanted
+from freerock.identification.choice import TELLS, Evidence, choose, holds, is_wanted
+
+N = {
+    "housner": 3,
+    "housner_width": 4,
+    "winkler": 4,
+    "hunt_crossley": 4,
+    "hunt_crossley_pivoting": 4,
+    "hunt_crossley_width": 5,
+    "general": 5,
+}
+LOUD = {"noise_p": 1e-9, "noise_ratio": 9.0, "noise_low_hz": 1.0, "noise_high_hz": 2.0}
 
 
-def found(bic=0.0, holdout=1e-3, noise=True, ratio=1.0, added=0.0, success=True):
-    return {
-        "success": success,
-        "bic": bic,
-        "epsilon_holdout": holdout,
-        "noise": noise,
-        "residual_over_sigma": ratio,
-        "added_damping": added,
-    }
+def found(model, bic=0.0, holdout=1e-3, success=True, **numbers):
+    known = {"epsilon_theta": 1e-3, "noise_p": 0.5, "epsilon_holdout": holdout} | numbers
+    return Evidence(model, N[model], success, "k lies at its bound" if not success else "", bic=bic, **known)
 
 
-LOUD = {"noise": False, "ratio": 3.0}
+def statuses(choice):
+    return {each.evidence.model: each.status for each in choice.judged}
 
 
 @pytest.mark.parametrize(
-    "evidence, model, reason",
+    "evidence, selected, reason",
     [
-        ({"housner": found(success=False)}, "", "every fit failed"),
+        ([found("housner", success=False)], "", "every fit failed"),
         (
-            {"housner": found(**LOUD), "winkler": found(bic=-5.0), "hunt_crossley": found(bic=-7.0)},
+            [found("housner", **LOUD), found("winkler", 35.0), found("hunt_crossley", -7.0)],
             "hunt_crossley",
-            "the smallest law (2 parameters) whose residual is noise: as at rest, 1.00 σ",
+            "the smallest candidate that leaves only noise (4 numbers)",
         ),
         (
-            {"housner": found(bic=-5.0), "hunt_crossley": found(bic=-9.0)},
+            [found("housner", -5.0), found("hunt_crossley", -9.0)],
             "housner",
-            "the smallest law (1 parameter) whose residual is noise: as at rest, 1.00 σ",
+            "the smallest candidate that leaves only noise (3 numbers); the data can't tell it from "
+            "Hunt–Crossley",
         ),
         (
-            {"hunt_crossley": found(bic=-5.0, added=4.0), "general": found(bic=-9.0)},
+            [found("hunt_crossley", -5.0, added_damping=4.0), found("general", -9.0)],
             "general",
-            "the smallest law (3 parameters) whose residual is noise: as at rest, 1.00 σ",
+            "the smallest candidate that leaves only noise (5 numbers)",
         ),
         (
-            {
-                "housner": found(holdout=2e-3, bic=-9.0, **LOUD),
-                "winkler": found(holdout=1e-3, bic=-5.0, **LOUD),
-            },
+            [found("housner", -9.0, 2e-3, **LOUD), found("winkler", -5.0, 1e-3, **LOUD)],
             "winkler",
-            "no residual is noise; held-out ε_θ = 0.1 %, the lowest",
+            "no candidate explains the run; held-out ε_θ = 0.1 %, the lowest",
         ),
         (
-            {
-                "winkler": found(holdout=1.05e-3, bic=-9.0, **LOUD),
-                "hunt_crossley": found(holdout=1e-3, bic=-5.0, **LOUD),
-            },
+            [found("winkler", -9.0, 1.05e-3, **LOUD), found("hunt_crossley", -5.0, 1e-3, **LOUD)],
             "winkler",
-            "no residual is noise; held-out ε_θ = 0.105 %, the lowest BIC of 2 within a tenth of the best",
+            "no candidate explains the run; held-out ε_θ = 0.105 %, "
+            "the lowest BIC of 2 within a tenth of the best",
         ),
         (
-            {
-                "winkler": found(holdout=math.nan, bic=-9.0, **LOUD),
-                "housner": found(holdout=math.nan, **LOUD),
-            },
+            [found("winkler", -9.0, math.nan, **LOUD), found("housner", 0.0, math.nan, **LOUD)],
             "winkler",
-            "no residual is noise; the lowest BIC",
+            "no candidate explains the run; the lowest BIC",
+        ),
+        (
+            [found("winkler", -9.0, 1.2), found("housner", 0.0, 1.4, **LOUD)],
+            "",
+            "every held-out ε_θ is above 1: worse than a block at rest",
         ),
     ],
 )
-def test_the_chosen_model_and_why(evidence, model, reason):
-    assert choose_model(evidence) == (model, reason)
+def test_the_selected_candidate_and_why(evidence, selected, reason):
+    choice = choose(evidence)
+    assert (choice.selected, choice.reason) == (selected, reason)
+    assert choice.explained == reason.startswith("the smallest")
+
+
+def test_each_candidate_with_its_reason():
+    choice = choose(
+        [
+            found("housner", 900.0, **LOUD),
+            found("housner_width", 3.0),
+            found("winkler", 2.0, success=False),
+            found("hunt_crossley", 1.0),
+            found("hunt_crossley_pivoting", 1.0 + 2 * TELLS),
+            found("general", 8.0),
+            Evidence("hunt_crossley_width", 5, fitted=False, message="a smaller one explains the run"),
+        ]
+    )
+    assert [(each.status, each.reason) for each in choice.judged] == [
+        ("rejected", "more than noise is left: 9 times the power at rest, 1 to 2 Hz"),
+        ("also_possible", "leaves only noise; BIC +2.0, which tells nothing"),
+        ("rejected", "k lies at its bound"),
+        ("selected", "the smallest that leaves only noise"),
+        ("rejected", "leaves only noise, but the BIC is 20 higher"),
+        ("rejected", "needless: hunt_crossley with 1 more number"),
+        ("not_fitted", "a smaller one explains the run"),
+    ]
+    assert choice.also_possible == ("housner_width",)
+
+
+def test_a_larger_candidate_that_the_data_ask_for():
+    """A small misfit that the residual does not show, and the likelihood does."""
+    choice = choose([found("housner", 0.0), found("hunt_crossley", -TELLS - 1)])
+    assert statuses(choice) == {"housner": "rejected", "hunt_crossley": "selected"}
+
+
+def test_a_candidate_worse_than_a_block_at_rest_is_never_named():
+    alike = found("winkler", -50.0, 1.5), found("hunt_crossley", 0.0, epsilon_holdout_runs=0.2)
+    assert choose(alike).selected == "hunt_crossley"
+    runs = choose([found("winkler", -50.0, epsilon_holdout_runs=1.5), found("hunt_crossley", 0.0, **LOUD)])
+    assert runs.selected == "hunt_crossley"
+    assert runs.judged[0].reason == "held-out ε_θ = 150 %: worse than a block at rest"
+
+
+def test_worn_corners_against_a_compliant_foundation_in_words():
+    worn, soft = (
+        found("housner_width", 0.0, epsilon_theta=3e-6),
+        found("hunt_crossley", 4.0, epsilon_theta=4e-6),
+    )
+    both = (
+        "Both a rigid block with worn corners (Housner, width free, ε_θ = 0.0003 %) and "
+        "a compliant foundation (Hunt–Crossley, ε_θ = 0.0004 %) "
+        "come as near as published fits do (ε_θ up to 5 %). "
+    )
+    assert choose([worn, soft]).stories == both + "The data can't tell them apart."
+    loud = found("hunt_crossley", 4e3, epsilon_theta=3e-3, **LOUD)
+    told = choose([worn, loud]).stories
+    assert told.endswith("Only Housner, width free leaves nothing but noise, which rules Hunt–Crossley out.")
+    neither = choose([found("housner_width", epsilon_theta=1e-2, **LOUD), loud]).stories
+    assert neither.endswith("Neither explains the run down to its noise.")
+    assert choose([found("housner_width", epsilon_theta=0.2, **LOUD), soft]).stories == ""
+
+
+def test_what_holds_what():
+    assert holds("general", "hunt_crossley") and holds("hunt_crossley_width", "hunt_crossley")
+    assert holds("general_pivoting_width", "winkler_pivoting")
+    assert not holds("hunt_crossley_pivoting_width", "hunt_crossley")
+    assert not holds("hunt_crossley", "general") and not holds("hunt_crossley", "housner")
 
 
 def test_the_general_law_is_fitted_where_no_smaller_one_leaves_noise_only():
-    assert not is_wanted("general", {"winkler": found(added=9.0), "hunt_crossley": found()})
-    assert is_wanted("general", {"winkler": found(added=3.1), "hunt_crossley": found(**LOUD)})
-    assert not is_wanted("general", {"housner": found(**LOUD), "winkler": found(added=9.0, success=False)})
+    def wanted(*evidence):
+        return is_wanted("general", {each.model: each for each in evidence})
+
+    assert not wanted(found("winkler", added_damping=9.0), found("hunt_crossley"))
+    assert wanted(found("winkler", added_damping=3.1), found("hunt_crossley", **LOUD))
+    assert not wanted(found("housner", **LOUD), found("winkler", added_damping=9.0, success=False))

@@ -6,10 +6,12 @@ The objective is the paper's: the mean square error between measured and modelle
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.identification.choice import RESIDUAL, Evidence
 from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
@@ -149,10 +151,21 @@ def fit_record(
     return _fit(*search(problem, start))
 
 
-def evidence(fit: Fit) -> dict[str, float]:
-    """What `freerock.identification.choice.choose_model` asks of a fit."""
-    numbers = {"success": fit.success, "bic": fit.bic, "epsilon_holdout": fit.epsilon_holdout}
-    return fit.diagnostics | numbers
+def evidence(fit: Fit) -> Evidence:
+    """What `freerock.identification.choice.choose` asks of a fit."""
+    of_residual: dict[str, Any] = {
+        name: fit.diagnostics[name] for name in RESIDUAL if name in fit.diagnostics
+    }
+    return Evidence(
+        model=fit.model,
+        n_freed=fit.n_parameters,
+        success=fit.success,
+        message=fit.message,
+        epsilon_theta=fit.epsilon_theta,
+        epsilon_holdout=fit.epsilon_holdout,
+        bic=fit.bic,
+        **of_residual,
+    )
 
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.identification.choice import choose_model, is_wanted
+from freerock.identification.choice import choose, is_wanted
 from freerock.identification.fit import Fit, evidence, fit_run
 from freerock.models.laws import LAWS, MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate
@@ -52,7 +52,7 @@ def _choice(case: Any) -> list[Row]:
     found = {law: evidence(fit) for law, fit in fits.items()}
     if is_wanted("general", found):
         found["general"] = evidence(fit_run("general", truth.block, motion))
-    chosen, reason = choose_model(found)
+    answer = choose(list(found.values()))
     distance, rival = _nearest_rival(truth, motion, fits)
     return [
         {
@@ -60,10 +60,10 @@ def _choice(case: Any) -> list[Row]:
             "case": i,
             "sigma_deg": math.degrees(truth.sigma_theta),
             **{name: truth.parameters.get(name, math.nan) for name in ("r", "k", "c", "lambda")},
-            "chosen": chosen,
+            "chosen": answer.selected,
             "rival": rival,
             "distance": distance,
-            "reason": reason,
+            "reason": answer.reason,
         }
     ]
 

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from freerock.identification.choice import choose_model
+from freerock.identification.choice import choose
 from freerock.models.laws import MODELS, unit_of
+from freerock.products.estimates import evidence_in
 from freerock.products.groups import fits_of, not_fitted_in, reasons_in, runs_of
 from freerock.runs.verdict import Level, Reason, Verdict, in_one_line
 
@@ -141,14 +142,10 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     """
     rows = {}
     for tree in fits:
-        evidence: dict[int | str, dict[str, dict[str, Any]]] = {}
-        for run, model, fit in fits_of(tree):
-            numbers = {key: fit[key].item() for key in ("success", "bic")}
-            held_out = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
-            evidence.setdefault(run, {})[model] = {**fit.attrs, **numbers, "epsilon_holdout": held_out}
-        for run, found in evidence.items():
-            model, reason = choose_model(found)
-            rows[tree.attrs["test"], run] = {**_identity(tree, run), "model": model, "reason": reason}
+        for run, found in evidence_in(tree).items():
+            choice = choose(found)
+            answer = {"model": choice.selected, "reason": choice.reason}
+            rows[tree.attrs["test"], run] = {**_identity(tree, run), **answer}
     return pd.DataFrame(rows.values(), columns=CHOICE)
 
 
