@@ -231,3 +231,10 @@ def test_averages_keep_the_variance_of_white_noise():
     values = np.random.default_rng(6).standard_normal((8003, 2))
     assert averaged(values, 4).shape == (2000, 2)
     assert averaged(values, 4).std() == pytest.approx(1, abs=0.05)
+
+
+def test_nothing_is_averaged_where_all_fitted_numbers_are_held_at_a_bound():
+    assert averaged(np.empty((9, 0)), 4).shape == (2, 0)
+    residual, rate_hz = np.random.default_rng(1).normal(0, 1e-4, 4000), 2000.0
+    found = against_rest(residual, np.empty((4000, 0)), [4000], [white_noise(1e-4, rate_hz)])
+    assert found.is_noise

@@ -97,7 +97,7 @@ def samples_averaged(rate_hz: float) -> int:
 def averaged(values: Floats, m: int) -> Floats:
     """Means of m samples along the first axis, times √m: white noise keeps its variance."""
     whole = values[: len(values) // m * m]
-    return np.asarray(whole.reshape(-1, m, *values.shape[1:]).mean(axis=1) * math.sqrt(m))
+    return np.asarray(whole.reshape(len(whole) // m, m, *values.shape[1:]).mean(axis=1) * math.sqrt(m))
 
 
 def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
