@@ -12,7 +12,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "unit"))
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # each thread reserves address space
 
 MEMORY_BYTES = 1 << 30
-SECONDS = 5  # of processor time, since other programs may be running
+SECONDS = 10  # of processor time, since other programs may be running
 ASLEEP_SECONDS = 60
 BATCH = 200  # files that a process reads, unless it dies
 OUTCOMES = {0: "read", 1: "refused", 2: "a traceback", 3: "an error of several lines"}
@@ -28,33 +28,39 @@ OUTCOME = struct.Struct("Bd")  # outcome and time of a file
 
 
 def readers(n: int, kinds: list[str]) -> int:
-    """Print how many damaged files of each kind were read, refused, or anything else; return the latter."""
+    """Try damaged files of each kind; return how many were neither read nor refused."""
     from records import KINDS, damaged_files
+
+    from freerock.records.read import read_record
 
     faults = 0
     for kind in kinds or KINDS:
         with tempfile.TemporaryDirectory() as folder:
-            outcomes, slowest, done = Counter(), 0.0, 0
-            files = damaged_files(kind, Path(folder), n, seed=1)
-            while done < n:
-                for outcome, seconds in _read_batch(files, min(BATCH, n - done)):
-                    path = next(files)
-                    slowest = max(slowest, seconds)
-                    outcomes[outcome] += 1
-                    done += 1
-                    if outcome not in ("read", "refused"):
-                        kept = Path(tempfile.gettempdir(), f"{kind.replace(' ', '_')}_{done}{path.suffix}")
-                        shutil.copy(path, kept)
-                        print(f"  {outcome}: {kept}")
-            read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
-            faults += outcomes.total()
-            counts = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
-            print(f"{kind:8s} {counts}; the slowest took {slowest:.2f} s", flush=True)
+            faults += tried(kind, damaged_files(kind, Path(folder), n, seed=1), n, read_record)
     return faults
 
 
-def _read_batch(files: Iterator[Path], n: int) -> list[tuple[str, float]]:
-    """Outcomes of the next files, read by a process of its own; when it dies, of those up to the deadly one.
+def tried(kind: str, files: Iterator[Path], n: int, task: Callable[[Path], object]) -> int:
+    """Print how many files a task took, refused, or anything else; keep these and return their number."""
+    outcomes, slowest, done = Counter(), 0.0, 0
+    while done < n:
+        for outcome, seconds in _batch(files, min(BATCH, n - done), task):
+            path = next(files)
+            slowest = max(slowest, seconds)
+            outcomes[outcome] += 1
+            done += 1
+            if outcome not in ("read", "refused"):
+                kept = Path(tempfile.gettempdir(), f"{kind.replace(' ', '_')}_{done}{path.suffix}")
+                shutil.copy(path, kept)
+                print(f"  {outcome}: {kept}")
+    read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
+    counts = f"{read:6d} read, {refused:6d} refused, {outcomes.total()} anything else"
+    print(f"{kind:8s} {counts}; the slowest took {slowest:.2f} s", flush=True)
+    return outcomes.total()
+
+
+def _batch(files: Iterator[Path], n: int, task: Callable[[Path], object]) -> list[tuple[str, float]]:
+    """Outcomes of the next files, taken by a process of its own; when it dies, of those up to the deadly one.
 
     The process goes on with its copy of the iterator, so the caller's stands where it stood.
     """
@@ -64,7 +70,7 @@ def _read_batch(files: Iterator[Path], n: int) -> list[tuple[str, float]]:
         _limit()
         for path in islice(files, n):
             start = time.process_time()
-            outcome = _read(path)
+            outcome = _outcome(task, path)
             os.write(writing, OUTCOME.pack(outcome, time.process_time() - start))
         os._exit(0)
     os.close(writing)
@@ -82,16 +88,15 @@ def _limit() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
 
 
-def _read(path: Path) -> int:
+def _outcome(task: Callable[[Path], object], path: Path) -> int:
     from freerock.errors import FreerockError
-    from freerock.records.read import read_record
 
     signal.setitimer(signal.ITIMER_PROF, SECONDS)
     signal.alarm(ASLEEP_SECONDS)
     try:
-        read_record(path)
+        task(path)
     except FreerockError as error:
-        return 1 if "\n" not in str(error) else 3
+        return 3 if any("\n" in str(each) for each in getattr(error, "problems", [error])) else 1
     except BaseException:
         return 2
     finally:

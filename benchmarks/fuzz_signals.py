@@ -9,6 +9,7 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
+from signal import ITIMER_PROF, setitimer
 
 import numpy as np
 
@@ -27,6 +28,7 @@ BLOCK = Block(0.28, 0.07, 5.84)
 KINDS = ("noise", "walk", "steps", "swing", "spoilt", "runs")
 SCALES = (1e-12, 1e-3, 0.1, 1.0, 3.0, 1e3, 1e300)
 MEMORY_BYTES = 1 << 30
+SECONDS = 10  # of processor time for one signal; a longer one ends the process
 
 
 def signal(draw):
@@ -67,12 +69,13 @@ def of_impacts(draw):
 
 def main(n: int) -> int:
     """Print what the stages did; return how often they did something else than answer or refuse."""
-    resource.setrlimit(resource.RLIMIT_AS, (4 * MEMORY_BYTES, 4 * MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
     faults = 0
     for stage in (of_rotation, of_runs, of_impacts):
         outcomes, slowest = Counter(), 0.0
         for seed in range(n):
             draw, started = np.random.default_rng(seed), time.process_time()
+            setitimer(ITIMER_PROF, SECONDS)
             try:
                 with np.errstate(all="ignore"):
                     stage(draw)
