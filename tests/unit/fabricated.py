@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.identification.fit import Fit
+from freerock.identification.choice import choose
+from freerock.identification.fit import Fit, evidence
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
@@ -107,7 +108,9 @@ def fits(tree, failed=(), models=PAPER_MODELS):
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
-        datasets.write_fits(path, fitted, pooled, attrs)
+        made = fitted | ({"pooled": pooled} if pooled else {})
+        choices = {run: choose([evidence(each) for each in models.values()]) for run, models in made.items()}
+        datasets.write_fits(path, fitted, pooled, attrs, choices)
         return datasets.open_fits(path)
 
 

@@ -89,7 +89,8 @@ def test_failed_fits_and_what_one_lacks_are_reported(a, tables, tmp_path):
 
 def test_choices_verdicts_and_provenance_that_differ(a, tables, tmp_path):
     choice, runs = tables["choice"].copy(), tables["runs"].copy()
-    choice.loc[0, "model"], runs.loc[1, "verdict"] = "winkler", "warn"
+    named = choice.index[choice["status"] == "selected"][0]
+    choice.loc[named, "model"], runs.loc[1, "verdict"] = "winkler", "warn"
     b = write(
         tmp_path / "b", tables | {"choice": choice, "runs": runs}, "1b", fits={"debonding": "tensionless"}
     )

@@ -13,7 +13,7 @@ from freerock.identification import plan, population, predict
 from freerock.models.block import Block
 from freerock.models.laws import LAWS
 from freerock.products.names import VARIABLES
-from freerock.tables import recovered, restitution, summary, tidy
+from freerock.tables import candidates, recovered, restitution, summary, tidy
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -48,7 +48,7 @@ def columns():
         recovered.recovered_table(parameters, {}),
     ]
     lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
-    lists += [population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS, plan.RIVALS]
+    lists += [candidates.COLUMNS, population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS, plan.RIVALS]
     return {column for listed in [*lists, *frames] for column in listed}
 
 

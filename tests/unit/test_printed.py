@@ -28,7 +28,7 @@ def tables():
 def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
     for name, frame in tables.items():
         write_csv(frame, tmp_path / f"{name}.csv")
-    names = ("runs", "parameters", "epsilon", "table1", "table2", "table3")
+    names = ("runs", "parameters", "epsilon", "candidates", "table1", "table2", "table3")
     files = {name: tmp_path / f"{name}.csv" for name in names}
     print_tables(files, tmp_path, origin="simulated", doi="10.1/2", labels=LABELS)
     for name, table in printed_tables(tables, "simulated", doi="10.1/2", labels=LABELS).items():

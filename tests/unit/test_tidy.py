@@ -6,7 +6,7 @@ import pytest
 from fabricated import campaign, failed_record, fits, record
 
 from freerock.identification import population, predict
-from freerock.tables import restitution
+from freerock.tables import candidates, restitution
 from freerock.tables import tidy as tables
 from freerock.tables.paper import table2_text, table3_text
 from freerock.tables.summary import table2, table3
@@ -124,7 +124,7 @@ def test_campaign_without_any_run():
     "columns",
     [
         *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
-        *(predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
+        *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
     ],
     ids="|".join,
 )

@@ -15,6 +15,11 @@ CONTRACT = {
     "success",
     "epsilon": "campaign test run block foundation model epsilon_theta final_time_s epsilon_holdout "
     "n_parameters aic bic selected success",
+    "choice": "campaign test run block foundation model status explains n_freed epsilon_theta "
+    "epsilon_holdout epsilon_holdout_runs bic noise_p noise_ratio noise_low_hz noise_high_hz added_damping "
+    "reason",
+    "candidates": "campaign block foundation model n_freed n_runs n_selected n_also_possible n_rejected "
+    "n_not_fitted n_explains epsilon_theta epsilon_holdout r k_n_m2 c_n_s_m2 lambda_n_s_m3 contact_width_m",
     "restitution": "campaign test run source impact time_s r r_stderr block foundation peak_before_deg",
 }
 

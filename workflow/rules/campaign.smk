@@ -1,7 +1,7 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
-TIDY += ["predictions", "foundations"]
+TIDY += ["candidates", "predictions", "foundations"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
-REPORTED = ["runs", "choice", "restitution_comparison", *PRINTED]
+REPORTED = ["runs", "choice", "candidates", "restitution_comparison", *PRINTED]
 
 
 rule tables:
@@ -45,7 +45,7 @@ rule tables:
 
 rule printed_tables:
     input:
-        csv_tables("runs", "parameters", "epsilon", *PRINTED),
+        csv_tables("runs", "parameters", "epsilon", "candidates", *PRINTED),
     output:
         printed=[
             report(
@@ -56,6 +56,16 @@ rule printed_tables:
                 labels={"table": title, "format": suffix},
             )
             for table, title in PRINTED.items()
+            for suffix in ("md", "tex")
+        ],
+        candidates=[
+            report(
+                f"results/{{campaign}}/tables/candidates.{suffix}",
+                caption="../report/candidates.rst",
+                category="{campaign}",
+                subcategory="Tables",
+                labels={"table": "Candidates", "format": suffix},
+            )
             for suffix in ("md", "tex")
         ],
         numbers="results/{campaign}/tables/numbers.tex",

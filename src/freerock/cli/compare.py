@@ -197,11 +197,16 @@ def _verdict(row: Any) -> str:
 def _outcomes(a: Path, b: Path, table: str, what: str) -> pd.DataFrame:
     key = ["test", "run"]
     frames = [
-        _table(folder, table)[[*key, what]].rename(columns={what: name})
+        _of_runs(_table(folder, table))[[*key, what]].rename(columns={what: name})
         for folder, name in ((a, "a"), (b, "b"))
     ]
     frame = frames[0].merge(frames[1], on=key, how="outer").fillna("–")
     return frame[frame["a"] != frame["b"]].assign(what=what)[[*key, "what", "a", "b"]]
+
+
+def _of_runs(frame: pd.DataFrame) -> pd.DataFrame:
+    """The row of each run; in the table choice that of the candidate named, which was its only one once."""
+    return frame[frame["status"] == "selected"] if "status" in frame else frame
 
 
 def _differences(a: Mapping[str, str], b: Mapping[str, str]) -> pd.DataFrame:

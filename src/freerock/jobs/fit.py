@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.identification.choice import is_wanted
+from freerock.identification.choice import choose, is_wanted
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
@@ -58,7 +58,9 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     if fitter.not_fitted:
         attributes["not_fitted"] = fitter.not_fitted
     attributes["provenance"] = provenance([record_file], settings)
-    write_fits(output, fits, pooled, attributes)
+    made: list[tuple[int | str, dict[str, Fit]]] = [*fits.items(), *([("pooled", pooled)] if pooled else [])]
+    choices = {run: choose([evidence(fit) for fit in models.values()]) for run, models in made}
+    write_fits(output, fits, pooled, attributes, choices)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from freerock.files import write_text
+from freerock.tables.candidates import printed_candidates
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown
@@ -19,12 +20,12 @@ def print_tables(
     doi: str = "",
     labels: Mapping[str, str] | None = None,
 ) -> None:
-    """Write tables 1 to 3 as Markdown and LaTeX, and numbers.tex.
+    """Write tables 1 to 3 and the candidates as Markdown and LaTeX, and numbers.tex.
 
     Parameters
     ----------
     files : mapping of str to path
-        CSV files of the tables runs, parameters, epsilon and table1 to table3.
+        CSV files of the tables runs, parameters, epsilon, candidates and table1 to table3.
     folder : path
         Where they are written.
     origin, doi, labels
@@ -33,6 +34,7 @@ def print_tables(
     tables = {name: read_csv(path) for name, path in files.items()}
     for name, table in printed_tables(tables, origin, doi=doi, labels=labels).items():
         _write(Path(folder, name), table)
+    _write(Path(folder, "candidates"), printed_candidates(tables["candidates"], origin, labels))
     write_text(Path(folder, "numbers.tex"), numbers_tex(tables))
 
 

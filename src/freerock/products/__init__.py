@@ -1,3 +1,3 @@
 """Datasets of a campaign: netCDF in and out, names of variables, what a dataset holds, provenance."""
 
-__all__ = ["estimates", "groups", "misfit_maps", "names", "netcdf", "provenance", "runs"]
+__all__ = ["choices", "estimates", "groups", "misfit_maps", "names", "netcdf", "provenance", "runs"]

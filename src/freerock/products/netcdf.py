@@ -8,12 +8,14 @@ import numpy as np
 import xarray as xr
 
 from freerock.models.laws import CANDIDATES
+from freerock.products.choices import GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
 from freerock.products.names import IMPACTS, RUN, root_attributes
 from freerock.products.storage import open_product, readable, write_groups
 from freerock.runs.verdict import Level, Reason
 
 if TYPE_CHECKING:
+    from freerock.identification.choice import Choice
     from freerock.identification.fit import Fit
     from freerock.runs.impacts import Impacts
     from freerock.runs.segment import Run
@@ -75,7 +77,11 @@ def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:
 
 
 def write_fits(
-    path: str | Path, fits: Mapping[int, Mapping[str, "Fit"]], pooled: Mapping[str, "Fit"], attrs: Attrs
+    path: str | Path,
+    fits: Mapping[int, Mapping[str, "Fit"]],
+    pooled: Mapping[str, "Fit"],
+    attrs: Attrs,
+    choices: Mapping[int | str, "Choice"] | None = None,
 ) -> None:
     """Write identified models: a group per run and for all runs jointly, with a group per model in each.
 
@@ -90,6 +96,8 @@ def write_fits(
         written without samples: they stand in the run's group.
     attrs : mapping
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
+    choices : mapping of int or str to Choice, optional
+        Which candidates explain a run, by run number, "pooled" for all runs jointly.
 
     Raises
     ------
@@ -102,6 +110,10 @@ def write_fits(
     if pooled:
         several = bool(np.any(np.diff(next(iter(pooled.values())).time) < 0))  # it starts again with each run
         groups |= _fits("pooled", pooled, {"comment": "all runs jointly, one after the other"}, several)
+    for run, choice in (choices or {}).items():
+        group = run if run == "pooled" else f"run_{run}"
+        if group in groups:
+            groups[f"{group}/{GROUP}"] = choice_dataset(choice)
     write_groups(path, groups)
 
 

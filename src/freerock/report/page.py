@@ -19,7 +19,9 @@ from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.report import tables as made
 from freerock.report.charts import looks
+from freerock.report.evidence import scenes_of
 from freerock.report.records import charted, sections_of
+from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
 from freerock.tables.paper import SIMULATED_NOTE, printed_tables
 
@@ -51,8 +53,8 @@ def write_report(
         inputs, config, software and git, as `freerock.products.provenance` gives them; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
-        runs, choice, restitution_comparison and table1 to table3, as `freerock.tables.csvfile.read_csv` gives
-        them.
+        runs, choice, candidates, restitution_comparison and table1 to table3, as
+        `freerock.tables.csvfile.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     opened : callable
@@ -71,7 +73,7 @@ def write_report(
     environment.filters["indices"] = _indices
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     html = environment.get_template("report.html.j2").render(
-        _content(provenance, tables),
+        _content(provenance, tables, blocks),
         figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
         sections=sections,
         n_charted=len(wanted),
@@ -82,7 +84,9 @@ def write_report(
     write_text(path, html)
 
 
-def _content(provenance: Mapping[str, Any], tables: Mapping[str, pd.DataFrame]) -> dict[str, Any]:
+def _content(
+    provenance: Mapping[str, Any], tables: Mapping[str, pd.DataFrame], blocks: Mapping[str, Block]
+) -> dict[str, Any]:
     """What the page shows of tables, configuration and provenance."""
     config, runs = provenance["config"], tables["runs"]
     labels = {
@@ -101,6 +105,8 @@ def _content(provenance: Mapping[str, Any], tables: Mapping[str, pd.DataFrame]) 
         "table1": made.of_blocks(printed["table1"], runs, labels),
         "table2": made.of_records(printed["table2"], labels),
         "table3": made.of_records(printed["table3"], labels),
+        "evidence": scenes_of(tables["choice"], tables["candidates"], blocks, labels),
+        "unexplained": unexplained(tables["choice"]),
         "choice": made.choices(tables["choice"], labels),
         "comparison": made.compared_restitution(tables["restitution_comparison"]),
         "n_runs": int(runs["run"].notna().sum()),

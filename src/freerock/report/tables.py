@@ -7,6 +7,7 @@ import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS
 from freerock.runs.verdict import VERDICTS
+from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
 from freerock.tables.text import fixed, quantity
 
@@ -63,7 +64,7 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
 
 def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
     """Every run with its verdict and the model it needs, from the tidy tables."""
-    needed = {(row.test, str(row.run)): row.model for row in choice.itertuples()}
+    needed = {(each.test, each.run): each for each in answers(choice)}
     rows = []
     for row in runs.itertuples():
         run = "–" if pd.isna(row.run) else str(row.run)
@@ -79,29 +80,31 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
                 number(fixed(row.duration_s, 2), row.duration_s),
                 number(str(row.n_impacts), row.n_impacts),
                 number(quantity(row.sigma_theta_deg, digits=2), row.sigma_theta_deg),
-                Cell(MODEL_LABELS.get(needed.get((row.test, run), ""), "–")),
+                _named(needed.get((row.test, run))),
             ]
         )
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
-    note += "Model: the one the run needs, see Model choice."
+    note += "Model: what explains the run with as few numbers as the data allow, see Model choice."
     return Sortable([*heads, "Impacts", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
 
 def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
-    """The model that each run needs, and why, from the tidy table."""
+    """The model that each run needs, what else it could be, and why, from the tidy table."""
+    scenes = {row.test: _scene(row, labels)[1:] for row in choice.itertuples()}
     rows = [
         [
-            Cell(row.test, anchor=_anchor(row.test, row.run)),
-            Cell("all" if row.run == "pooled" else str(row.run)),
-            *_scene(row, labels)[1:],
-            Cell(MODEL_LABELS.get(row.model, "–")),
-            Cell(row.reason),
+            Cell(each.test, anchor=_anchor(each.test, each.run)),
+            Cell("all" if each.run == "pooled" else each.run),
+            *scenes[each.test],
+            _named(each),
+            Cell("; ".join(MODEL_LABELS[model] for model in each.others) or "–"),
+            Cell(each.reason),
         ]
-        for row in choice.itertuples()
+        for each in answers(choice)
     ]
-    heads = ["Record", "Run", "Block", "Foundation", "Model", "Reason"]
-    return Sortable(heads, rows, "Chosen model and why")
+    heads = ["Record", "Run", "Block", "Foundation", "Model", "As possible", "Reason"]
+    return Sortable(heads, rows, "Chosen model, run by run")
 
 
 def compared_restitution(compared: pd.DataFrame) -> Sortable:
@@ -122,6 +125,14 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
     heads += ["First impact / s", "First impact, rigid / s"]
     caption = "Fitted and per-impact restitution, and the mean time from release to the first impact"
     return Sortable(heads, rows, caption)
+
+
+def _named(answer: Answer | None) -> Cell:
+    """The model of a run, marked where it doesn't explain it."""
+    if answer is None or answer.explained:
+        return Cell(MODEL_LABELS[answer.model] if answer else "–")
+    nearest = f", nearest {MODEL_LABELS[answer.model]}" if answer.model else ""
+    return Cell(f"none explains it{nearest}", kind="warn")
 
 
 def _anchor(test: str, run: str) -> str:

@@ -1,6 +1,7 @@
 """Tables of a campaign: tidy CSV, the numbers of the paper's tables, and these as printed text and LaTeX."""
 
 __all__ = [
+    "candidates",
     "csvfile",
     "latex",
     "markdown",

@@ -1,4 +1,4 @@
-"""Tidy tables: one row per run, parameter, fit, choice or impact, from the record and fit datasets."""
+"""Tidy tables: one row per run, parameter, fit, candidate or impact, from the record and fit datasets."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from freerock.identification.choice import choose
 from freerock.models.laws import MODELS, unit_of
-from freerock.products.estimates import evidence_in
+from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, not_fitted_in, reasons_in, runs_of
 from freerock.runs.verdict import Level, Reason, Verdict, in_one_line
+from freerock.tables.candidates import Answer, answers, candidates_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [*IDENTITY, "origin", "theta0_deg", "release_s", "duration_s", "n_impacts", "sigma_theta_deg"]
@@ -20,7 +20,7 @@ RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit", "success"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
-CHOICE = [*IDENTITY, "model", "reason"]
+CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
 RESTITUTION += ["block", "foundation", "peak_before_deg"]
 
@@ -36,7 +36,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         Record datasets.
     fits : iterable of xarray.DataTree, optional
         Fit datasets; where a model could not be fitted to a usable run, its row says why; where none could,
-        the run is failed.
+        the run is failed. Where no candidate explains it, it warns.
 
     Returns
     -------
@@ -45,12 +45,15 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         rest [s], angles in degrees. Failed and excluded runs are rows like any other, with their reasons.
     """
     rows = []
+    fits = list(fits)
     by_test = {tree.attrs["test"]: tree for tree in fits}
+    said = {(each.test, each.run): each for each in answers(choice_table(fits))}
     for tree in records:
         runs = runs_of(tree)
         for number, run in runs.items():
             release = run["release"].item()
             verdict = _with_fits(number, run, by_test.get(tree.attrs["test"]))
+            verdict = _with_choice(verdict, said.get((tree.attrs["test"], str(number))))
             rows.append(
                 {
                     **_identity(tree, number),
@@ -130,23 +133,33 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
             rows.append({**_identity(tree, run), "model": model, **row})
     columns = [column for column in EPSILON if column != "selected"]
     frame = pd.DataFrame(rows, columns=columns).astype({"n_parameters": "Int64", "success": bool})
-    chosen = {(row.test, row.run): row.model for row in choice_table(fits).itertuples()}
-    selected = [chosen[row.test, row.run] == row.model for row in frame.itertuples()]
-    return frame.assign(selected=selected)[EPSILON]
+    choice = choice_table(fits)
+    chosen = set(_keys(choice[choice["status"] == "selected"]))
+    return frame.assign(selected=[key in chosen for key in _keys(frame)]).astype({"selected": bool})[EPSILON]
 
 
 def choice_table(fits: Trees) -> pd.DataFrame:
-    """One row per run of fit datasets, columns `CHOICE`: the model it needs, and why.
+    """One row per run and candidate of fit datasets: what the choice made of it, and why.
 
-    model is empty where every fit failed.
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `CHOICE`: status is "selected", "also_possible", "rejected" or "not_fitted", explains whether
+        the candidate leaves no more than the noise at rest; numbers as in the datasets, fractions and Hz.
     """
-    rows = {}
+    rows = []
     for tree in fits:
-        for run, found in evidence_in(tree).items():
-            choice = choose(found)
-            answer = {"model": choice.selected, "reason": choice.reason}
-            rows[tree.attrs["test"], run] = {**_identity(tree, run), **answer}
-    return pd.DataFrame(rows.values(), columns=CHOICE)
+        for run, choice in choices_of(tree):
+            numbers = {name: choice[name].values.tolist() for name in CHOICE if name in choice}
+            for i, model in enumerate(choice["candidate"].values.astype(str)):
+                found = {name: column[i] for name, column in numbers.items()}
+                rows.append({**_identity(tree, run), "model": model, **found})
+    return pd.DataFrame(rows, columns=CHOICE).astype({"explains": bool, "n_freed": "Int64"})
 
 
 def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
@@ -198,18 +211,20 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
 
 
 def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
-    """The tidy tables by name: runs, parameters, epsilon, choice, restitution.
+    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, restitution.
 
     Parameters
     ----------
     records, fits : sequence of xarray.DataTree
         Record and fit datasets.
     """
+    parameters, choice = parameters_table(fits), choice_table(fits)
     return {
         "runs": runs_table(records, fits),
-        "parameters": parameters_table(fits),
+        "parameters": parameters,
         "epsilon": epsilon_table(fits),
-        "choice": choice_table(fits),
+        "choice": choice,
+        "candidates": candidates_table(choice, parameters),
         "restitution": restitution_table(records, fits),
     }
 
@@ -217,6 +232,10 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
 def usable_rows(runs: pd.DataFrame) -> pd.DataFrame:
     """The rows of the table runs that are neither failed nor excluded."""
     return runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
+
+
+def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
+    return zip(frame["test"], frame["run"], frame["model"], strict=True)
 
 
 def _identity(tree: xr.DataTree, run: object) -> dict[str, Any]:
@@ -233,3 +252,10 @@ def _with_fits(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> Verdi
     of = {number: "", "pooled": "all runs: ", None: "not fitted: "}
     texts = (of[each.run] + each.text for each in missed if each.run in of)
     return verdict.adding(Reason(lost, "not_fitted", text) for text in texts)
+
+
+def _with_choice(verdict: Verdict, answer: Answer | None) -> Verdict:
+    """Verdict of a run, with a warning where no candidate explains it."""
+    if answer is None or answer.explained:
+        return verdict
+    return verdict.adding([Reason("warn", "unexplained", "no candidate explains the run down to its noise")])

@@ -1,0 +1,66 @@
+"""The choice of a model in a fit dataset: all candidates in a group of each run, and of all runs jointly."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+
+from freerock.products.groups import runs_of
+
+if TYPE_CHECKING:
+    from freerock.identification.choice import Choice
+
+GROUP = "choice"  # in that of a run: no candidate has this name
+NUMBERS = ("epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs", "bic")
+TESTS = ("noise_p", "noise_ratio", "noise_low_hz", "noise_high_hz", "added_damping")
+
+
+def choice_dataset(choice: "Choice") -> xr.Dataset:
+    """The choice of a run as it is stored.
+
+    Parameters
+    ----------
+    choice : freerock.identification.choice.Choice
+
+    Returns
+    -------
+    xarray.Dataset
+        Along candidate: status and reason (texts), explains (0 or 1), n_freed, `NUMBERS` and `TESTS`, NaN
+        where a candidate has no such number. Attributes: selected, explained, reason, and stories where there
+        is something to tell.
+    """
+    known = [each.evidence for each in choice.judged]
+    texts = {name: [getattr(each, name) for each in choice.judged] for name in ("status", "reason")}
+    arrays: dict[str, Any] = {name: ("candidate", np.array(values, str)) for name, values in texts.items()}
+    arrays |= {
+        name: ("candidate", np.array([getattr(each, name) for each in known], float))
+        for name in (*NUMBERS, *TESTS)
+    }
+    arrays["explains"] = "candidate", np.array([each.explains for each in known], np.int8)
+    arrays["n_freed"] = "candidate", np.array([each.n_freed for each in known], np.int32)
+    attrs = {"selected": choice.selected, "explained": choice.explained, "reason": choice.reason}
+    attrs |= {"stories": choice.stories} if choice.stories else {}
+    return xr.Dataset(arrays, {"candidate": [each.model for each in known]}, attrs)
+
+
+def choices_of(tree: xr.DataTree) -> Iterator[tuple[int | str, xr.Dataset]]:
+    """The choices of a fit dataset: of each run in order, then of all runs jointly ("pooled").
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Root of `fits/<test>.nc`; samples are not needed.
+
+    Yields
+    ------
+    run : int or "pooled"
+    choice : xarray.Dataset
+        As from `choice_dataset`.
+    """
+    groups: list[tuple[int | str, xr.DataTree]] = [*runs_of(tree).items()]
+    if "pooled" in tree.children:
+        groups.append(("pooled", tree.children["pooled"]))
+    for run, group in groups:
+        if GROUP in group.children:
+            yield run, group.children[GROUP].dataset

@@ -1,0 +1,89 @@
+"""How often each candidate is named, and with what numbers."""
+
+import numpy as np
+import pandas as pd
+from evidence import NAMED, POSSIBLE, paper, scene
+from fabricated import campaign
+
+from freerock.models.laws import CANDIDATES
+from freerock.tables.candidates import COLUMNS, answers, candidates_table, printed_candidates
+from freerock.tables.csvfile import read_csv, write_csv
+from freerock.tables.tidy import choice_table, parameters_table
+
+RUNS = (
+    paper() | {"hunt_crossley": NAMED},
+    paper(housner_width=NAMED) | {"hunt_crossley": POSSIBLE},
+    paper() | {"winkler": NAMED},
+)
+
+
+def test_counts_and_medians():
+    choice, parameters = scene(*RUNS)
+    rows = np.flatnonzero((parameters["model"] == "hunt_crossley") & (parameters["parameter"] == "k"))
+    parameters.loc[rows, "value"] = [6e6, 8e6, 1e9]  # of the third run it is rejected
+    table = candidates_table(choice, parameters)
+    assert list(table) == COLUMNS
+    assert table["model"].tolist() == list(CANDIDATES)
+    row = table.set_index("model").loc["hunt_crossley"]
+    assert row[["n_runs", "n_selected", "n_also_possible", "n_rejected", "n_explains"]].tolist() == [
+        3,
+        1,
+        1,
+        1,
+        2,
+    ]
+    assert (row["k_n_m2"], row["lambda_n_s_m3"], row["epsilon_theta"]) == (7e6, 1.3e8, 1e-5)
+    worn = table.set_index("model").loc["housner_width"]
+    assert (worn["n_selected"], worn["n_not_fitted"], worn["contact_width_m"]) == (1, 2, 0.063)
+    assert np.isnan(table.set_index("model").loc["housner", "r"])
+    assert (table[["n_selected", "n_also_possible", "n_rejected", "n_not_fitted"]].sum(axis=1) == 3).all()
+
+
+def test_the_joint_fit_is_not_counted():
+    choice, parameters = scene(*RUNS, joint=True)
+    assert set(candidates_table(choice, parameters)["n_runs"]) == {2}
+
+
+def test_printed_are_the_candidates_that_were_fitted():
+    printed = printed_candidates(candidates_table(*scene(*RUNS)), "simulated", {"b1": "Slender"})
+    assert printed.text.iloc[:, :6].values.tolist() == [
+        ["Slender, marble", "Housner", "3", "0", "0", "3"],
+        ["", "Winkler", "4", "1", "0", "2"],
+        ["", "Hunt–Crossley", "4", "1", "1", "1"],
+        ["", "Housner, width free", "3", "1", "0", "0"],
+    ]
+    parameters = ["r", "k / (N m⁻²)", "c / (N s m⁻²)", "λ / (N s m⁻³)", "2b / m"]
+    assert list(printed.text)[6:] == ["Not fitted", "ε_θ / %", *parameters]
+    plain = printed_candidates(candidates_table(*scene(RUNS[0])), "measured")
+    assert "2b / m" not in plain.text and "r" not in plain.text
+    assert len(plain.notes) == 1
+
+
+def test_tables_read_back_say_the_same(tmp_path):
+    frames = {"choice": scene(*RUNS)[0], "candidates": candidates_table(*scene(*RUNS))}
+    for name, frame in frames.items():
+        write_csv(frame, tmp_path / f"{name}.csv")
+    choice, table = (read_csv(tmp_path / f"{name}.csv") for name in frames)
+    assert answers(choice) == answers(frames["choice"])
+    pd.testing.assert_frame_equal(table, frames["candidates"], check_dtype=False)
+
+
+def test_a_campaign_without_a_fit():
+    empty = choice_table([]), parameters_table([])
+    table = candidates_table(*empty)
+    assert list(table) == COLUMNS and table.empty
+    assert printed_candidates(table, "measured").text.empty
+
+
+def test_choices_are_those_stored_with_the_fits():
+    choice = choice_table(campaign()[1])
+    own = choice[(choice["test"] == "b1_marble") & (choice["run"] == 1)].set_index("model")
+    assert own["status"].to_dict() == {
+        "housner": "rejected",
+        "winkler": "rejected",
+        "hunt_crossley": "selected",
+    }
+    assert own["explains"].tolist() == [False, False, True]
+    assert own["noise_ratio"].tolist() == [9e4, 2e3, 1.1]
+    assert own["n_freed"].tolist() == [1, 3, 3]
+    assert own.loc["hunt_crossley", "reason"] == "the smallest that leaves only noise"

@@ -1,0 +1,164 @@
+"""What the report says of made-up evidence, word for word."""
+
+import pytest
+from evidence import NAMED, POSSIBLE, REJECTED, paper, scene
+
+from freerock.models.block import Block
+from freerock.report.evidence import scenes_of
+from freerock.report.scene import unexplained
+from freerock.tables.candidates import candidates_table
+
+BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
+SMALLEST = "it leaves no more than the sensor shows at rest, with as few numbers as the data allow."
+TABLE2 = "Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
+ALONE = "No other candidate that was fitted explains as much with as few numbers."
+GUIDED = "k is that of a block whose base's centre is held sideways (guided): "
+HUNT = "Hunt–Crossley, k = 6.88·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³"
+
+
+def told(*runs, **options):
+    choice, parameters = scene(*runs, **options)
+    (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {"b1": "Slender"})
+    assert found["name"] == "Slender on marble"
+    return found
+
+
+def test_a_rigid_block_on_sharp_corners():
+    run = paper() | {"housner": NAMED}
+    assert told(run, run, run)["sentences"] == [
+        f"Housner explains all 3 runs: {SMALLEST}",
+        ALONE,
+        f"So this is a rigid block on a rigid foundation: r = 0.950. {TABLE2}",
+    ]
+
+
+def test_worn_corners_of_a_rigid_block_are_no_foundation():
+    run = paper(housner_width=NAMED)
+    assert told(run, run)["sentences"] == [
+        f"Housner, width free explains both runs: {SMALLEST}",
+        ALONE,
+        "So this is a rigid block whose edges are not where its width says, as worn corners make it: "
+        f"r = 0.950, 2b = 0.0630 m, 90 % of the block's. {TABLE2}",
+    ]
+
+
+def test_worn_corners_or_a_compliant_foundation():
+    run = paper(housner_width=NAMED) | {"hunt_crossley": POSSIBLE}
+    sentences = told(run, paper(housner_width=NAMED))["sentences"]
+    assert sentences[1] == "The data can't tell it from Hunt–Crossley (in 1 of 2 runs)."
+    assert sentences[2] == (
+        "1 of 2 runs can be a rigid block with worn corners (r = 0.950, 2b = 0.0630 m, 90 % of the block's) "
+        f"as well as a block on a compliant foundation ({HUNT}): these data don't tell. Measure the contact "
+        "width of the corners, or release from other angles, before you quote k and λ."
+    )
+
+
+def test_a_guided_foundation_where_pivoting_was_asked():
+    run = paper(housner_width=REJECTED, hunt_crossley_pivoting=REJECTED) | {"hunt_crossley": NAMED}
+    found = told(run)
+    assert found["sentences"] == [
+        f"Hunt–Crossley explains the run: {SMALLEST}",
+        ALONE,
+        "A rigid block with worn corners does not explain it.",
+        f"{GUIDED}{HUNT}. A block that turns about the corner that stays down (pivoting) does not explain as "
+        "much with as few numbers.",
+    ]
+    assert found["left_out"].startswith("Not fitted: Winkler, pivoting; ")
+
+
+def test_worn_corners_that_the_data_tell_apart():
+    choice, parameters = scene(paper(housner_width=REJECTED) | {"hunt_crossley": NAMED})
+    choice.loc[choice["model"] == "housner_width", "explains"] = True
+    (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    assert found["sentences"][2] == (
+        "A rigid block with worn corners would leave no more than noise in the run as well, but the data "
+        "tell it apart: its BIC is higher by more than 10."
+    )
+
+
+def test_a_guided_foundation_where_pivoting_was_not_asked():
+    assert told(paper() | {"hunt_crossley": NAMED})["sentences"][-1] == (
+        f"{GUIDED}{HUNT}. A block that turns about the corner that stays down (pivoting) was not fitted; its "
+        "k would be another."
+    )
+
+
+def test_a_pivoting_foundation_is_not_that_of_table_2():
+    run = paper(hunt_crossley_pivoting=NAMED)
+    assert told(run, k_hunt_crossley_pivoting=8.6e6)["sentences"][-1] == (
+        "The block turns about the corner that stays down (pivoting): quote Hunt–Crossley, pivoting, "
+        "k = 8.60·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³. Table 2 has k and λ of the paper's models, which hold the "
+        "base's centre sideways; they are not those of this foundation."
+    )
+
+
+def test_guided_or_pivoting():
+    run = paper(winkler_pivoting=POSSIBLE) | {"winkler": NAMED}
+    assert told(run, k_winkler_pivoting=8.6e6)["sentences"][-1] == (
+        "Whether the base's centre is held sideways (guided) or the block turns about the corner that stays "
+        "down (pivoting) these data don't tell, and k depends on it: Winkler, k = 6.88·10⁶ N m⁻², "
+        "c = 2.36·10⁴ N s m⁻²; Winkler, pivoting, k = 8.60·10⁶ N m⁻², c = 2.36·10⁴ N s m⁻²."
+    )
+
+
+def test_runs_that_need_different_candidates():
+    first, other = paper() | {"winkler": NAMED}, paper() | {"hunt_crossley": NAMED}
+    assert told(first, other, other)["sentences"][0] == (
+        "No one candidate is the smallest for all runs: Winkler explains 1 of 3, Hunt–Crossley 2 of 3."
+    )
+
+
+def test_no_candidate_explains_any_run():
+    run = paper(housner_width=REJECTED) | {"hunt_crossley": NAMED}
+    found = told(run, run, explained=False, epsilon=0.02)
+    assert found["sentences"] == [
+        "No candidate explains any of the 2 runs: each leaves more than the sensor shows at rest.",
+        "The nearest is Hunt–Crossley; its parameters depend on how much of a run is fitted, and their "
+        "standard errors don't say how wrong it is.",
+        "Both a rigid block with worn corners (Housner, width free, ε_θ = 2.00 %) and a compliant foundation "
+        "(Winkler, ε_θ = 2.00 %) come as near as published fits do (ε_θ up to 5 %): nearness does not "
+        "show which of them it is.",
+    ]
+    statuses = {row[0].text: row[1].text for row in found["rows"]}
+    assert statuses == dict.fromkeys(["Housner", "Winkler", "Housner, width free"], "rejected in 2") | {
+        "Hunt–Crossley": "nearest in 2"
+    }
+    assert unexplained(scene(run, run, explained=False)[0]) == "No candidate explains both runs."
+
+
+def test_a_run_of_which_none_is_named():
+    found = told(paper(), paper() | {"winkler": NAMED})
+    assert found["sentences"][1:3] == [
+        "No candidate explains 1 of 2 runs: each leaves more than the sensor shows at rest.",
+        "For 1 of 2 runs none is near enough to be named.",
+    ]
+    assert (
+        unexplained(scene(paper(), paper() | {"winkler": NAMED})[0]) == "No candidate explains 1 of 2 runs."
+    )
+    assert unexplained(scene(paper() | {"winkler": NAMED})[0]) == ""
+
+
+@pytest.mark.parametrize(
+    ("explained", "text"),
+    [(True, "Winkler explains them"), (False, "no candidate explains them; the nearest is Winkler")],
+)
+def test_all_runs_jointly(explained, text):
+    run = paper() | {"winkler": NAMED}
+    found = told(run, run, run, joint=True, explained=explained)
+    assert found["sentences"][-1] == f"All runs of t1 jointly: {text}."
+    assert told(run, run, joint=True)["sentences"][-1].startswith("k is that of")
+
+
+def test_table_of_the_evidence():
+    run = paper() | {"hunt_crossley": NAMED}
+    rows = told(run, paper() | {"winkler": NAMED})["rows"]
+    loud = "30.0 times at 1.00–2.00 Hz (p = 1.0·10⁻⁹)"
+    assert [[cell.text for cell in row] for row in rows] == [
+        [name, runs, freed, "0.00100", "0.00200", "–", bic, loud, why]
+        for name, runs, freed, bic, why in (
+            ("Housner", "rejected in 2", "3", "0", "rejected housner"),
+            ("Winkler", "named in 1, rejected in 1", "4", "10", "rejected winkler (run 1 of t1)"),
+            ("Hunt–Crossley", "named in 1, rejected in 1", "4", "20", "rejected hunt_crossley (run 2 of t1)"),
+        )
+    ]
+    assert [row[0].kind for row in rows] == ["", "named", "named"]
