@@ -9,7 +9,7 @@ import xarray as xr
 from freerock.files import write_json
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
-from freerock.products.provenance import inputs_of, provenance
+from freerock.products.provenance import inputs_of, other_software, provenance
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 
@@ -45,9 +45,15 @@ def make_report(
         return open_record(record), open_fits(fits, samples)
 
     raw: dict[str, str] = {}
-    for record, _ in datasets.values():
-        raw |= inputs_of(open_record(record, samples=False))
+    trees: dict[str, xr.DataTree] = {}
+    for test, (record, fits) in datasets.items():
+        trees |= {
+            f"records/{test}": open_record(record, samples=False),
+            f"fits/{test}": open_fits(fits, False),
+        }
+        raw |= inputs_of(trees[f"records/{test}"])
     made_by = provenance([], settings["campaign"]) | {"inputs": raw}
+    made_by["other_software"] = other_software(trees, made_by["software"])
     write_json(output["provenance"], made_by)
     write_report(
         output["html"],

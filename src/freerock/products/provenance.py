@@ -40,6 +40,31 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
     }
 
 
+def other_software(datasets: Mapping[str, xr.DataTree], software: Mapping[str, str]) -> list[dict[str, Any]]:
+    """By what else than this software datasets were made.
+
+    Parameters
+    ----------
+    datasets : mapping of str to xarray.DataTree
+        Records and fits by name.
+    software : mapping
+        Name to version, as `provenance` gives them.
+
+    Returns
+    -------
+    list of dict
+        software (name -> version, those that differ) and datasets (names), for each other set of versions.
+    """
+    found: dict[str, list[str]] = {}
+    for name, tree in datasets.items():
+        versions = json.loads(tree.attrs.get("provenance", "{}")).get("software", software)
+        differing = {key: versions.get(key, "none") for key in {**versions, **software}}
+        differing = {key: version for key, version in differing.items() if version != software.get(key)}
+        if differing:
+            found.setdefault(json.dumps(differing, sort_keys=True), []).append(name)
+    return [{"software": json.loads(key), "datasets": names} for key, names in found.items()]
+
+
 def inputs_of(record: xr.DataTree) -> dict[str, str]:
     """SHA-256 by path of the raw files of a record; none where it failed for an unforeseen reason."""
     made_by = json.loads(record.attrs.get("provenance", '{"inputs": {}}'))

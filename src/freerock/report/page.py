@@ -50,7 +50,7 @@ def write_report(
     path : path
         HTML file to write; replaced in one step.
     provenance : mapping
-        inputs, config, software and git, as `freerock.products.provenance` gives them; config is the
+        inputs, config, software, git and other_software, as in provenance.json; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
         runs, choice, candidates, restitution_comparison and table1 to table3, as
@@ -116,6 +116,7 @@ def _content(
         "inputs": provenance["inputs"],
         "software": provenance["software"],
         "git": provenance["git"],
+        "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": looks()},
     }
 
