@@ -19,11 +19,16 @@ def scene(*runs, explained=True, epsilon=1e-5, joint=False, **changed):
         for rank, model in enumerate(CANDIDATES):
             status = statuses.get(model, NOT_FITTED)
             fitted, named = status != NOT_FITTED, status in (NAMED, POSSIBLE)
-            row = WHERE | {"run": run, "model": model, "status": status, "n_freed": len(MODELS[model]) + 2}
+            row = WHERE | {
+                "run": run,
+                "model": model,
+                "status": status,
+                "n_freed": len(MODELS[model]) + CANDIDATES[model].width + 2,
+            }
             row |= {"explains": named and explained, "reason": f"{status} {model}"}
             if fitted:
                 row |= {"epsilon_theta": epsilon, "epsilon_holdout": 2 * epsilon, "bic": 10.0 * rank}
-                row |= {"noise_p": 0.5 if named else 1e-9, "noise_ratio": 0.9 if named else 30.0}
+                row |= {"noise_p": 0.5 if named else 1e-8, "noise_ratio": 0.9 if named else 30.0}
                 row |= {"noise_low_hz": 1.0, "noise_high_hz": 2.0}
                 names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
                 parameters += [

@@ -6,7 +6,8 @@ from evidence import NAMED, POSSIBLE, paper, scene
 from fabricated import campaign
 
 from freerock.models.laws import CANDIDATES
-from freerock.tables.candidates import COLUMNS, answers, candidates_table, printed_candidates
+from freerock.tables.candidates import COLUMNS, answers, candidates_table
+from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.tidy import choice_table, parameters_table
 
@@ -50,7 +51,7 @@ def test_printed_are_the_candidates_that_were_fitted():
         ["Slender, marble", "Housner", "3", "0", "0", "3"],
         ["", "Winkler", "4", "1", "0", "2"],
         ["", "Hunt–Crossley", "4", "1", "1", "1"],
-        ["", "Housner, width free", "3", "1", "0", "0"],
+        ["", "Housner, width free", "4", "1", "0", "0"],
     ]
     parameters = ["r", "k / (N m⁻²)", "c / (N s m⁻²)", "λ / (N s m⁻³)", "2b / m"]
     assert list(printed.text)[6:] == ["Not fitted", "ε_θ / %", *parameters]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from freerock.files import write_text
-from freerock.tables.candidates import printed_candidates
+from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.markdown import markdown

@@ -15,6 +15,8 @@ from freerock.tables.text import fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
+LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
+LEAST_P = 1e-9  # below it a chance is not told
 STATUS = {
     "selected": "named",
     "nearest": "nearest",
@@ -41,7 +43,7 @@ def scenes_of(
     Returns
     -------
     list of dict
-        name; sentences, a list; heads and rows of the table, one row per candidate that was fitted; left_out,
+        name; sentences, a list; heads and rows of the table, one row per candidate that was asked; left_out,
         a sentence on those that were not.
     """
     found = []
@@ -50,15 +52,18 @@ def scenes_of(
         here = candidates[(candidates["block"] == block) & (candidates["foundation"] == foundation)]
         summary = {row["model"]: row for row in here.to_dict("records")}
         scene = Scene(single, answers(single), summary, blocks[block])
-        joint = answers(own[own["run"].astype(str) == "pooled"])
-        left_out = [MODEL_LABELS[model] for model in summary if not scene.tried(model)]
+        joint = own[own["run"].astype(str) == "pooled"]
+        asked = [model for model in summary if scene.asked(model)]
+        left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
+        rows = [_row(scene, model) for model in asked]
+        used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for row in rows)]
         found.append(
             {
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
                 "sentences": sentences(scene) + jointly(joint, scene.answers),
-                "heads": HEADS,
-                "rows": [_row(scene, model) for model in summary if scene.tried(model)],
-                "left_out": f"Not fitted: {'; '.join(left_out)}." if left_out else "",
+                "heads": [HEADS[i] for i in used],
+                "rows": [[row[i] for i in used] for row in rows],
+                "left_out": f"{LEFT_OUT}: {'; '.join(left_out)}." if left_out else "",
             }
         )
     return found
@@ -67,13 +72,15 @@ def scenes_of(
 def _row(scene: Scene, model: str) -> list[Cell]:
     """A candidate's cells: medians over the runs."""
     run = [scene.choice["test"], scene.choice["run"]]
-    above = scene.choice["bic"] - scene.choice["bic"].groupby(run).transform("min")
+    named = scene.choice["bic"].where(scene.choice["status"] == "selected").groupby(run).transform("max")
     mine = scene.choice["model"] == model
-    own, summed = scene.choice[mine].assign(above=above[mine]), scene.summary[model]
+    own = scene.choice[mine].assign(above=(scene.choice["bic"] - named)[mine])
+    summed, status = scene.summary[model], _status(own)
+    kind = "named" if "named" in status or "possible" in status else "warn" if "nearest" in status else ""
     medians = own[["epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs"]].median()
     return [
-        Cell(MODEL_LABELS[model], kind="named" if summed["n_selected"] + summed["n_also_possible"] else ""),
-        Cell(_status(own)),
+        Cell(MODEL_LABELS[model], kind=kind),
+        Cell(status),
         number(str(summed["n_freed"]), summed["n_freed"]),
         *(number(quantity(100 * each), each) for each in medians),
         number(fixed(own["above"].median(), 0), own["above"].median()),
@@ -97,7 +104,8 @@ def _against_rest(own: pd.DataFrame) -> str:
     band = f"{quantity(worst['noise_low_hz'])}–{quantity(worst['noise_high_hz'])} Hz"
     if worst["noise_ratio"] < 1:
         return "as at rest"
-    return f"{quantity(worst['noise_ratio'])} times at {band} (p = {quantity(worst['noise_p'], digits=2)})"
+    p = f"p = {quantity(worst['noise_p'], digits=2)}" if worst["noise_p"] > LEAST_P else "p < 10⁻⁹"
+    return f"{quantity(worst['noise_ratio'])} times at {band} ({p})"
 
 
 def _reason(own: pd.DataFrame) -> str:

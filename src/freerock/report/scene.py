@@ -1,7 +1,7 @@
 """What is known of a block on a foundation, and which candidate explains its runs, in words."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -47,10 +47,17 @@ class Scene:
         found = {model for each in self.explained for model in each.possible}
         return [model for model in CANDIDATES if model in found]
 
-    def tried(self, model: str) -> bool:
-        """Whether a candidate was fitted to any run."""
-        row = self.summary.get(model)
-        return row is not None and row["n_not_fitted"] < row["n_runs"]
+    def asked(self, model: str) -> bool:
+        """Whether a candidate was fitted to any run, if only by a quick fit: no smaller one explained it."""
+        own = self.choice[self.choice["model"] == model]
+        explaining = self.choice[(self.choice["status"] == "selected") & self.choice["explains"]]
+        enough = own.merge(
+            explaining[["test", "run", "n_freed"]], "left", ["test", "run"], suffixes=("", "_enough")
+        )
+        asked = (enough["status"] != "not_fitted") | ~(enough["n_freed"] > enough["n_freed_enough"]).fillna(
+            False
+        )
+        return bool(asked.any())
 
     def frees_width(self, model: str) -> bool:
         """Whether a candidate's contact width was fitted in runs for which it is possible."""
@@ -88,16 +95,21 @@ def sentences(scene: Scene) -> list[str]:
     ]
 
 
-def jointly(joint: Iterable[Answer], single: Sequence[Answer]) -> list[str]:
-    """What all runs of a record say together, where there are several."""
-    told = []
-    for each in joint:
-        if sum(run.test == each.test for run in single) > 1:
+def jointly(joint: pd.DataFrame, single: Sequence[Answer]) -> list[str]:
+    """What all runs of a record say together, where there are several.
+
+    joint are the rows of the tidy table of joint fits. Nothing is said where none of the candidates that
+    explain a single run was fitted jointly.
+    """
+    told, explaining = [], {model for each in single if each.explained for model in each.possible}
+    for each in answers(joint):
+        fitted = set(joint[(joint["test"] == each.test) & (joint["status"] != "not_fitted")]["model"])
+        several = sum(run.test == each.test for run in single) > 1
+        if several and each.explained:
+            told.append(f"All runs of {each.test} jointly: {MODEL_LABELS[each.model]} explains them.")
+        elif several and (not explaining or explaining & fitted):
             nearest = f"; the nearest is {MODEL_LABELS[each.model]}" if each.model else ""
-            what = f"no candidate explains them{nearest}"
-            if each.explained:
-                what = f"{MODEL_LABELS[each.model]} explains them"
-            told.append(f"All runs of {each.test} jointly: {what}.")
+            told.append(f"All runs of {each.test} jointly: no candidate explains them{nearest}.")
     return told
 
 
@@ -166,7 +178,7 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
         if scene.frees_width(rigid[-1]):
             what = "a rigid block whose edges are not where its width says, as worn corners make it"
         return [f"So this is {what}: {scene.numbers(rigid[-1])}. {needless}"]
-    if soft and not rigid and scene.tried("housner_width"):
+    if soft and not rigid and scene.asked("housner_width"):
         n = scene.summary["housner_width"]["n_explains"]
         if n:
             where = _runs(n, len(scene.answers))
@@ -218,7 +230,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     if not guided:
         return []
     other = "was not fitted; its k would be another"
-    if any(map(scene.tried, PIVOTING)):
+    if any(map(scene.asked, PIVOTING)):
         other = "does not explain as much with as few numbers"
     return [
         f"k is that of a block whose base's centre is held sideways (guided): {_told(scene, guided[0])}. "

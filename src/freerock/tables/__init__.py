@@ -2,6 +2,7 @@
 
 __all__ = [
     "candidates",
+    "candidates_text",
     "csvfile",
     "latex",
     "markdown",

@@ -1,13 +1,10 @@
 """Which candidates explain the runs of each block on each foundation: choices, summed up."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, PARAMETERS, SYMBOLS
-from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed, number
-from freerock.tables.text import quantity, with_unit
+from freerock.models.laws import CANDIDATES
 
 SCENE = ["campaign", "block", "foundation"]
 COUNTS = {
@@ -26,12 +23,6 @@ MEDIANS = {
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
 POSSIBLE = ("selected", "also_possible")
-NOTE = (
-    "Number of runs in which a candidate is named (of those that leave no more than the noise at rest and "
-    "that the data can't tell apart, the one with the fewest numbers; where there is none, the nearest), "
-    "also possible, rejected, or not fitted. ε_θ: median of the runs to which it was fitted; parameters: of "
-    "those in which it is named or possible."
-)
 
 
 class Answer(NamedTuple):
@@ -115,59 +106,3 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
     return pd.DataFrame(rows, columns=COLUMNS).astype({"n_freed": "Int64"})
-
-
-def _head(name: str) -> str:
-    return with_unit(SYMBOLS[MEDIANS[name]], PARAMETERS[MEDIANS[name]].unit)
-
-
-def _median(name: str) -> Column:
-    return Column(_head(name), lambda row: number(quantity(getattr(row, name)), getattr(row, name)))
-
-
-def _count(head: str, name: str) -> Column:
-    return Column(head, lambda row: number(str(getattr(row, name)), getattr(row, name)))
-
-
-PRINTED = (
-    Column("Candidate", lambda row: Cell(MODEL_LABELS[row.model])),
-    _count("Freed", "n_freed"),
-    _count("Named", "n_selected"),
-    _count("Also possible", "n_also_possible"),
-    _count("Rejected", "n_rejected"),
-    _count("Not fitted", "n_not_fitted"),
-    Column("ε_θ / %", lambda row: number(quantity(100 * row.epsilon_theta), row.epsilon_theta)),
-    *map(_median, MEDIANS),
-)
-
-
-def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None = None) -> Printed:
-    """`candidates_table` as printed: a row per candidate that was fitted, grouped by block and foundation.
-
-    Parameters
-    ----------
-    frame : pandas.DataFrame
-        The numbers.
-    origin : str
-        Of the records, "measured" or "simulated".
-    labels : mapping of str to str, optional
-        Printed names of blocks and foundations.
-    """
-    notes = [NOTE, SIMULATED_NOTE] if "simulated" in origin else [NOTE]
-    fitted = frame[frame["n_not_fitted"] < frame["n_runs"]]
-    columns = shown(fitted)
-    labels, text = labels or {}, []
-    for (block, foundation), own in fitted.groupby(["block", "foundation"], sort=False):
-        scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
-        for row in own.itertuples():
-            text.append([scene, *(column.cell(row).text for column in columns)])
-            scene = ""
-    heads = ["Block, foundation", *(column.head for column in columns)]
-    caption = "Candidates that explain the runs"
-    return Printed(fitted, columns, pd.DataFrame(text, columns=heads), caption, notes)
-
-
-def shown(frame: pd.DataFrame) -> Sequence[Column]:
-    """The columns of `PRINTED`, without parameters that no candidate named has."""
-    empty = {_head(name) for name in MEDIANS if frame[name].isna().all()}
-    return [column for column in PRINTED if column.head not in empty]
