@@ -32,6 +32,13 @@ def test_a_rigid_block_on_sharp_corners():
     ]
 
 
+def test_a_campaign_of_rigid_blocks_alone_has_no_k():
+    choice, parameters = scene(paper() | {"housner": NAMED})
+    choice = choice[choice["model"].isin(["housner", "housner_width"])]  # fits.models: [housner]
+    (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
+    assert found["sentences"][-1] == "So this is a rigid block on a rigid foundation: r = 0.950."
+
+
 def test_worn_corners_of_a_rigid_block_are_no_foundation():
     run = paper(housner_width=NAMED)
     assert told(run, run)["sentences"] == [

@@ -9,7 +9,7 @@ import pandas as pd
 
 from freerock.identification.choice import NEAR, TELLS
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, PARAMETERS, SYMBOLS, law_of
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, PARAMETERS, SYMBOLS, law_of
 from freerock.tables.candidates import MEDIANS, Answer, answers, single_runs
 from freerock.tables.text import quantity, unit_text
 
@@ -170,14 +170,11 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
         ]
     if not scene.explained:
         return _neither(scene)
-    needless = (
-        "Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
-    )
     if rigid and not soft:
         what = "a rigid block on a rigid foundation"
         if scene.frees_width(rigid[-1]):
             what = "a rigid block whose edges are not where its width says, as worn corners make it"
-        return [f"So this is {what}: {scene.numbers(rigid[-1])}. {needless}"]
+        return [f"So this is {what}: {scene.numbers(rigid[-1])}.{_needless(scene)}"]
     if soft and not rigid and scene.asked("housner_width"):
         n = scene.summary["housner_width"]["n_explains"]
         if n:
@@ -190,6 +187,15 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
             f"A rigid block with worn corners does not explain {'them' if len(scene.answers) > 1 else 'it'}."
         ]
     return []
+
+
+def _needless(scene: Scene) -> str:
+    """What the paper's foundations are beside a rigid one that explains the runs."""
+    if not any(model in scene.summary for model in PAPER_MODELS if law_of(model).is_foundation):
+        return ""
+    return (
+        " Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
+    )
 
 
 def _neither(scene: Scene) -> list[str]:
