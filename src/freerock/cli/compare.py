@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, printable
 from freerock.files import read_json
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.csvfile import read_csv, write_csv
@@ -53,7 +53,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(chosen: Namespace) -> None:
     """Print what changed."""
     found = compare_results(chosen.a, chosen.b)
-    print(comparison_text(found, chosen.a, chosen.b))
+    print(printable(comparison_text(found, chosen.a, chosen.b)))
     if chosen.csv:
         write_csv(found.parameters, chosen.csv)
 

@@ -1,5 +1,6 @@
 """What every reader gives: the channels of a file, their clocks, and a way to their samples."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from freerock.errors import FreerockError
 
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
+MOST_CHANNELS = 2000
 # Deflate, the densest compression of these formats, shrinks data at most 1032 times.
 DENSEST = 1100
 LITTLE = 1 << 26  # bytes that need no check
@@ -134,9 +136,18 @@ def check_declared(path: Path, n_bytes: float, densest: float = DENSEST) -> None
 
 
 def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
-    """Channels by name, or by group/name where two groups share a name."""
-    short = [c.name for c in channels]
-    names = {c.name if short.count(c.name) == 1 else f"{c.group}/{c.name}": c for c in channels}
+    """Channels by name, or by group/name where two groups share a name.
+
+    Raises
+    ------
+    FreerockError
+        No channel, or more than any record has.
+    """
+    if len(channels) > MOST_CHANNELS:
+        what = f"the file has {len(channels)} channels, more than {MOST_CHANNELS}"
+        raise FreerockError(path, what, "export those of the record alone")
+    short = Counter(c.name for c in channels)
+    names = {c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels}
     if not names:
         raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
     return names

@@ -30,10 +30,11 @@ from freerock.records.channels import (
     check_declared,
     listed,
 )
-from freerock.records.headings import also_stated, is_time, split_unit, stated_rate
+from freerock.records.headings import also_stated, is_time, split_unit, stated_rate, states_rate
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
+DEEPEST = 50  # groups above an array
 WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
 
 Attributes = Mapping[str, Any]
@@ -69,6 +70,7 @@ def numeric_arrays(path: Path, file: h5py.File) -> dict[str, h5py.Dataset]:
 
     def look(name: str, item: h5py.HLObject) -> None:
         real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
+        real = real and name.count("/") <= DEEPEST
         if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
             found[name] = item
 
@@ -102,7 +104,11 @@ def _contents(
 ) -> Contents:
     """Channels of the vectors among arrays by path; attributes are of arrays and of groups, "" the file."""
     vectors = [name for name, array in arrays.items() if len(array.shape) == 1 and array.shape[0] > 1]
-    single = {name: float(_values(arrays[name])) for name in arrays if prod(arrays[name].shape) == 1}
+    single: dict[str, dict[str, float]] = {}  # by group
+    for name, array in arrays.items():
+        group, _, last = name.rpartition("/")
+        if prod(array.shape) == 1 and states_rate({last: 1.0}):
+            single.setdefault(group, {})[last] = float(_values(array).item())
     times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
     channels: list[Channel] = []
     without: list[str] = []
@@ -113,7 +119,7 @@ def _contents(
         folders = _above(name)
         time = next((times[folder] for folder in folders if folder in times), None)
         clock: Even | Stamps | str | None
-        beside = {name.rpartition("/")[2]: x for name, x in single.items() if _above(name)[0] in folders}
+        beside = {last: x for folder in folders for last, x in single.get(folder, {}).items()}
         levels: list[Mapping[str, object]]
         levels = [_numbers(attributes[name]), *(_numbers(attributes[folder]) for folder in folders), beside]
         if time:

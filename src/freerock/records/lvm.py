@@ -17,6 +17,7 @@ from freerock.records.table import NUMBER, Layout, described, encoding_of, table
 
 FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
+MOST_SEGMENTS = 5000  # each takes pandas a millisecond
 LOOK = 100  # rows in which the decimal comma is looked for
 X = "X_Value"
 
@@ -94,6 +95,9 @@ def _segments(path: Path, encoding: str) -> list[Segment]:
         for n, line in lines:
             if line.strip():
                 where = f"segment {len(segments) + 1}"
+                if len(segments) == MOST_SEGMENTS:
+                    what = f"the file has more than {MOST_SEGMENTS} segments"
+                    raise FreerockError(path, what, "write it in fewer, or export it as one table")
                 fields = _header(path, chain([(n, line)], lines), delimiter, where)
                 segments.append(_segment(path, lines, fields, delimiter, where))
     if not segments:

@@ -18,7 +18,7 @@ from scipy.io.matlab import matfile_version
 from freerock.errors import FreerockError
 from freerock.records.channels import Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.hdf5 import numeric_arrays, opened
-from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate
+from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
 from freerock.records.mat5 import matrices
 
 FORMAT = "MAT"
@@ -57,7 +57,7 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
     shapes = {name: tuple(map(int, shape)) for name, shape in all_shapes.items() if 0 not in shape}
     for shape in shapes.values():
         check_declared(path, 8.0 * prod(shape))
-    scalars = [name for name, shape in shapes.items() if prod(shape) == 1]
+    scalars = [name for name, shape in shapes.items() if prod(shape) == 1 and states_rate({name: 1.0})]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
     matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
     times = [name for name in vectors if is_time(name)]
@@ -95,7 +95,8 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
 
 
 def _loaded(load: Load, names: Sequence[str]) -> dict[str, NDArray[Any]]:
-    return {name: load(names)[name] for name in names} if names else {}
+    loaded = load(names) if names else {}
+    return {name: loaded[name] for name in names}
 
 
 def _column(arrays: Mapping[str, NDArray[Any]], column: Column) -> Samples:
