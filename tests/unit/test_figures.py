@@ -17,7 +17,6 @@ from freerock.figures import foundation_effect, misfit_map, models, predictions,
 from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
-from freerock.products.misfit_maps import open_misfit_maps
 from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
@@ -339,7 +338,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     monkeypatch.setattr("freerock.jobs.misfit.open_fits", files.__getitem__)
     settings = {"blocks": {name: vars(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
-    figure, data = misfit_map.draw(*open_misfit_maps(tmp_path / "misfit_map.nc"), LABELS)
+    figure, data = misfit_map.draw(misfit_map.read(tmp_path / "misfit_map.nc"), "simulated", LABELS)
     identified = data[data["quantity"] == "identified"]
     assert identified["run"].tolist() == ["1", "2", "pooled"]
     assert identified["correlation"].abs().max() <= 1

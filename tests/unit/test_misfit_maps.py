@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.estimate import Estimate
-from freerock.identification.misfit import MisfitMap
+from freerock.identification.estimate import Estimate, MisfitMap
 from freerock.products.misfit_maps import open_misfit_maps, record_map, write_misfit_maps
 
 
@@ -20,8 +19,7 @@ def made_up(test="a"):
 
 def test_maps_come_back(tmp_path):
     write_misfit_maps(tmp_path / "maps.nc", [made_up(), made_up("b")], "lab", "simulated")
-    maps, origin = open_misfit_maps(tmp_path / "maps.nc")
-    assert origin == "simulated"
+    maps = open_misfit_maps(tmp_path / "maps.nc")
     assert [(each.test, each.block, each.foundation) for each in maps] == [
         ("a", "tall", "mat"),
         ("b", "tall", "mat"),
@@ -36,7 +34,7 @@ def test_maps_come_back(tmp_path):
 
 def test_a_campaign_without_fits_has_no_map(tmp_path):
     write_misfit_maps(tmp_path / "maps.nc", [], "lab", "measured")
-    assert open_misfit_maps(tmp_path / "maps.nc") == ([], "measured")
+    assert open_misfit_maps(tmp_path / "maps.nc") == []
 
 
 def test_same_maps_same_bytes(tmp_path):

@@ -26,12 +26,10 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
-from freerock.identification.misfit import SPAN
 from freerock.models.laws import MODEL_LABELS
-from freerock.products.misfit_maps import RecordMap, open_misfit_maps
+from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
 from freerock.tables.text import quantity
 
-MODEL = "hunt_crossley"
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 OF_A_RUN: Style = {"marker": "o", "color": "black", "linestyle": ""}
@@ -41,7 +39,7 @@ COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "eps
 
 def read(path: str) -> list[RecordMap]:
     """The misfit maps of a campaign, see `freerock.products.misfit_maps`."""
-    return open_misfit_maps(path)[0]
+    return open_misfit_maps(path)
 
 
 @printed
@@ -123,7 +121,7 @@ def _panel(ax: Axes, record: RecordMap) -> None:
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         marked = (np.log([each.k / k[0], each.damping / damping[0]]) for each in record.identified)
         gaps = [np.hypot(*(at - marker)) for marker in marked]
-        text.set_visible(min(gaps) > 0.2 * SPAN)
+        text.set_visible(min(gaps) > 0.1 * np.log(k[-1] / k[0]))
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
 
 

@@ -1,7 +1,6 @@
 """The misfit map: how far ε_θ rises around the two parameters that were identified on a run."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -9,6 +8,7 @@ from scipy.interpolate import CubicSpline
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, Rules
 from freerock.models.simulate import Solver, simulate_fitted
@@ -18,34 +18,6 @@ CELLS = 25  # each way
 FINER = 4 * CELLS - 3  # points each way of the finer grid, between whose cells θ(t) is interpolated
 MOST_SAMPLES = 1000
 RTOL = 1e-4  # of the integrator
-
-
-@dataclass(frozen=True)
-class MisfitMap:
-    """ε_θ over two parameters, on a grid and on a finer one for contours.
-
-    Parameters
-    ----------
-    names : tuple of str
-        The two parameters, such as k and lambda.
-    first, second : ndarray, shape (n,)
-        Values of the two parameters along the grid's sides [SI].
-    epsilon_theta : ndarray, shape (n, n)
-        ε_θ as a fraction; a row per value of the second parameter, a column per value of the first.
-    first_finer, second_finer : ndarray, shape (m,)
-        The same on the finer grid [SI].
-    epsilon_finer : ndarray, shape (m, m)
-        ε_θ on the finer grid, with θ(t) interpolated between the cells of the grid: the map's trough may be
-        narrower than a cell.
-    """
-
-    names: tuple[str, str]
-    first: Floats
-    second: Floats
-    epsilon_theta: Floats
-    first_finer: Floats
-    second_finer: Floats
-    epsilon_finer: Floats
 
 
 def misfit_map(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy import stats
+from scipy.special import chdtrc, fdtrc
 
 from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate, of_single_runs
@@ -69,7 +69,7 @@ def _answers(estimates: list[Estimate]) -> list[dict[str, Any]]:
         if n_runs > n_blocks:
             scatter = math.sqrt(within[i] / (n_runs - n_blocks))
             f_ratio = between[i] / (n_blocks - 1) / scatter**2
-            f_p = float(stats.f.sf(f_ratio, n_blocks - 1, n_runs - n_blocks))
+            f_p = float(fdtrc(n_blocks - 1, n_runs - n_blocks, f_ratio))
         answers.append(
             {
                 "parameter": name,
@@ -91,7 +91,7 @@ def _likelihood_ratio(estimates: list[Estimate], blocks: Collection[list[Estimat
     """-2 ln of the ratio of one mean for all blocks to one per block, and its p-value."""
     ratio = _misfit(estimates) - sum(_misfit(own) for own in blocks)
     n_parameters = len(estimates[0].parameters)
-    return ratio, float(stats.chi2.sf(ratio, n_parameters * (len(blocks) - 1)))
+    return ratio, float(chdtrc(n_parameters * (len(blocks) - 1), ratio))
 
 
 def _misfit(estimates: list[Estimate]) -> float:

@@ -11,10 +11,8 @@ from freerock.identification.misfit import misfit_map
 from freerock.models.block import Block
 from freerock.products.estimates import estimates_in
 from freerock.products.groups import one_of_each
-from freerock.products.misfit_maps import RecordMap, record_map, write_misfit_maps
+from freerock.products.misfit_maps import MODEL, RecordMap, record_map, write_misfit_maps
 from freerock.products.netcdf import open_fits
-
-MODEL = "hunt_crossley"
 
 
 def make_misfit_maps(

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from freerock.identification.estimate import Estimate
-from freerock.identification.misfit import MisfitMap
+from freerock.identification.estimate import Estimate, MisfitMap
 from freerock.products.names import root_attributes
 from freerock.products.storage import open_product, write_groups
+
+MODEL = "hunt_crossley"  # the law that is mapped
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,8 @@ def write_misfit_maps(path: str | Path, maps: Sequence[RecordMap], campaign: str
     write_groups(path, groups)
 
 
-def open_misfit_maps(path: str | Path) -> tuple[list[RecordMap], str]:
-    """The misfit maps of a campaign, and the origin of its records.
+def open_misfit_maps(path: str | Path) -> list[RecordMap]:
+    """The misfit maps of a campaign.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def open_misfit_maps(path: str | Path) -> tuple[list[RecordMap], str]:
         No such file, damaged, or another dataset.
     """
     tree = open_product(path, "misfit_map", of="a campaign")
-    return [_record_map(node.to_dataset()) for node in tree.children.values()], str(tree.attrs["origin"])
+    return [_record_map(node.to_dataset()) for node in tree.children.values()]
 
 
 def _group(each: RecordMap) -> xr.Dataset:

@@ -1,7 +1,6 @@
 """Angular rate of a sampled rotation."""
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from freerock.arrays import Floats
 
@@ -27,4 +26,7 @@ def angular_rate(time_s: Floats, theta: Floats, window_s: float = WINDOW_S) -> F
     window = max(5, 2 * round(window_s / step / 2) + 1)
     if len(time_s) <= window:
         return np.full(len(time_s), np.nan)
-    return np.asarray(savgol_filter(theta, window, 2, deriv=1, delta=step, mode="nearest"))
+    half = window // 2
+    lever = np.arange(-half, half + 1.0)
+    around = np.pad(theta, half, mode="edge")
+    return np.asarray(np.correlate(around, lever, "valid") / (step * lever @ lever))
