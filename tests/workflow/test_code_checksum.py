@@ -53,7 +53,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
     package = tmp_path / "m/freerock"
     package.mkdir(parents=True)
     (package / "__init__.py").touch()
-    workflow._files.cache_clear()
+    workflow._package.cache_clear()
     monkeypatch.setattr("freerock.jobs.reruns.PACKAGE", package)
     told = set()
     for folder in ("a", "z"):
@@ -62,7 +62,7 @@ def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatc
         script.write_text("import freerock\n")
         assert str(package / "__init__.py") in code(script)
         told.add(code_checksum(script))
-    workflow._files.cache_clear()
+    workflow._package.cache_clear()
     assert len(told) == 1
 
 
@@ -76,7 +76,7 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
         (package / name).touch()
 
     def checksum():
-        for cached in (code_checksum, workflow._imported, workflow._files, workflow._sha256):
+        for cached in (code_checksum, workflow._imported, workflow._package, workflow._line):
             cached.cache_clear()
         return code_checksum(script)
 
@@ -107,7 +107,7 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
 def test_forms_of_imports(tmp_path, text, modules):
     script = tmp_path / "script.py"
     script.write_text(text + "\n")
-    found = {path.stem for path in workflow._imported(script)}
+    found = {Path(path).stem for path in workflow._imported(str(script))}
     assert found == {"__init__", *modules}
 
 
