@@ -9,20 +9,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import (
-    FOUNDATION_STYLES,
-    Labels,
-    footer,
-    gathered,
-    label,
-    legend_above,
-    of_run,
-    panel,
-    printed,
-    size,
-    thin,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Labels, printed
 from freerock.products.groups import usable_runs
 
 
@@ -41,41 +29,43 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
         Columns block, foundation, test, run, time_s (since the release), theta_deg.
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
-    styles = dict(zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(FOUNDATION_STYLES)))
+    looks = dict(
+        zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(style.FOUNDATION_STYLES))
+    )
     curves: dict[tuple[str, str], pd.DataFrame] = {}
     for tree in records:
         for number, run in list(usable_runs(tree).items())[:1]:
             scene = (tree.attrs["block"], tree.attrs["foundation"])
             curves.setdefault(scene, _curve(tree, number, run))
 
-    figure = Figure(figsize=size(0.6 + 1.75 * len(blocks)))
+    figure = Figure(figsize=style.size(0.6 + 1.75 * len(blocks)))
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
         drawn = []
-        for foundation, style in styles.items():
+        for foundation, look in looks.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
-                ax.plot(curve["time_s"], curve["theta_deg"], **style)
-                drawn.append(of_run(*curve[["test", "run"]].iloc[0]))
-        title = ": ".join(filter(None, [label(labels, block), "; ".join(drawn)]))
-        ax.set_title(wrapped(panel(i, len(blocks), title), 0.9), loc="left")
+                ax.plot(curve["time_s"], curve["theta_deg"], **look)
+                drawn.append(style.of_run(*curve[["test", "run"]].iloc[0]))
+        title = ": ".join(filter(None, [style.label(labels, block), "; ".join(drawn)]))
+        ax.set_title(style.wrapped(style.panel(i, len(blocks), title), 0.9), loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")
-    legend_above(
-        axes[0], [Line2D([], [], **style, label=label(labels, name)) for name, style in styles.items()]
+    style.legend_above(
+        axes[0], [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
     )
-    footer(figure, origin)
+    style.footer(figure, origin)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
-    return figure, gathered(curves.values(), columns)
+    return figure, style.gathered(curves.values(), columns)
 
 
 def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
     time = tree.dataset["time"].values
     release, end = run.dataset["release"].item(), run.dataset["end"].item()
     during = np.flatnonzero((time >= release) & (time <= end))
-    during = during[thin(len(during))]
+    during = during[style.thin(len(during))]
     return pd.DataFrame(
         {
             "block": tree.attrs["block"],

@@ -7,22 +7,8 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    MEASURED,
-    MODEL_STYLES,
-    Labels,
-    footer,
-    gathered,
-    label,
-    legend_above,
-    of_run,
-    panel,
-    printed,
-    scaled,
-    size,
-    thin,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Labels, printed
 from freerock.models.laws import LAWS
 from freerock.products.groups import runs_of
 from freerock.tables.text import quantity
@@ -44,17 +30,17 @@ def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tup
         (model minus measured).
     """
     drawn = [(tree, *next(iter(runs_of(tree).items()), (None, None))) for tree in fits]
-    figure = Figure(figsize=size(0.5 + 3.0 * len(fits)))
+    figure = Figure(figsize=style.size(0.5 + 3.0 * len(fits)))
     axes = figure.subplots(2 * len(fits), squeeze=False, height_ratios=[2.2, 1] * len(fits))[:, 0]
     parts = []
     for i, (tree, number, run) in enumerate(drawn):
         motion, residual = axes[2 * i : 2 * i + 2]
         residual.sharex(motion)
         motion.tick_params(labelbottom=False)
-        names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        shown = "" if run is None else f": {of_run(tree.attrs['test'], number)}"
-        title = panel(i, len(drawn), ", ".join(names) + shown)
-        motion.set_title(wrapped(title, 0.9), loc="left")
+        names = [style.label(labels, tree.attrs[key]) for key in ("block", "foundation")]
+        shown = "" if run is None else f": {style.of_run(tree.attrs['test'], number)}"
+        title = style.panel(i, len(drawn), ", ".join(names) + shown)
+        motion.set_title(style.wrapped(title, 0.9), loc="left")
         motion.set_ylabel("θ / °")
         residual.set_ylabel("residual / °")
         residual.set_xlabel("time since release / s")
@@ -64,28 +50,28 @@ def draw(fits: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tup
         curves = _curves(tree, number, run)
         parts.append(curves)
         measured = curves[curves["source"] == "measured"]
-        thick = MEASURED | {"linewidth": scaled(MEASURED["linewidth"])}
+        thick = style.MEASURED | {"linewidth": style.scaled(style.MEASURED["linewidth"])}
         motion.plot(measured["time_s"], measured["theta_deg"], **thick)
         for model in LAWS:
             own = curves[curves["source"] == model]
             if len(own):
-                style = MODEL_STYLES[model]
+                look = style.MODEL_STYLES[model]
                 fit = run.children[model].dataset
                 epsilon = quantity(100 * fit["epsilon_theta"].item())
                 failed = "" if fit["success"].item() else " (failed fit)"
-                named = style | {"label": f"{style['label']}, $ε_θ$ = {epsilon} %{failed}"}
+                named = look | {"label": f"{look['label']}, $ε_θ$ = {epsilon} %{failed}"}
                 motion.plot(own["time_s"], own["theta_deg"], **named)
-                residual.plot(own["time_s"], own["residual_deg"], **style)
+                residual.plot(own["time_s"], own["residual_deg"], **look)
         motion.set_xlim(left=0)
-        legend_above(motion)
+        style.legend_above(motion)
     figure.align_ylabels(axes)
-    footer(figure, origin)
+    style.footer(figure, origin)
     columns = ["test", "run", "source", "time_s", "theta_deg", "residual_deg"]
-    return figure, gathered(parts, columns)
+    return figure, style.gathered(parts, columns)
 
 
 def _curves(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
-    drawn = thin(run.sizes["time"])
+    drawn = style.thin(run.sizes["time"])
     measured = run.dataset["theta"].values[drawn]
     sources = {"measured": measured}
     sources |= {

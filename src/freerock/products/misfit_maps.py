@@ -26,15 +26,7 @@ class Identified:
 
 @dataclass(frozen=True)
 class RecordMap:
-    """The misfit map of the first run of a record, and what was identified on all its runs.
-
-    Parameters
-    ----------
-    test, block, foundation : str
-    map : MisfitMap
-        Around the first of the identified values.
-    identified : sequence of Identified
-    """
+    """What was identified on the runs of a record, and the misfit map around the first of these values."""
 
     test: str
     block: str

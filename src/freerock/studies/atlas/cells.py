@@ -48,18 +48,7 @@ Methods = Mapping[str, tuple[Method, float, float]]
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of a map.
-
-    Parameters
-    ----------
-    map : str
-        Name of the map.
-    problem : Problem
-    x, y : (str, float)
-        The quantities varied, and their values in the cell.
-    pipeline : str
-        What the analysis does in the cell.
-    """
+    """One cell of a map: the quantities varied with their values, and what the analysis does there."""
 
     map: str
     problem: Problem
@@ -70,20 +59,9 @@ class Cell:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What happened to a method.
+    """What happened to a method: one of STATES, why, and the value of the measure that it is judged by.
 
-    Parameters
-    ----------
-    state : str
-        One of STATES.
-    cause : str
-        Why.
-    value : float
-        What the state is judged by.
-    evaluations : float
-        Evaluations of the right-hand side; NaN where they are not counted.
-    measure : str
-        What the value is.
+    Evaluations are those of the right-hand side, NaN where they are not counted.
     """
 
     state: str
