@@ -96,6 +96,23 @@ def test_a_column_of_time_and_a_statement(tmp_path):
     assert read_record(path).attrs["sampling_rate_hz"] == pytest.approx(1000)
 
 
+def lvm(path, delta, step):
+    rows = "".join(f"{n * step:.6f}\t{v:.4f}\n" for n, v in enumerate(VOLTS))
+    header = f"Samples\t{N}\nDelta_X\t{delta}\n***End_of_Header***\nX_Value\tlaser\n"
+    path.write_text(f"LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\n{header}{rows}")
+    return path
+
+
+def test_the_interval_of_an_lvm_header_and_its_column_of_time(tmp_path):
+    for delta in (0.0005, 1.0):  # 1: LabVIEW knows none
+        assert read_record(lvm(tmp_path / "a.lvm", delta, 0.0005)).attrs["sampling_rate_hz"] == pytest.approx(
+            2000
+        )
+    assert refusal(lvm(tmp_path / "a.lvm", 0.0005, 0.001)) == (
+        f"one clock gives 1000 Hz, and the file states 2000 Hz{REMEDY}its unit, or leave it out"
+    )
+
+
 def test_milliseconds_that_are_taken_for_seconds_contradict_a_statement(tmp_path):
     path = text(tmp_path / "a.csv", "fs = 2000 Hz", "time;V", step=0.5)
     assert refusal(path).startswith("one clock gives 2 Hz, and the file states 2000 Hz; correct ")

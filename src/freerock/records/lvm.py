@@ -63,7 +63,7 @@ def contents(path: Path) -> Iterator[Contents]:
     if any(s.names != first.names for s in segments):
         raise FreerockError(path, "its segments hold different channels", "split it, one file per segment")
     channels = [
-        Channel(name, first.cell("Y_Unit_Label", i), i, _clock(path, segments, i))
+        Channel(name, first.cell("Y_Unit_Label", i), i, _clock(path, segments, i), also=_stated(first, i))
         for i, name in enumerate(first.names)
         if i and name not in (X, "Comment", "")
     ]
@@ -162,6 +162,12 @@ def _clock(path: Path, segments: Sequence[Segment], column: int) -> Even | Stamp
         raise FreerockError(path, what, "write the file with one X column")
     start = first.value("X0", column)
     return Even(step, start if np.isfinite(start) else 0.0)
+
+
+def _stated(segment: Segment, column: int) -> tuple[Even, ...]:
+    """The interval that a header states; LabVIEW writes 1 where it knows none."""
+    step = segment.value("Delta_X", column)
+    return (Even(step),) if step > 0 and step != 1 else ()
 
 
 def _refuse_short(path: Path, segments: Sequence[Segment], parts: Tables, column: int) -> None:
