@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.candidates import candidates, n_freed, start_for
+from freerock.identification.candidates import candidates, n_freed, start_for, start_of_runs
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.screening import screen
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS
+from freerock.models.laws import CANDIDATES, GEOMETRIC, KINEMATICS, LAWS, Rules
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 
@@ -20,9 +20,11 @@ FREE = {law: ("theta0", "t0") for law in LAWS}
 MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
 
 
-def motion(block=BLOCK, sigma=1e-4, model="hunt_crossley", values=MARBLE, theta0_deg=10.0, span=4.0):
+def motion(
+    block=BLOCK, sigma=1e-4, model="hunt_crossley", values=MARBLE, theta0_deg=10.0, span=4.0, rules=GEOMETRIC
+):
     time, theta0 = np.arange(0, span, 5e-4), math.radians(theta0_deg)
-    theta, _ = simulate_theta(model, block, values, time, theta0=theta0, solver=Solver(1e-10))
+    theta, _ = simulate_theta(model, block, values, time, theta0=theta0, rules=rules, solver=Solver(1e-10))
     noise = np.random.default_rng(3).normal(0, sigma, len(time))
     return Motion(time, theta + noise, sigma, theta0, 2e-5, 2e-4)
 
@@ -62,6 +64,42 @@ def test_a_rival_starts_where_the_best_smaller_candidate_ended():
     assert start_for("housner_width", fits) is None  # r and width are scanned together
     assert start_for("winkler_width", {"winkler": replace(fits["winkler"], success=False)}) is None
     assert start_for("winkler", fits) is None
+
+
+def test_a_joint_fit_starts_from_the_means_of_its_runs_width_included():
+    worn = replace(BLOCK, contact_width_m=0.065)
+    runs = [motion(worn, model="housner", values={"r": r}) for r in (0.92, 0.94)]
+    fits = [fit_run("housner_width", BLOCK, run) for run in runs]
+    start = start_of_runs(fits)
+    assert start == pytest.approx({"r": 0.93, "width": 0.065}, rel=1e-4)
+    assert start_of_runs([replace(fit, success=False) for fit in fits]) is None
+    alike = [motion(worn, model="housner", values={"r": 0.93}, theta0_deg=angle) for angle in (9, 10)]
+    joint = fit_record("housner_width", BLOCK, alike, start=start)
+    assert joint.success and joint.diagnostics["residual_over_sigma"] < 1.1
+    assert joint.value[:2] == pytest.approx([0.93, 0.065], rel=1e-4)
+
+
+def test_a_pivoting_block_is_found_from_the_guided_fit_that_is_far_off():
+    squat = Block(height_m=0.14, width_m=0.07, mass_kg=2.98)
+    run = motion(squat, theta0_deg=20, rules=Rules(kinematics="pivoting"))
+    guided = {"hunt_crossley": fit_run("hunt_crossley", squat, run)}
+    assert guided["hunt_crossley"].value[0] < 0.7 * MARBLE["k"]
+    start = start_for("hunt_crossley_pivoting", guided)
+    found = screen("hunt_crossley_pivoting", squat, run, FitSettings(), start)
+    assert found.values["k"] == pytest.approx(MARBLE["k"], rel=0.05)
+    assert np.std(found.residual) == pytest.approx(run.sigma_theta, rel=0.1)
+
+
+@pytest.mark.parametrize("r, share", [(0.98, 0.98), (0.8, 0.85), (0.986, 0.755), (0.95, 0.91)])
+def test_a_rigid_block_with_worn_corners_is_found(r, share):
+    """The third from the nominal width alone ended with the width at its bound."""
+    worn = replace(BLOCK, contact_width_m=share * BLOCK.width_m)
+    run = motion(worn, model="housner", values={"r": r}, span=8.0)
+    fit = fit_run("housner_width", BLOCK, run)
+    assert fit.success and fit.diagnostics["residual_over_sigma"] < 1.1
+    truth = {"r": r, "width": worn.contact_width_m}
+    for name, value, stderr in zip(fit.parameters, fit.value, fit.stderr, strict=True):
+        assert name not in truth or abs(value - truth[name]) < 4 * stderr, name
 
 
 def test_a_screening_finds_what_the_fit_finds_from_fewer_samples():

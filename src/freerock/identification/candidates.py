@@ -1,6 +1,6 @@
 """Which candidates there are for a run: few freed numbers first; and where a fit of each starts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -66,6 +66,19 @@ def start_for(model: str, fits: Mapping[str, Fit]) -> dict[str, float] | None:
     found = dict(zip(best.parameters, best.value.tolist(), strict=True))
     traces = {name: PARAMETERS[name].trace * found["k"] for name in MODELS[model]}
     return traces | found
+
+
+def start_of_runs(fits: Iterable[Fit]) -> dict[str, float] | None:
+    """Where the joint fit of a candidate starts: the means of what its usable fits of single runs found.
+
+    Those of the parameters and, where it was freed, of the width [SI]; None where no fit may be used.
+    """
+    usable = [fit for fit in fits if fit.success]
+    if not usable:
+        return None
+    values = [dict(zip(fit.parameters, fit.value.tolist(), strict=True)) for fit in usable]
+    common = [name for name in (*MODELS[usable[0].model], "width") if name in values[0]]
+    return {name: float(np.mean([each[name] for each in values])) for name in common}
 
 
 def _extended(model: str) -> list[str]:

@@ -82,6 +82,10 @@ class Problem:
         Impacts that have a restitution of their own; the last one's is that of all further ones.
     rtol : float
         Of the integrator.
+    fine : float
+        Loosest rtol of the derivatives.
+    stride : float
+        Times the steps of the difference quotients, which a looser `fine` asks for.
     """
 
     model: str
@@ -91,6 +95,8 @@ class Problem:
     r_low: float
     n_impacts: int = 0
     rtol: float = COARSE
+    fine: float = FINE
+    stride: float = 1.0
 
     @cached_property
     def common(self) -> tuple[str, ...]:
@@ -263,9 +269,9 @@ class Problem:
     def jacobian(self, x: Floats, samples: Samples, central: bool = False) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
-        The steps are about as small as the smallest standard errors, which asks for the tolerance `FINE`.
+        The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
         """
-        rtol = min(self.rtol, FINE)
+        rtol = min(self.rtol, self.fine)
         jacobian = np.zeros((len(samples.time_s), len(x)))
         n_common, n_own = len(self.common), len(self.own)
         for i, run in enumerate(samples.runs):
@@ -276,7 +282,7 @@ class Problem:
                 if name == "t0":
                     jacobian[run, column] = -rate
                     continue
-                up, step = np.array(x, dtype=float), parameter_of(name).step
+                up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
                 up[column] += step
                 quotient = self.motion(up, i, samples.time_s[run], rtol)
                 if central:

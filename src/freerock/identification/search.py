@@ -15,7 +15,7 @@ from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
-POOR = 4.0  # times the noise: a given start that ends above it may be in a false minimum
+POOR = 1.1  # times the noise: a given start that ends above it may be in a false minimum
 
 
 def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem, Solution, Resolution]:
