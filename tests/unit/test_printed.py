@@ -40,7 +40,7 @@ def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
 
 def test_recovered_values_are_written_in_three_forms(tables, tmp_path):
     write_csv(tables["parameters"], tmp_path / "parameters.csv")
-    truth = {("b1_marble", 1, "k"): 6.88e6}
+    truth = {("b1_marble", 1, "hunt_crossley", "k"): 6.88e6}
     print_recovered(tmp_path / "parameters.csv", truth, tmp_path / "recovered")
     text = printed_recovered(recovered_table(tables["parameters"], truth)).text
     assert text["Truth"].tolist() == ["6.8800·10⁶"]

@@ -6,7 +6,7 @@ from freerock.tables.tidy import parameters_table
 
 
 def test_recovered_compares_runs_with_the_truth():
-    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    truth = {("b1_marble", 1, "hunt_crossley", name): v for name, v in (("k", 6.88e6), ("lambda", 1.25e8))}
     table = recovered_table(parameters_table(campaign()[1]), truth)
     assert table["parameter"].tolist() == ["k", "lambda"]
     assert table["inside"].tolist() == [True, False]

@@ -13,7 +13,11 @@ TRUTH = {"one": {"model": "winkler", "runs": [{"k": 1e6, "c": 1e3}, {"k": 2e6, "
 def test_truth_is_read_as_it_was_written(tmp_path):
     write_truth(tmp_path, TRUTH)
     truth = read_truth(tmp_path / "truth.json")
-    assert truth == {("one", 1, "k"): 1e6, ("one", 1, "c"): 1e3, ("one", 2, "k"): 2e6, ("one", 2, "c"): 2e3}
+    assert truth == {
+        ("one", run, "winkler", name): value
+        for run, one in enumerate(TRUTH["one"]["runs"], 1)
+        for name, value in one.items()
+    }
 
 
 def changed(**run):

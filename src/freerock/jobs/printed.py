@@ -39,7 +39,7 @@ def print_tables(
 
 
 def print_recovered(
-    parameters: str | Path, truth: Mapping[tuple[str, int, str], float], stem: str | Path
+    parameters: str | Path, truth: Mapping[tuple[str, int, str, str], float], stem: str | Path
 ) -> None:
     """Write the identified values of a simulated campaign beside the true ones: `stem`.csv, .md and .tex.
 
@@ -47,8 +47,8 @@ def print_recovered(
     ----------
     parameters : path
         CSV file of the tidy table.
-    truth : mapping of (str, int, str) to float
-        True value by test, run and parameter [SI].
+    truth : mapping of (str, int, str, str) to float
+        True value by test, run, model and parameter [SI].
     stem : path
         Path without suffix.
     """

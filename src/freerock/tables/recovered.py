@@ -23,15 +23,17 @@ RECOVERED = (
 )
 
 
-def recovered_table(parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str], float]) -> pd.DataFrame:
+def recovered_table(
+    parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str, str], float]
+) -> pd.DataFrame:
     """Values identified in a simulated campaign beside those it was simulated with.
 
     Parameters
     ----------
     parameters : pandas.DataFrame
         Tidy table.
-    truth : mapping of (str, int, str) to float
-        True value by test, run and parameter of the Hunt–Crossley model, SI units.
+    truth : mapping of (str, int, str, str) to float
+        True value by test, run, model and parameter, SI units; other models are left out.
 
     Returns
     -------
@@ -39,11 +41,10 @@ def recovered_table(parameters: pd.DataFrame, truth: Mapping[tuple[str, int, str
         Columns test, run, parameter, unit, truth, value, ci95_low, ci95_high, error_percent, inside (the
         truth lies in the 95 % interval).
     """
-    known = {(test, str(run), name): value for (test, run, name), value in truth.items()}
-    keys = zip(parameters["test"], parameters["run"].astype(str), parameters["parameter"], strict=True)
+    keys = parameters[["test", "run", "model", "parameter"]].astype(str).itertuples(index=False, name=None)
+    known = {(test, str(run), model, name): value for (test, run, model, name), value in truth.items()}
     true = pd.Series([known.get(key, math.nan) for key in keys], parameters.index, float)
-    chosen = (parameters["model"] == "hunt_crossley") & true.notna()
-    frame = parameters[chosen].assign(
+    frame = parameters[true.notna()].assign(
         truth=true,
         error_percent=100 * (parameters["value"] / true - 1),
         inside=(parameters["ci95_low"] <= true) & (true <= parameters["ci95_high"]),

@@ -18,8 +18,8 @@ def write_truth(folder: str | Path, truth: Mapping[str, Any]) -> None:
     write_text(Path(folder, "truth.json"), json.dumps(truth, indent=1, ensure_ascii=False) + "\n")
 
 
-def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
-    """True value of each parameter [SI], by test, run and parameter.
+def read_truth(path: str | Path) -> dict[tuple[str, int, str, str], float]:
+    """True value of each parameter [SI], by test, run, model and parameter.
 
     Raises
     ------
@@ -31,10 +31,10 @@ def read_truth(path: str | Path) -> dict[tuple[str, int, str], float]:
     try:
         for test, record in records.items():
             where = f"{path}: {test}"
-            names = MODELS[record["model"]]
+            model, names = record["model"], MODELS[record["model"]]
             for number, run in enumerate(record["runs"], 1):
                 for name in names:
-                    truth[test, number, name] = _true(run[name])
+                    truth[test, number, model, name] = _true(run[name])
     except (AttributeError, KeyError, OverflowError, TypeError, ValueError) as error:
         what = f"does not hold the model and its parameters run by run ({type(error).__name__}: {error})"
         raise FreerockError(where, what, REMEDY) from None

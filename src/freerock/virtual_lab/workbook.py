@@ -6,6 +6,8 @@ The University of Catania published the rotations of nine wooden blocks in free 
 6670588) as an Excel workbook: on its second sheet, below three rows of headings, a pair of columns (time
 and θ) for each of the blocks A1 to C3. Nothing of that data is in here. Shapes, masses, foundation and
 motions are made up; only the layout is that of the workbook, so that the real one can take this file's place.
+
+The blocks are as real ones are: they turn about their corners, and the corners are worn.
 """
 
 import re
@@ -18,11 +20,13 @@ import numpy as np
 
 from freerock.files import atomic, write_manifest
 from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
 from freerock.virtual_lab.truth import write_truth
 
 FILE = "free_rocking.xlsx"
+TRUE = "hunt_crossley_pivoting_width"  # the width that the campaign states is that of sound corners
 TABLE = {"k": 2.0e6, "lambda": 6.0e7}
 WIDTHS_M = {"A": 0.12, "B": 0.09, "C": 0.06}
 HEIGHT_OVER_WIDTH = {"1": 5.0, "2": 4.0, "3": 3.0}
@@ -54,10 +58,11 @@ def records(seed: int = 6670588) -> Iterator[tuple[str, VirtualRecord]]:
             simulate_record(
                 block,
                 laser,
-                "hunt_crossley",
+                CANDIDATES[TRUE].law,
                 [release],
                 seed=own,
                 recording=Recording(rate_hz=RATE_HZ, rest_s=1.0),
+                rules=CANDIDATES[TRUE].rules(),
             ),
         )
 
@@ -69,10 +74,7 @@ def write_workbook(path: str | Path, pairs: Mapping[str, tuple[Sequence[float], 
     book = Workbook()
     note = book.active
     note.title = "read me"
-    note.append(
-        # the module's name when the shipped file was written
-        ["SIMULATED: made up by freerock.twin_workbook. Nothing in this workbook was measured."]
-    )
+    note.append(["SIMULATED: made up by freerock.virtual_lab. Nothing in this workbook was measured."])
     note.append(["Layout after the workbook of Zenodo record 6670588, whose data are not in here."])
     sheet = book.create_sheet("free rocking")
     sheet.append([cell for name in pairs for cell in (name, None)])
@@ -111,7 +113,10 @@ def write_campaign(folder: str | Path) -> None:
             [round(float(t), 4) for t in record.time_s],
             [round(float(theta), 4) for theta in np.degrees(record.theta) + noise],
         )
-        known: dict[str, Any] = {key: record.truth[key] for key in ("origin", "model", "debonding", "block")}
+        same = ("debonding", "kinematics", "block")
+        known: dict[str, Any] = {"origin": "simulated", "model": TRUE} | {
+            key: record.truth[key] for key in same
+        }
         truth[name] = known | {"noise_deg": NOISE_DEG, "runs": record.truth["runs"]}
     folder.mkdir(parents=True, exist_ok=True)
     write_workbook(folder / FILE, pairs)
