@@ -1,26 +1,66 @@
 """Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units."""
 
+import math
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from freerock.cli.plausible import doubts_about
 from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.keys import BlockSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
+from freerock.config.step_settings import plain
 from freerock.errors import FreerockError
 from freerock.files import check_manifest, listed_checksums
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 
 if TYPE_CHECKING:
+    from freerock.arrays import Floats
     from freerock.records.channels import Channel
     from freerock.rotation.calibration import Calibration
 
     Contents = dict[str, Channel] | FreerockError
 
+
+@dataclass(frozen=True)
+class Usual:
+    """What records of free rocking lie well within.
+
+    Set on the two campaigns that come with the project, 15 records of 12 blocks: their signals sweep 0.93 to
+    1.25 of the critical angle, have 23 to 340 samples in 1/p and last 56/p or longer; the blocks have 120 to
+    2200 kg/m³. A wrong unit is off by a factor of 57, 100 or 1000.
+
+    Parameters
+    ----------
+    least_angle, most_angle : float
+        Angle swept by the signal, of the critical angle; also the least release angle.
+    least_nominal, most_nominal : float
+        Angle swept by the signal, of the release angle in the configuration.
+    samples : float
+        Samples in 1/p, the time scale of the rocking block.
+    lasts : float
+        Length of a record, in 1/p.
+    lightest, densest : float
+        Density of the block, were it as deep as it is high [kg/m³].
+    """
+
+    least_angle: float = 0.04
+    most_angle: float = 4.0
+    least_nominal: float = 0.3
+    most_nominal: float = 5.0
+    samples: float = 8.0
+    lasts: float = 5.0
+    lightest: float = 5.0
+    densest: float = 5e4
+
+
+USUAL = Usual()
+MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
+SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
@@ -193,3 +233,95 @@ def _unit(
 
 def _at(where: str, error: FreerockError) -> FreerockError:
     return FreerockError(where, f"{error.where}: {error.what}", error.remedy)
+
+
+def doubts_about(source: Source) -> Iterator[FreerockError]:
+    """What the user should look at again; nothing of it stops an analysis."""
+    campaign = source.campaign
+    if campaign is None:
+        return
+    for name, block in campaign.blocks.items():
+        yield from _block(source, name, block)
+    csv = source.path.with_suffix(".csv")
+    work = 0.0
+    for number, (line, record) in enumerate(source.records):
+        path, block = Path(source.raw, record.file), campaign.blocks[record.block]
+        work += path.stat().st_size * SLOWER.get(path.suffix.lower(), 1)
+        if work > MOST_WORK:
+            what = f"only {number} of {len(source.records)} records were looked into"
+            yield FreerockError(csv, what, "look into the others with freerock inspect")
+            return
+        for channel, laser in zip(record.channels, record.lasers, strict=True):
+            where = f"{csv}:{line}: {record.test}"
+            yield from _channel(where, path, channel, block, campaign.lasers[laser], source.raw)
+
+
+def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockError]:
+    """Doubts about one block and its release angles."""
+    where, critical = source.where("blocks", name), math.degrees(block.block.theta_cr)
+    density = block.mass_kg / (block.height_m**2 * block.width_m)
+    if not USUAL.lightest < density < USUAL.densest:
+        what = f"as deep as it is high, the block would have {density:.3g} kg/m³"
+        yield FreerockError(where, what, "give height_m and width_m in metres, mass_kg in kilograms")
+    plan = source.campaign.plan if source.campaign else None
+    planned = plan.release_angles_deg.get(name, ()) if plan else ()
+    for angle in filter(None, {block.release_angle_deg, *planned}):
+        if angle < USUAL.least_angle * critical:
+            share = f"{100 * angle / critical:.2g} % of the critical angle"
+            what = (
+                f"a release angle of {angle:g}° is {share}, in radians it would be {math.degrees(angle):.3g}°"
+            )
+            yield FreerockError(where, what, "give it in degrees")
+
+
+def _channel(
+    where: str, path: Path, channel: str, block: BlockSection, laser: LaserSection, raw: str
+) -> Iterator[FreerockError]:
+    """Doubts about the rate, the length and the size of one channel of a record."""
+    from freerock.records.read import read_record
+
+    try:
+        read = read_record(path, channel or None)
+        (signal,) = read.data_vars.values()
+        swept = math.degrees(_swept_angle(signal.values, str(signal.attrs["units"]), laser, block, raw))
+    except (FreerockError, ValueError):
+        return  # the job of the record says why
+    rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
+    critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
+    if rate < USUAL.samples * p:
+        what = f"{rate:.4g} Hz are {rate / p:.2g} samples in 1/p = {1 / p:.2g} s, the block's time scale"
+        yield FreerockError(where, what, "is the unit of time right?")
+    if signal.size / rate < USUAL.lasts / p:
+        what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
+        yield FreerockError(where, what, "is the unit of time right?")
+    if not USUAL.least_angle * critical < swept < USUAL.most_angle * critical:
+        what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
+        yield FreerockError(where, what, "are its unit and the laser's scale right?")
+    elif nominal and not USUAL.least_nominal * nominal < swept < USUAL.most_nominal * nominal:
+        what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
+        yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
+
+
+def _swept_angle(signal: "Floats", stated: str, laser: LaserSection, block: BlockSection, raw: str) -> float:
+    """About what angle a signal sweeps [rad], but for a thousandth of its samples at either end."""
+    import numpy as np
+
+    from freerock.rotation.calibration import read_calibration
+    from freerock.rotation.sensor import Laser, distance_from_output
+    from freerock.units import in_base_units
+
+    table = laser.calibration and read_calibration(Path(raw, laser.calibration))
+    sensor = Laser(**{**plain(laser), "calibration": table})
+    values, quantity = in_base_units(signal, laser.units, stated)
+    if limits := sensor.limits(quantity):
+        values = values[(values >= limits.low) & (values <= limits.high)]
+    distance, _ = distance_from_output(values, sensor, quantity)
+    distance = distance[np.isfinite(distance)]
+    if not distance.size:
+        return 0.0
+    low, high = np.quantile(distance, [0.001, 0.999])
+    if quantity == "rotation":
+        return float(high - low)
+    half = block.width_m / 2
+    lever = sensor.position if sensor.beam == "horizontal" else half + abs(sensor.position)
+    return math.atan((high - low) / lever)
