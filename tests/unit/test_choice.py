@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from freerock.identification.choice import TELLS, Evidence, choose, holds, is_wanted
+from freerock.identification.choice import TELLS, Evidence, choose, holds
 
 N = {
     "housner": 3,
@@ -138,12 +138,3 @@ def test_what_holds_what():
     assert holds("general_pivoting_width", "winkler_pivoting")
     assert not holds("hunt_crossley_pivoting_width", "hunt_crossley")
     assert not holds("hunt_crossley", "general") and not holds("hunt_crossley", "housner")
-
-
-def test_the_general_law_is_fitted_where_no_smaller_one_leaves_noise_only():
-    def wanted(*evidence):
-        return is_wanted("general", {each.model: each for each in evidence})
-
-    assert not wanted(found("winkler", added_damping=9.0), found("hunt_crossley"))
-    assert wanted(found("winkler", added_damping=3.1), found("hunt_crossley", **LOUD))
-    assert not wanted(found("housner", **LOUD), found("winkler", added_damping=9.0, success=False))

@@ -11,6 +11,8 @@ __all__ = [
     "discrepancy",
     "estimate",
     "fit",
+    "holdout",
+    "ladder",
     "misfit",
     "plan",
     "population",

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.identification.fit import Fit
+from freerock.identification.screening import Screening
 from freerock.identification.settings import freed
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, law_of
 
@@ -42,14 +43,14 @@ def n_freed(model: str, free: Mapping[str, Sequence[str]]) -> int:
     return len(MODELS[model]) + len(freed(model, free[CANDIDATES[model].law]))
 
 
-def start_for(model: str, fits: Mapping[str, Fit]) -> dict[str, float] | None:
+def start_for(model: str, ends: Mapping[str, Fit | Screening]) -> dict[str, float] | None:
     """Where a fit of a candidate may start: where the best of those that it extends ended.
 
     Parameters
     ----------
     model : str
-    fits : mapping of str to Fit
-        Fits of one run by candidate.
+    ends : mapping of str to Fit or Screening
+        Fits and quick fits of one run by candidate.
 
     Returns
     -------
@@ -59,11 +60,10 @@ def start_for(model: str, fits: Mapping[str, Fit]) -> dict[str, float] | None:
     """
     if not law_of(model).is_foundation:
         return None
-    smaller = [fits[name] for name in _extended(model) if name in fits and fits[name].success]
+    smaller = [ends[name] for name in _extended(model) if name in ends and ends[name].success]
     if not smaller:
         return None
-    best = min(smaller, key=lambda fit: float(np.nansum(fit.residual**2)))
-    found = dict(zip(best.parameters, best.value.tolist(), strict=True))
+    found = min(smaller, key=lambda end: float(np.nanmean(end.residual**2))).values
     traces = {name: PARAMETERS[name].trace * found["k"] for name in MODELS[model]}
     return traces | found
 

@@ -4,7 +4,7 @@ Pure rules on evidence: nothing is fitted here.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -46,7 +46,7 @@ class Evidence:
     fitted : bool
         False where there is no fit.
     epsilon_theta : float
-        ε_θ as a fraction.
+        ε_θ as a fraction; without a fit that of a quick one, where there was one.
     epsilon_holdout, epsilon_holdout_runs : float
         ε_θ of the second half of the run under the first, and of the run under the other runs of its record.
     bic : float
@@ -165,17 +165,6 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     return Choice(chosen.model, True, reason, judged, _stories(chosen.model, beside, evidence))
 
 
-def is_wanted(model: str, evidence: Mapping[str, Evidence]) -> bool:
-    """Whether a law is to be fitted: always, unless it has cases. Then only where one of these was identified
-    and no candidate explains the run.
-    """
-    usable = {name for name, found in evidence.items() if found.success}
-    cases = law_of(model).cases
-    return not cases or (
-        not usable.isdisjoint(cases) and not any(each.explains for each in evidence.values())
-    )
-
-
 def holds(larger: str, smaller: str) -> bool:
     """Whether a candidate becomes another when a damping is zero, or the width as given."""
     one, other = CANDIDATES[larger], CANDIDATES[smaller]
@@ -230,12 +219,12 @@ def _least_bad(evidence: Sequence[Evidence]) -> Choice:
 
 def _stories(chosen: str, beside: Sequence[str], evidence: Iterable[Evidence]) -> str:
     """Worn corners of a rigid block against a compliant foundation, where both come near."""
-    near = [each for each in evidence if each.fitted and each.success and each.epsilon_theta <= NEAR]
+    near = [each for each in evidence if (each.success or not each.fitted) and each.epsilon_theta <= NEAR]
     worn = [each for each in near if CANDIDATES[each.model].width and not law_of(each.model).is_foundation]
     soft = [each for each in near if law_of(each.model).is_foundation]
     if not (worn and soft):
         return ""
-    both = [min(story, key=lambda each: each.bic) for story in (worn, soft)]
+    both = [min(story, key=lambda each: each.epsilon_theta) for story in (worn, soft)]
     told = [
         f"{story} ({MODEL_LABELS[each.model]}, ε_θ = {100 * each.epsilon_theta:.2g} %)"
         for story, each in zip(

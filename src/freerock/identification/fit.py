@@ -70,6 +70,8 @@ class Fit:
         half disagrees with the whole); added_damping (of a law that a wider one extends: how many standard
         errors the damping that it lacks would be above zero); profile (1 where the intervals are those of the
         profile likelihood).
+    epsilon_holdout_runs : float
+        ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
     """
 
     model: str
@@ -94,6 +96,12 @@ class Fit:
     message: str
     impacts: Impacts | None = None
     diagnostics: dict[str, float] = field(default_factory=dict)
+    epsilon_holdout_runs: float = float("nan")
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The freed numbers by name [SI]."""
+        return dict(zip(self.parameters, self.value.tolist(), strict=True))
 
 
 def fit_run(model: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Fit:
@@ -163,6 +171,7 @@ def evidence(fit: Fit) -> Evidence:
         message=fit.message,
         epsilon_theta=fit.epsilon_theta,
         epsilon_holdout=fit.epsilon_holdout,
+        epsilon_holdout_runs=fit.epsilon_holdout_runs,
         bic=fit.bic,
         **of_residual,
     )

@@ -4,7 +4,7 @@ Positive parameters are fitted as logarithms, damping as the logarithm of its ra
 ratio to the nominal one (`models.laws.PARAMETERS`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -266,10 +266,13 @@ class Problem:
         """Modelled minus measured θ [rad]."""
         return samples.averaged(self.curve(x, samples) - samples.theta)
 
-    def jacobian(self, x: Floats, samples: Samples, central: bool = False) -> Floats:
+    def jacobian(
+        self, x: Floats, samples: Samples, central: bool = False, wanted: Collection[str] | None = None
+    ) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
+        Those of parameters that are not `wanted` are left 0.
         """
         rtol = min(self.rtol, self.fine)
         jacobian = np.zeros((len(samples.time_s), len(x)))
@@ -279,6 +282,8 @@ class Problem:
             theta = self.motion(x, i, samples.time_s[run], rtol, rate=rate)
             for j, name in enumerate((*self.common, *self.own)):
                 column = j if j < n_common else j + i * n_own
+                if wanted is not None and name not in wanted:
+                    continue
                 if name == "t0":
                     jacobian[run, column] = -rate
                     continue

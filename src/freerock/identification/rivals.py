@@ -169,7 +169,7 @@ def best_rival(
     settings : FitSettings, optional
     """
     problem = posed(rival, (block,), (motion,), settings or FitSettings())
-    samples, x = problem.samples(), approach(problem)
+    samples, x = problem.samples(), approach(problem).x
     theta = problem.curve(x, samples)
     step = float(motion.time_s[1] - motion.time_s[0])
     return Rival(

@@ -1,12 +1,13 @@
 """A quick fit from a known start: is a candidate worth a full one?"""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from freerock.arrays import Floats
 from freerock.identification.least_squares import least_squares
 from freerock.identification.problem import COARSE, Problem, posed
-from freerock.identification.search import GROWTH_SAMPLES, follow, growing_horizons
+from freerock.identification.search import GROWTH_SAMPLES, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
@@ -26,23 +27,37 @@ class Screening:
         All that was freed [SI].
     time_s, residual : ndarray, shape (n_samples,)
         Time since the release [s] of every so many samples, and model minus measured [rad].
+    mean_square : float
+        Of the residual [rad²]; where the candidate was given up, over the part of the run that was looked at.
     evaluations : int
         Of the residual.
+    given_up : bool
+        Whether the mean square is beyond what was asked for.
+    success : bool
+        A quick fit has no errors from which to doubt it.
     """
 
     model: str
     values: dict[str, float]
     time_s: Floats
     residual: Floats
+    mean_square: float
     evaluations: int
+    given_up: bool
+    success: bool = True
 
 
 def screen(
-    model: str, block: Block, motion: Motion, settings: FitSettings, start: Mapping[str, float]
+    model: str,
+    block: Block,
+    motion: Motion,
+    settings: FitSettings,
+    start: Mapping[str, float] | None = None,
+    beyond: float = math.inf,
 ) -> Screening:
     """Least squares of a candidate at about a thousand samples, over growing horizons.
 
-    There are no standard errors, and no other start is looked for.
+    Where it may be given up, a quarter comes first. There are no standard errors.
 
     Parameters
     ----------
@@ -51,8 +66,11 @@ def screen(
     block : Block
     motion : Motion
     settings : FitSettings
-    start : mapping of str to float
-        The model's parameters, and what is known of the rest, as `candidates.start_for` gives them [SI].
+    start : mapping of str to float, optional
+        The model's parameters, and what is known of the rest, as `candidates.start_for` gives them [SI]; by
+        default a scan finds them. No other start is looked for.
+    beyond : float
+        Mean square residual [rad²] of a part of the run from which the candidate is given up.
 
     Raises
     ------
@@ -61,13 +79,23 @@ def screen(
     """
     check(model, (block,), settings)
     problem = replace(posed(model, (block,), (motion,), settings), fine=COARSE, stride=STRIDE)
-    first, *horizons = growing_horizons(motion)
-    x, evaluations = _held(problem, start, first)
-    end = follow(problem, x, horizons[::-2][::-1] or [first])
+    if start is None:
+        end, evaluations = approach(problem, None, beyond), 0
+    else:
+        first, *horizons = growing_horizons(motion)
+        x, evaluations = _held(problem, start, first)
+        end = follow(problem, x, horizons[::-2][::-1] or [first], beyond)
     samples = problem.samples(most=GROWTH_SAMPLES)
     values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
-    residual = problem.residual(end.x, samples)
-    return Screening(model, values, samples.time_s, residual, evaluations + end.evaluations)
+    return Screening(
+        model,
+        values,
+        samples.time_s,
+        problem.residual(end.x, samples),
+        end.mean_square,
+        evaluations + end.evaluations,
+        end.mean_square > beyond,
+    )
 
 
 def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> tuple[Floats, int]:

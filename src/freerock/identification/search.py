@@ -35,25 +35,35 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     Solution
     Resolution
     """
-    x = approach(problem, start)
+    x = approach(problem, start).x
     resolution = find_resolution(problem, x)
     problem = replace(problem, rtol=resolution.rtol)
     return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
 
 
-def approach(problem: Problem, start: Mapping[str, float] | None = None) -> Floats:
-    """Fitted numbers near their best, from the samples that growing horizons take; `start` as in `search`."""
+def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond: float = np.inf) -> Solution:
+    """The best from the samples that growing horizons take.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : mapping of str to float, or None
+        As in `search`.
+    beyond : float
+        Mean square residual [rad²] above which a horizon is not grown: no more is left at its end than a
+        longer one would leave.
+    """
     horizons = growing_horizons(problem.motions[0])
-    ends = (
-        [] if start is None else [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:])]
-    )
+    ends = []
+    if start is not None:
+        ends = [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:], beyond)]
     poor = (POOR * problem.motions[0].sigma_theta) ** 2
-    if not ends or (len(problem.motions) == 1 and ends[0].mean_square > poor):
-        ends += _scanned(problem, horizons)
-    return min(ends, key=lambda end: end.mean_square).x
+    if not ends or (len(problem.motions) == 1 and np.isinf(beyond) and ends[0].mean_square > poor):
+        ends += _scanned(problem, horizons, beyond)
+    return min(ends, key=lambda end: end.mean_square)
 
 
-def _scanned(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
+def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list[Solution]:
     """Ends of the scan's starts that promise something."""
     starts = scan(problem.alone(), horizons[0])
     if not law_of(problem.model).is_foundation and "width" not in problem.common:
@@ -61,7 +71,7 @@ def _scanned(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
     ends = [follow(problem, _r_first(problem, problem.start(values)), horizons[:1]) for values in starts]
     promising = PROMISING * min(end.mean_square for end in ends)
     ends = [end for end in ends if end.mean_square <= promising]
-    return [follow(problem, end.x, horizons[1:]) for end in ends] if horizons[1:] else ends
+    return [follow(problem, end.x, horizons[1:], beyond) for end in ends] if horizons[1:] else ends
 
 
 def _r_first(problem: Problem, x: Floats) -> Floats:
@@ -85,10 +95,12 @@ def growing_horizons(motion: Motion) -> list[float]:
     return spans
 
 
-def follow(problem: Problem, x: Floats, horizons: Sequence[float]) -> Solution:
-    """Where least squares over each horizon in turn end, at some samples of each."""
+def follow(problem: Problem, x: Floats, horizons: Sequence[float], beyond: float = np.inf) -> Solution:
+    """Where least squares over each horizon in turn end, at some samples of each; see `approach`."""
     evaluations = 0
     for horizon in horizons:
         end = least_squares(problem, x, problem.samples(horizon, GROWTH_SAMPLES), ftol=1e-3)
         x, evaluations = end.x, evaluations + end.evaluations
+        if end.mean_square > beyond:
+            break
     return replace(end, evaluations=evaluations)

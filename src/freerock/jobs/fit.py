@@ -1,19 +1,19 @@
 """The models identified on each run of one record, and on all its runs jointly."""
 
 import logging
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.identification.choice import choose, is_wanted
+from freerock.identification.choice import Choice, choose
 from freerock.identification.fit import Fit, evidence, fit_record
-from freerock.identification.settings import FitSettings
+from freerock.identification.ladder import Identified, Ladder, identify_runs
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, law_of
+from freerock.models.laws import CANDIDATES, MODELS
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
@@ -51,81 +51,77 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     motions = {
         number: motion for number, motion in motions_in(record, with_noise=True).items() if number in usable
     }
-    fitter = _Fitter(settings, Block(**settings["block"]))
-    fits = {number: found for number, motion in motions.items() if (found := fitter.of_run(number, motion))}
-    pooled = fitter.jointly(motions, fits) if settings["pooled"] else {}
+    block = Block(**settings["block"])
+    ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
+    found = identify_runs(block, motions, ladder)
+    not_fitted = _report(found, ladder, settings["attributes"]["test"])
+    limits = ImpactLimits(**settings["impacts"])
+    fits = {
+        number: {
+            model: _with_impacts(each.fits[model], block, limits) for model in MODELS if model in each.fits
+        }
+        for number, each in found.items()
+        if each.fits
+    }
+    pooled = _jointly(block, motions, fits, ladder, not_fitted) if settings["pooled"] else {}
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
-    if fitter.not_fitted:
-        attributes["not_fitted"] = fitter.not_fitted
+    if not_fitted:
+        attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
-    made: list[tuple[int | str, dict[str, Fit]]] = [*fits.items(), *([("pooled", pooled)] if pooled else [])]
-    choices = {run: choose([evidence(fit) for fit in models.values()]) for run, models in made}
+    choices: dict[int | str, Choice] = {
+        number: each.choice(ladder) for number, each in found.items() if number in fits
+    }
+    if pooled:
+        choices["pooled"] = choose([evidence(fit) for fit in pooled.values()])
     write_fits(output, fits, pooled, attributes, choices)
 
 
-@dataclass(frozen=True)
-class _Fitter:
-    """Fits models to the runs of one record, and notes what could not be fitted.
+def _report(found: Mapping[int, Identified], ladder: Ladder, test: str) -> list[NotFitted]:
+    """Log what was found of each run; the laws of the campaign to which the data allow no fit."""
+    missed = []
+    for number, each in found.items():
+        for model, fit in each.fits.items():
+            log.info("run %d, %s: ε_θ = %.4g, %s", number, model, fit.epsilon_theta, fit.message)
+        for model, error in each.errors.items():
+            if not CANDIDATES[model].is_rival:
+                log.error("%s: %s: %s", test, model, error)
+                missed.append(NotFitted(number, f"{model} not fitted: {error}"))
+        choice = each.choice(ladder)
+        log.info("run %d: %s: %s", number, choice.selected or "no candidate", choice.reason)
+    return missed
 
-    Parameters
-    ----------
-    settings : mapping
-        Those of `make_fits`.
-    block : Block
-    not_fitted : list of NotFitted
-        Grows with each fit that the data do not allow.
-    """
 
-    settings: Mapping[str, Any]
-    block: Block
-    not_fitted: list[NotFitted] = field(default_factory=list)
-
-    def of_run(self, number: int, motion: Motion) -> dict[str, Fit]:
-        """The models of one run; a law with cases only where the others ask for it."""
-        found: dict[str, Fit] = {}
-        for model in sorted(self.settings["models"], key=lambda model: len(law_of(model).cases)):
-            if is_wanted(model, {name: evidence(fit) for name, fit in found.items()}):
-                fit = self._fit(model, number, [motion])
-                found |= {model: fit} if fit else {}
-        return {model: self._with_impacts(fit) for model, fit in found.items()}
-
-    def jointly(self, motions: Mapping[int, Motion], fits: Mapping[int, Mapping[str, Fit]]) -> dict[str, Fit]:
-        """The models that were fitted to any run, on all runs together; they start from the mean of these."""
-        models = self.settings["models"]
-        if len(motions) == 1:
-            own = next(iter(fits.values()), {})
-            return {model: replace(own[model], impacts=None) for model in models if model in own}
-        pooled: dict[str, Fit] = {}
-        for model in models:
-            alone = [each[model] for each in fits.values() if model in each]
-            n = len(MODELS[model])
-            values = [fit.value[:n] for fit in alone if fit.success]
-            start = (sum(values, np.zeros(n)) / len(values)).tolist() if values else None
-            fit = self._fit(model, "pooled", list(motions.values()), start) if alone else None
-            pooled |= {model: fit} if fit else {}
-        return pooled
-
-    def _fit(
-        self,
-        model: str,
-        run: int | Literal["pooled"],
-        motions: Sequence[Motion],
-        start: Sequence[float] | None = None,
-    ) -> Fit | None:
-        """The fit, or None where the data allow none; the log and the product say why."""
-        settings = FitSettings(free=self.settings["free"][model], **self.settings["options"])
+def _jointly(
+    block: Block,
+    motions: Mapping[int, Motion],
+    fits: Mapping[int, Mapping[str, Fit]],
+    ladder: Ladder,
+    not_fitted: list[NotFitted],
+) -> dict[str, Fit]:
+    """The laws that were fitted to any run, on all runs together; they start from the mean of these."""
+    if len(motions) == 1:
+        own = next(iter(fits.values()), {})
+        return {model: replace(own[model], impacts=None) for model in ladder.models if model in own}
+    pooled: dict[str, Fit] = {}
+    for model in ladder.models:
+        alone = [each[model] for each in fits.values() if model in each]
+        if not alone:
+            continue
+        n = len(MODELS[model])
+        values = [fit.value[:n] for fit in alone if fit.success]
+        start = (sum(values, np.zeros(n)) / len(values)).tolist() if values else None
         try:
-            fit = fit_record(model, self.block, motions, settings, start=start)
+            pooled[model] = fit_record(
+                model, block, list(motions.values()), ladder.settings(model), start=start
+            )
         except FreerockError as error:
-            log.error("%s: %s: %s", self.settings["attributes"]["test"], model, error)
-            self.not_fitted.append(NotFitted(run, f"{model} not fitted: {error}"))
-            return None
-        log.info("%s: ε_θ = %.4g, %s", model, fit.epsilon_theta, fit.message)
-        return fit
+            log.error("all runs: %s: %s", model, error)
+            not_fitted.append(NotFitted("pooled", f"{model} not fitted: {error}"))
+    return pooled
 
-    def _with_impacts(self, fit: Fit) -> Fit:
-        """The fit with the impacts of the modelled motion."""
-        theta0 = dict(zip(fit.parameters, fit.value, strict=True)).get("theta0", fit.theta_model[0])
-        limits = ImpactLimits(**self.settings["impacts"])
-        impacts = find_impacts(fit.time, fit.theta_model, 0.0, self.block, theta0=theta0, limits=limits)
-        return replace(fit, impacts=impacts)
+
+def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
+    """The fit with the impacts of the modelled motion."""
+    theta0 = fit.values.get("theta0", fit.theta_model[0])
+    impacts = find_impacts(fit.time, fit.theta_model, 0.0, block, theta0=theta0, limits=limits)
+    return replace(fit, impacts=impacts)

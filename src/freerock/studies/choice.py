@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.identification.choice import choose, is_wanted
-from freerock.identification.fit import Fit, evidence, fit_run
+from freerock.identification.fit import Fit, fit_run
+from freerock.identification.ladder import BY_DEFAULT, identify_run
 from freerock.models.laws import LAWS, MODELS, PAPER_MODELS
 from freerock.models.simulate import simulate
 from freerock.runs.motion import Motion
 from freerock.studies.virtual_run import Row, Truth, draw_truth, drawn_run, rows_of_all
 
 RUNS = {"full": 300, "small": 3}  # of each law
+LADDER = replace(BY_DEFAULT, kinematics=())  # the laws as the paper has them
 NEAR = 30.0  # distance of two laws [σ] below which it is found without noise
 
 
@@ -48,12 +49,9 @@ def _draw_any(model: str, noises: Sequence[str], generator: np.random.Generator)
 def _choice(case: Any) -> list[Row]:
     model, i = case
     truth, motion, _ = drawn_run(model, ("white",), (4, list(LAWS).index(model), i), _draw_any)
-    fits = {law: fit_run(law, truth.block, motion) for law in PAPER_MODELS}
-    found = {law: evidence(fit) for law, fit in fits.items()}
-    if is_wanted("general", found):
-        found["general"] = evidence(fit_run("general", truth.block, motion))
-    answer = choose(list(found.values()))
-    distance, rival = _nearest_rival(truth, motion, fits)
+    found = identify_run(truth.block, motion, LADDER)
+    answer = found.choice(LADDER)
+    distance, rival = _nearest_rival(truth, motion, found.fits)
     return [
         {
             "model": model,

@@ -1,0 +1,75 @@
+"""Does a run follow from the other runs of its record?"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.fit import Fit
+from freerock.identification.problem import Problem, posed
+from freerock.identification.search import GROWTH_SAMPLES
+from freerock.identification.settings import FitSettings
+from freerock.models.block import Block
+from freerock.models.laws import MODELS, PER_RUN
+from freerock.runs.motion import Motion
+
+STEPS = 4  # of least squares of the release alone, which is nearly linear
+
+
+def of_other_runs(
+    model: str, block: Block, motions: Mapping[int, Motion], fits: Mapping[int, Fit], settings: FitSettings
+) -> dict[int, float]:
+    """ε_θ of each run under the parameters of the others, its own release refitted.
+
+    Parameters
+    ----------
+    model : str
+        A key of `freerock.models.laws.CANDIDATES`.
+    block : Block
+    motions : mapping of int to Motion
+        The runs of a record.
+    fits : mapping of int to Fit
+        Fits of the candidate to these runs.
+    settings : FitSettings
+        Those of the fits.
+
+    Returns
+    -------
+    dict of int to float
+        By run; nothing where fewer than two fits may be used, nor where each impact has a restitution of its
+        own. The parameters are the geometric means of the others' (of the width the mean).
+    """
+    usable = {number: fit for number, fit in fits.items() if fit.success and "r_2" not in fit.parameters}
+    if len(usable) < 2:
+        return {}
+    found = {}
+    for number, fit in usable.items():
+        values = fit.values | _means(model, [other for i, other in usable.items() if i != number])
+        problem = posed(model, (block,), (motions[number],), settings)
+        x = _released(problem, problem.start_at(values))
+        motion = motions[number]
+        found[number] = epsilon_theta(motion.time_s, problem.motion(x, 0, motion.time_s), motion.theta)
+    return found
+
+
+def _means(model: str, fits: list[Fit]) -> dict[str, float]:
+    """Mean parameters of some runs: geometric, of the width the plain mean."""
+    names = [name for name in (*MODELS[model], "width") if name in fits[0].parameters]
+    values = np.array([[fit.values[name] for name in names] for fit in fits])
+    return dict(zip(names, np.exp(np.log(values).mean(axis=0)).tolist(), strict=True))
+
+
+def _released(problem: Problem, x: Floats) -> Floats:
+    """The fitted numbers with those of the release at their best, all else as it is."""
+    own = np.array([name in PER_RUN for name in problem.names])
+    if not own.any():
+        return x
+    samples = problem.samples(most=GROWTH_SAMPLES)
+    low, high = np.array(problem.bounds()).T
+    for _ in range(STEPS):
+        jacobian = problem.jacobian(x, samples, wanted=PER_RUN)[:, own]
+        step = np.linalg.lstsq(jacobian, problem.residual(x, samples), rcond=None)[0]
+        x = x.copy()
+        x[own] = np.clip(x[own] - step, low[own], high[own])
+    return x

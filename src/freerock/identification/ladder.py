@@ -1,0 +1,209 @@
+"""As many candidates as a run asks for: rungs by the numbers they free, few first.
+
+The laws named in the campaign are fitted to every run as the paper has them. A rung of their rivals is
+fitted only while nothing smaller explains the run; first each of its candidates is screened by a quick fit,
+and only those that come near the best are fitted in full.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from freerock.errors import FreerockError
+from freerock.identification.candidates import candidates, n_freed, start_for
+from freerock.identification.choice import NEAR, Choice, Evidence, choose
+from freerock.identification.fit import Fit, evidence, fit_record
+from freerock.identification.holdout import of_other_runs
+from freerock.identification.screening import Screening, screen
+from freerock.identification.settings import FitSettings
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES, LAWS, law_of
+from freerock.runs.motion import Motion
+
+CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
+BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Which candidates there are, and how they are fitted.
+
+    Parameters
+    ----------
+    models : sequence of str
+        Laws that are fitted as the paper has them; one with cases only as a rival.
+    kinematics : sequence of str
+        What their rivals may take; without any there is no rival.
+    free : mapping of str to sequence of str
+        What is freed besides the parameters of each law.
+    options : mapping of str to object
+        Of `FitSettings`, but `free`.
+    """
+
+    models: Sequence[str]
+    kinematics: Sequence[str]
+    free: Mapping[str, Sequence[str]]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def settings(self, model: str) -> FitSettings:
+        """Those of a candidate's fit."""
+        return FitSettings(free=self.free[CANDIDATES[model].law], **self.options)
+
+    def n_freed(self, model: str) -> int:
+        """How many numbers a candidate frees."""
+        return n_freed(model, self.free)
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """All candidates, few freed numbers first."""
+        return candidates(self.models, self.kinematics, self.free)
+
+
+class LeftOut(NamedTuple):
+    """What a quick fit leaves: in words, and its ε_θ, NaN where it looked at a part of the run only."""
+
+    reason: str
+    epsilon_theta: float
+
+
+SMALLER = LeftOut("a smaller candidate explains the run", math.nan)
+
+
+@dataclass
+class Identified:
+    """What was found of one run.
+
+    Parameters
+    ----------
+    fits : dict of str to Fit
+        By candidate.
+    left_out : dict of str to LeftOut
+        Candidates of which a quick fit says that a full one is of no use.
+    errors : dict of str to FreerockError
+        Candidates to which the data allow no fit.
+    """
+
+    fits: dict[str, Fit] = field(default_factory=dict)
+    left_out: dict[str, LeftOut] = field(default_factory=dict)
+    errors: dict[str, FreerockError] = field(default_factory=dict)
+
+    @property
+    def explained(self) -> bool:
+        """Whether some candidate leaves only noise."""
+        return any(evidence(fit).explains for fit in self.fits.values())
+
+    def choice(self, ladder: Ladder) -> Choice:
+        """The candidates that explain the run, and what became of all others."""
+        return choose([self._evidence(model, ladder) for model in ladder.candidates])
+
+    def _evidence(self, model: str, ladder: Ladder) -> Evidence:
+        if model in self.fits:
+            return evidence(self.fits[model])
+        if model in self.errors:
+            quick = LeftOut(str(self.errors[model]), math.nan)
+        else:
+            quick = self.left_out.get(model, SMALLER)
+        n = ladder.n_freed(model)
+        return Evidence(model, n, fitted=False, message=quick.reason, epsilon_theta=quick.epsilon_theta)
+
+
+def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
+    """The candidates that a run asks for.
+
+    Parameters
+    ----------
+    block : Block
+    motion : Motion
+        With its noise at rest, where it was seen.
+    ladder : Ladder
+
+    Returns
+    -------
+    Identified
+    """
+    found = Identified()
+    for model in ladder.candidates:
+        if not CANDIDATES[model].is_rival and not law_of(model).cases:
+            _fit(model, block, motion, ladder, found)
+    for n, rung in groupby(ladder.candidates, key=ladder.n_freed):
+        if any(evidence(fit).explains for model, fit in found.fits.items() if ladder.n_freed(model) < n):
+            break
+        rivals = [model for model in rung if model not in found.fits and model not in found.errors]
+        _climb(rivals, block, motion, ladder, found)
+    return found
+
+
+def identify_runs(block: Block, motions: Mapping[int, Motion], ladder: Ladder) -> dict[int, Identified]:
+    """The candidates that each run of a record asks for, held against its other runs.
+
+    `motions` are the runs by number; all else as in `identify_run`.
+    """
+    found = {number: identify_run(block, motion, ladder) for number, motion in motions.items()}
+    for model in ladder.candidates:
+        fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
+        for number, epsilon in of_other_runs(model, block, motions, fits, ladder.settings(model)).items():
+            found[number].fits[model] = replace(fits[number], epsilon_holdout_runs=epsilon)
+    return found
+
+
+def _contends(model: str, found: Identified) -> bool:
+    """Whether a candidate may be named for a run, so that its held-out discrepancy counts."""
+    return model in found.fits and (evidence(found.fits[model]).explains or not found.explained)
+
+
+def _climb(rivals: Sequence[str], block: Block, motion: Motion, ladder: Ladder, found: Identified) -> None:
+    """One rung: quick fits of all rivals, full ones of those that come near the best."""
+    explaining = [_mean_square(fit, motion) for fit in found.fits.values() if evidence(fit).explains]
+    beyond = BEATEN * max(explaining, default=math.inf)
+    rigid = max(beyond, NEAR * float(np.nanmean(motion.theta**2)))  # how near a rigid block comes is told
+    quick: dict[str, Screening] = {}
+    for model in rivals:
+        try:
+            start = start_for(model, {**found.fits, **quick})
+            bar = beyond if law_of(model).is_foundation else rigid
+            quick[model] = screen(model, block, motion, ladder.settings(model), start, bar)
+        except FreerockError as error:
+            found.errors[model] = error
+    least = min([*explaining, *(end.mean_square for end in quick.values())], default=math.inf)
+    for model, end in sorted(quick.items(), key=lambda item: item[1].mean_square):
+        first_hope = not explaining and end.mean_square == least
+        if first_hope or end.mean_square <= CONTENDS * least:
+            _fit(model, block, motion, ladder, found, end.values)
+        else:
+            found.left_out[model] = _left_out(end, motion, least)
+
+
+def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
+    """What a quick fit leaves, beside the least mean square of its rung."""
+    reason = f"a quick fit leaves {math.sqrt(end.mean_square / least):.3g} times the residual of the best"
+    if end.given_up:
+        return LeftOut(reason, math.nan)
+    return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
+
+
+def _fit(
+    model: str,
+    block: Block,
+    motion: Motion,
+    ladder: Ladder,
+    found: Identified,
+    start: Mapping[str, float] | None = None,
+) -> None:
+    try:
+        fit = fit_record(model, block, [motion], ladder.settings(model), start=start)
+        found.fits[model] = fit
+    except FreerockError as error:
+        found.errors[model] = error
+
+
+def _mean_square(fit: Fit, motion: Motion) -> float:
+    """Mean square residual of the samples that count [rad²]."""
+    counts = motion.time_s >= motion.fit_start_s
+    return float(np.nanmean(fit.residual[counts] ** 2))
+
+
+BY_DEFAULT = Ladder(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})

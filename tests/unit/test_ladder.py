@@ -1,0 +1,85 @@
+"""Which candidates a run is fitted with, and which of them is named."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES, LAWS, law_of
+from freerock.studies.virtual_run import Truth, virtual_motion
+
+BLOCK = Block(0.28, 0.07, 5.84)
+SQUAT = Block(0.14, 0.07, 2.98)
+MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
+PAPER = ["housner", "winkler", "hunt_crossley"]
+
+
+def motion_of(truth, seed=1):
+    return virtual_motion(truth, np.random.default_rng(seed))
+
+
+def released(model, block, parameters, degrees):
+    return Truth(model, block, parameters, math.radians(degrees), math.radians(0.006))
+
+
+def test_what_housner_explains_costs_no_foundation_but_the_papers():
+    found = identify_run(BLOCK, motion_of(released("housner", BLOCK, {"r": 0.93}, 8)), BY_DEFAULT)
+    choice = found.choice(BY_DEFAULT)
+    assert (choice.selected, choice.explained) == ("housner", True)
+    assert list(found.fits) == PAPER
+    assert not any(law_of(model).is_foundation for model in found.left_out)
+
+
+def test_worn_corners_are_found_before_any_larger_candidate():
+    worn = replace(BLOCK, contact_width_m=0.91 * BLOCK.width_m)
+    found = identify_run(BLOCK, motion_of(released("housner", worn, {"r": 0.93}, 8)), BY_DEFAULT)
+    choice = found.choice(BY_DEFAULT)
+    assert (choice.selected, choice.also_possible) == ("housner_width", ())
+    assert found.fits["housner_width"].values["width"] == pytest.approx(worn.contact_width_m, rel=1e-3)
+    tried = [*found.fits, *found.left_out]
+    assert max(map(BY_DEFAULT.n_freed, tried)) == BY_DEFAULT.n_freed("housner_width")
+
+
+@pytest.mark.parametrize("model", ["hunt_crossley", "hunt_crossley_pivoting"])
+def test_the_kinematics_of_a_squat_block_is_told(model):
+    found = identify_run(SQUAT, motion_of(released(model, SQUAT, MARBLE, 15)), BY_DEFAULT)
+    choice = found.choice(BY_DEFAULT)
+    assert (choice.selected, choice.also_possible) == (model, ())
+    fit = found.fits[model]
+    assert abs(fit.values["k"] - MARBLE["k"]) < 4 * fit.stderr[0]
+    assert {each.evidence.model for each in choice.judged} == set(CANDIDATES)
+    assert all(each.reason for each in choice.judged)
+
+
+def test_both_dampings_are_fitted_where_no_smaller_law_leaves_noise_only():
+    both = MARBLE | {"c": 1e4}
+    found = identify_run(BLOCK, motion_of(released("general", BLOCK, both, 8)), BY_DEFAULT)
+    assert found.choice(BY_DEFAULT).selected == "general"
+    alone = identify_run(BLOCK, motion_of(released("hunt_crossley", BLOCK, MARBLE, 8)), BY_DEFAULT)
+    assert "general" not in alone.fits
+
+
+def test_without_kinematics_there_is_no_rival():
+    ladder = replace(BY_DEFAULT, kinematics=())
+    found = identify_run(SQUAT, motion_of(released("hunt_crossley_pivoting", SQUAT, MARBLE, 15)), ladder)
+    assert set(found.fits) <= set(LAWS)
+    assert not found.choice(ladder).explained
+
+
+def test_each_run_of_a_record_is_held_against_the_others():
+    truth = released("hunt_crossley", BLOCK, MARBLE, 8)
+    stiffer = replace(truth, parameters={"k": 1.2 * MARBLE["k"], "lambda": MARBLE["lambda"]})
+    same = {1: motion_of(truth, 1), 2: motion_of(truth, 2)}
+    other = {1: motion_of(truth, 1), 2: motion_of(stiffer, 2)}
+    ladder = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    held = [
+        identify_runs(BLOCK, motions, ladder)[1].fits["hunt_crossley"].epsilon_holdout_runs
+        for motions in (same, other)
+    ]
+    fit = identify_run(BLOCK, same[1], ladder).fits["hunt_crossley"]
+    assert math.isnan(fit.epsilon_holdout_runs)
+    assert held[0] < 1.1 * fit.epsilon_theta
+    assert held[1] > 10 * held[0]
