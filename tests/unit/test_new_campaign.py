@@ -77,6 +77,16 @@ def test_names_with_dollars_are_drawn_as_they_are(folder):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
 
 
+def test_a_record_may_have_the_longest_name_of_all(folder):
+    path = folder / f"{'ä' * 125}.tdms"
+    write(path, 1000, laser=("V", [5, 4]))
+    assert cli.main(["inspect", str(path)]) == 0
+    assert [picture.name for picture in Path("results/inspect").iterdir()] == [f"{'ä' * 100}.png"]
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
+    assert f",{path.name},,block1," in text
+
+
 def test_a_channel_whose_name_has_two_lines_stays_in_its_comment(folder):
     write(folder / "lines.tdms", 1000, **{"upper\rlaser": ("V", [5, 4])})
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0

@@ -36,7 +36,8 @@ def run(chosen: Namespace) -> None:
     look = look_into(chosen.file)
     print(look_text(look))
     if not chosen.no_plot:
-        picture = Path(chosen.into) / f"{look.path.name}.png"
+        name = look.path.name.encode("utf-8", "replace")[:200].decode("utf-8", "ignore")  # of a file
+        picture = Path(chosen.into) / f"{name}.png"
         draw_looks([look], picture)
         print(f"\nwritten: {picture}")
 
