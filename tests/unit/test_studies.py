@@ -12,13 +12,24 @@ from freerock.errors import FreerockError
 from freerock.figures import studies as figures
 from freerock.figures.style import save
 from freerock.models.block import Block
-from freerock.models.laws import PAPER_MODELS
-from freerock.studies import choice, coverage, model_cost, model_error, speed_accuracy, stability, success
+from freerock.models.laws import LAWS, PAPER_MODELS
+from freerock.studies import (
+    choice,
+    confusion,
+    coverage,
+    model_cost,
+    model_error,
+    speed_accuracy,
+    stability,
+    success,
+)
 from freerock.studies.atlas.cells import COLUMNS, STATES, attempt, judge
 from freerock.studies.methods.by_name import freerock
 from freerock.studies.methods.problem import Problem, Solution
+from freerock.studies.naming import what_is_wrong
 from freerock.studies.scenes import scenes
 from freerock.studies.timing import interleaved
+from freerock.studies.truths import place
 
 pytestmark = pytest.mark.slow
 
@@ -159,8 +170,59 @@ def test_the_residual_shows_an_imperfect_block():
     figures.model_error.draw(frame)
 
 
-@pytest.mark.parametrize("model", PAPER_MODELS)
-def test_the_choice_names_the_true_law(model):
-    frame = pd.DataFrame(choice._choice((model, 0)))
-    assert frame["chosen"].tolist() == [model]
+@pytest.mark.parametrize("family", choice.FAMILIES)
+def test_the_choice_names_the_truth(family):
+    rows = [row for i in (0, 1) for row in choice._choice((family, i))]
+    frame = pd.DataFrame(rows)
+    asked = choice.FAMILIES[family].rivals("hunt_crossley") != ()
+    assert (frame["rival"] != "").any() == asked
+    far = frame[frame["distance"] > figures.choice.FAR]
+    assert far["right"].all() and far["held"].all()
+    assert (far["wrong"] == "").all()
+    summary = figures.choice.choice_summary(frame).set_index("quantity")["share"]
+    assert summary["named"] == frame["right"].mean()
     figures.choice.draw(frame)
+
+
+@pytest.mark.parametrize(
+    "candidate, named, wrong",
+    [
+        ("winkler", "winkler", ""),
+        ("winkler", "", ""),
+        ("winkler", "housner_width", "rigid"),
+        ("housner_width", "hunt_crossley", "compliant"),
+        ("winkler", "hunt_crossley_pivoting", "law"),
+        ("winkler", "winkler_pivoting_width", "kinematics"),
+        ("hunt_crossley_width", "hunt_crossley", "width"),
+        ("hunt_crossley", "general", "larger"),
+        ("hunt_crossley", "hunt_crossley_width", "larger"),
+        ("hunt_crossley", "general_pivoting", "kinematics"),
+        ("general", "hunt_crossley", "law"),
+    ],
+)
+def test_in_which_way_a_name_is_wrong(candidate, named, wrong):
+    assert what_is_wrong(candidate, named) == wrong
+
+
+def test_the_atlas_has_every_truth_under_every_noise_on_every_block():
+    cells = list(confusion.cells())
+    assert len(cells) == len(set(cells)) == 7 * len(confusion.WIDTHS) * len(confusion.NOISES) * 3
+    for law in LAWS:
+        places = {place(cell.scene) for cell in cells if cell.law == law}
+        assert len(places) == 6
+
+
+def test_a_cell_of_the_atlas_and_its_figure(tmp_path):
+    worn = next(c for c in confusion.cells() if c.law == "housner" and c.width_fraction == 0.85)
+    pivoting = [c for c in confusion.cells() if (c.law, c.kinematics) == ("hunt_crossley", "pivoting")]
+    soft = next(cell for cell in pivoting if place(cell.scene)[0] == "config3")
+    frame = pd.DataFrame([row for i, cell in enumerate((worn, soft)) for row in confusion._rows((i, cell))])
+    assert frame["n_runs"].tolist() == [1, 3, 1, 3]
+    assert frame["named"].tolist() == ["housner_width"] * 2 + ["hunt_crossley_pivoting"] * 2
+    assert frame["right"].all() and frame["held"].all() and frame["explained"].all()
+    assert frame["r_error_stderrs"].abs().max() < 4 and frame["k_error_stderrs"].abs().max() < 4
+    assert (frame["paper_error_percent"] < -10).sum() == 2  # k, as if the squat block were guided
+    pages, data = figures.confusion.draw(frame)
+    save(pages, data, tmp_path / "confusion")
+    assert len(pages) == 3
+    assert data["n"].sum() == len(frame) and (data["share"] == 1).all()

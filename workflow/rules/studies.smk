@@ -10,6 +10,7 @@ STUDIES = [
     "coverage",
     "model_error",
     "choice",
+    "confusion",
     "faults",
 ]
 

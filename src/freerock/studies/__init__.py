@@ -7,11 +7,13 @@ A study is a module, and in it one function, `run(size)`, which gives the study'
 __all__ = [
     "atlas",
     "choice",
+    "confusion",
     "coverage",
     "faults",
     "methods",
     "model_cost",
     "model_error",
+    "naming",
     "paper",
     "scenes",
     "speed_accuracy",

@@ -1,87 +1,154 @@
-"""Does the choice of model name the law that made a run?"""
+"""Does the choice name the candidate that made a run, and do its intervals hold the truth?"""
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from freerock.identification.fit import Fit, fit_run
-from freerock.identification.ladder import BY_DEFAULT, identify_run
-from freerock.models.laws import LAWS, MODELS, PAPER_MODELS
-from freerock.models.simulate import simulate
+from freerock.identification.rivals import best_rival, rivals_of
+from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, Candidate
 from freerock.runs.motion import Motion
-from freerock.studies.virtual_run import Row, Truth, draw_truth, drawn_run, rows_of_all
+from freerock.studies.naming import answer, identified
+from freerock.studies.truths import published, record
+from freerock.studies.virtual_run import RATE_HZ, SEED, Row, Truth, draw_truth, rows_of_all
 
-RUNS = {"full": 300, "small": 3}  # of each law
-LADDER = replace(BY_DEFAULT, kinematics=())  # the laws as the paper has them
-NEAR = 30.0  # distance of two laws [σ] below which it is found without noise
+SCATTER = 0.1  # of published parameters, as a logarithm to base 10
+COMPLIANT = [(law, kinematics) for law in ("winkler", "hunt_crossley") for kinematics in KINEMATICS]
+DISTANCE_SAMPLES = 1000  # of a run, at which the distance from a rival is found
+
+
+@dataclass(frozen=True)
+class Family:
+    """Truths that are drawn alike.
+
+    Parameters
+    ----------
+    draw : callable
+        (number of the case, generator) → Truth.
+    runs : int
+        How many the full study draws.
+    rivals : callable, optional
+        candidate → the rivals from which the distance is asked for.
+    """
+
+    draw: Callable[[int, np.random.Generator], Truth]
+    runs: int
+    rivals: Callable[[str], tuple[str, ...]] = lambda candidate: ()
 
 
 def run(size: str = "full") -> pd.DataFrame:
-    """Whether the choice of model names the law that made a run.
+    """Which candidate is named for runs of known truth.
 
     Returns
     -------
     pandas.DataFrame
-        One row per case: model (the true law), chosen, rival (the nearest other law that is no larger),
-        distance (between the true motion and the rival's best, in σ: √Σ(Δθ)²/σ; inf where no other law is
-        as small or its fit fails), reason.
+        One row per run: family, model (the smallest candidate that holds the truth), case, noise,
+        theta0_deg, sigma_theta_deg, true r, k, c, lambda [SI], width_fraction; rival (the nearest of those
+        that are asked for) and distance (of the true motion from the rival's best without noise, in σ:
+        √Σ(Δθ)²/σ; inf without a rival); then the columns of `freerock.studies.naming.answer`.
     """
-    cases = [(model, i) for model in LAWS for i in range(RUNS[size])]
+    cases = [
+        (name, i) for name, family in FAMILIES.items() for i in range(family.runs if size == "full" else 2)
+    ]
     return pd.DataFrame(rows_of_all(_choice, cases))
 
 
-def _draw_any(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
-    """As `draw_truth`; of the general law one damping as there, of the other anything down to a trace."""
-    if model != "general":
-        return draw_truth(model, noises, generator)
-    main, other = ("winkler", "hunt_crossley")[:: generator.choice([-1, 1])]
-    truth, trace = draw_truth(main, noises, generator), draw_truth(other, noises, generator).parameters
-    (name,) = set(trace) - {"k"}
-    k = truth.parameters["k"]
-    added = k * trace[name] / trace["k"] * 10 ** generator.uniform(-4, 0)
-    return replace(truth, model="general", parameters={**truth.parameters, name: added})
-
-
 def _choice(case: Any) -> list[Row]:
-    model, i = case
-    truth, motion, _ = drawn_run(model, ("white",), (4, list(LAWS).index(model), i), _draw_any)
-    found = identify_run(truth.block, motion, LADDER)
-    answer = found.choice(LADDER)
-    distance, rival = _nearest_rival(truth, motion, found.fits)
+    name, i = case
+    family = FAMILIES[name]
+    key = [SEED, 4, list(FAMILIES).index(name), i]
+    truth, (motion,) = record(partial(family.draw, i), np.random.default_rng(key))
+    law, fraction = CANDIDATES[truth.model], truth.block.b / truth.nominal.b
+    candidate = Candidate(law.law, law.kinematics, fraction != 1).name
+    rival, distance = _nearest(truth, motion, family.rivals(candidate))
     return [
         {
-            "model": model,
+            "family": name,
+            "model": candidate,
             "case": i,
-            "sigma_deg": math.degrees(truth.sigma_theta),
+            "noise": truth.noise,
+            "theta0_deg": math.degrees(truth.theta0),
+            "sigma_theta_deg": math.degrees(truth.sigma_theta),
             **{name: truth.parameters.get(name, math.nan) for name in ("r", "k", "c", "lambda")},
-            "chosen": answer.selected,
+            "width_fraction": fraction,
             "rival": rival,
             "distance": distance,
-            "reason": answer.reason,
+            **answer(candidate, truth, identified(truth, [motion])),
         }
     ]
 
 
-def _nearest_rival(truth: Truth, motion: Motion, fits: Mapping[str, Fit]) -> tuple[float, str]:
-    """Distance [σ] of the true motion from the best of another law that is no larger, and that law."""
-    model = truth.model
-    response = simulate(
-        model, truth.block, truth.parameters, motion.time_s - motion.time_s[0], theta0=truth.theta0
+def _nearest(truth: Truth, motion: Motion, rivals: tuple[str, ...]) -> tuple[str, float]:
+    """The rival that can do best against the true motion without noise, and its distance [σ]."""
+    time_s = np.linspace(0.0, motion.time_s[-1], DISTANCE_SAMPLES)
+    exact = Motion(time_s, truth.motion(time_s)[0], 0.0, truth.theta0)
+    distances = {
+        rival: best_rival(rival, truth.nominal, exact).distance(truth.sigma_theta, RATE_HZ)
+        for rival in rivals
+    }
+    nearest = min(distances, key=lambda rival: distances[rival], default="")
+    return nearest, distances.get(nearest, math.inf)
+
+
+def _whole_range(i: int, generator: np.random.Generator) -> Truth:
+    """Any law, over the whole range; of the general law one damping so, the other down to a trace."""
+    model = list(LAWS)[i % len(LAWS)]
+    if not LAWS[model].cases:
+        return draw_truth(model, ("white",), generator)
+    main, other = LAWS[model].cases[:: generator.choice([-1, 1])]
+    truth, trace = (draw_truth(law, ("white",), generator) for law in (main, other))
+    (name,) = LAWS[other].dampings
+    share = trace.parameters[name] / trace.parameters["k"] * 10 ** generator.uniform(-4, 0)
+    return replace(truth, model=model, parameters={**truth.parameters, name: share * truth.parameters["k"]})
+
+
+def _hunt_crossley(kinematics: str, i: int, generator: np.random.Generator) -> Truth:
+    """The published law in six scenes in turn, its parameters somewhat changed."""
+    return published("hunt_crossley", kinematics, i, generator, scatter=SCATTER)
+
+
+def _worn(i: int, generator: np.random.Generator) -> Truth:
+    """A rigid block with worn corners."""
+    width, r = generator.uniform(0.85, 0.98), generator.uniform(0.80, 0.98)
+    drawn = published("housner", "pivoting", i, generator, width_fraction=width)
+    return replace(drawn, parameters={"r": r})
+
+
+def _nearly_rigid(i: int, generator: np.random.Generator) -> Truth:
+    """A foundation so stiff and a sensor so loud, at most, that the block can't be told from a rigid one."""
+    law, kinematics = COMPLIANT[i % len(COMPLIANT)]
+    truth = draw_truth(law, ("white",), generator)
+    stiffer, louder = 10 ** generator.uniform(0, 2, 2)
+    return replace(
+        truth,
+        model=Candidate(law, kinematics).name,
+        parameters={name: stiffer * value for name, value in truth.parameters.items()},
+        sigma_theta=louder * truth.sigma_theta,
     )
-    exact = replace(motion, time_s=response.time, theta=response.theta, theta0=truth.theta0)
-    distance, rival = math.inf, ""
-    for law in PAPER_MODELS:
-        if law == model or len(MODELS[law]) > len(MODELS[model]) or not fits[law].success:
-            continue
-        # the squared residual exceeds that of noise by the squared distance, give or take a few σ²
-        excess = np.sum(fits[law].residual ** 2) / truth.sigma_theta**2 - len(exact.theta)
-        apart = math.sqrt(max(0.0, excess))
-        if apart < NEAR:
-            apart = np.sqrt(np.sum(fit_run(law, truth.block, exact).residual ** 2)) / truth.sigma_theta
-        if apart < distance:
-            distance, rival = float(apart), law
-    return distance, rival
+
+
+def _correlated(noise: str, i: int, generator: np.random.Generator) -> Truth:
+    """A published law in six scenes in turn, its parameters somewhat changed, under correlated noise."""
+    law, kinematics = COMPLIANT[i % len(COMPLIANT)]
+    drawn = published(law, kinematics, i // len(COMPLIANT), generator, scatter=SCATTER)
+    return replace(drawn, noise=noise)
+
+
+def _no_larger(candidate: str) -> tuple[str, ...]:
+    """All rivals that are no larger."""
+    return rivals_of(candidate, tuple(LAWS), KINEMATICS)
+
+
+FAMILIES = {
+    "whole range": Family(_whole_range, 400, _no_larger),
+    "pivoting": Family(partial(_hunt_crossley, "pivoting"), 200),
+    "guided": Family(partial(_hunt_crossley, "guided"), 200),
+    "worn corners": Family(_worn, 300),
+    "nearly rigid": Family(_nearly_rigid, 200, lambda candidate: ("housner_width",)),
+    "2 ms": Family(partial(_correlated, "2 ms"), 200),
+    "20 ms": Family(partial(_correlated, "20 ms"), 200),
+}

@@ -6,6 +6,7 @@ the figures that name them. Returned are the figure, or its pages, and the rows 
 
 __all__ = [
     "choice",
+    "confusion",
     "coverage",
     "faults",
     "model_cost",
