@@ -9,6 +9,7 @@ from freerock.errors import FreerockError
 from freerock.identification.problem import Samples, posed
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
 
@@ -99,3 +100,43 @@ def test_a_restitution_per_impact_belongs_to_one_rigid_run(model, n_runs):
         f"fits.free.{model}: a restitution per impact belongs to one run of the Housner model; "
         "remove r_per_impact or set fits.pooled: false"
     )
+
+
+@pytest.mark.parametrize(
+    ("model", "settings", "message"),
+    [
+        (
+            "housner_width",
+            {},
+            "fits.free.housner: one width for several blocks; use housner",
+        ),
+        (
+            "winkler_pivoting_width",
+            {},
+            "fits.free.winkler: one width for several blocks; use winkler_pivoting",
+        ),
+        (
+            "winkler_pivoting",
+            {"free": ("width",)},
+            "fits.free.winkler: one width for several blocks; remove width",
+        ),
+        (
+            "general_pivoting",
+            {"debonding": "tensionless"},
+            "fits.debonding: the tensionless rule is not worked out for both dampings at once; "
+            "use geometric or remove general from fits.models",
+        ),
+        (
+            "winkler_sliding",
+            {},
+            f"fits.models: unknown model 'winkler_sliding'; use one of {', '.join(CANDIDATES)}",
+        ),
+    ],
+)
+def test_what_a_candidate_cannot_be_fitted_to_is_told_in_the_words_of_the_configuration(
+    model, settings, message
+):
+    other = Block(height_m=0.42, width_m=0.07, mass_kg=8.67)
+    with pytest.raises(FreerockError) as error:
+        check(model, [BLOCK, other], FitSettings(**settings))
+    assert str(error.value) == message

@@ -10,7 +10,7 @@ from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, Rules
+from freerock.models.laws import CANDIDATES, MODELS
 from freerock.models.simulate import Solver, simulate_fitted
 
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
@@ -35,7 +35,7 @@ def misfit_map(
     Parameters
     ----------
     model : str
-        "winkler" or "hunt_crossley".
+        "winkler" or "hunt_crossley", or a rival of theirs.
     block : Block
     values : mapping of str to float
         What the fit found, nuisances included [SI]; of a joint fit theta0_1, t0_1 are those of its first run.
@@ -53,7 +53,8 @@ def misfit_map(
     if len(MODELS[model]) != 2:
         what = f"the law must have two parameters, {model} has {len(MODELS[model])}"
         raise FreerockError("misfit map", what, "use winkler or hunt_crossley")
-    x, y = MODELS[model]
+    candidate, (x, y) = CANDIDATES[model], MODELS[model]
+    rules = candidate.rules(debonding)
     time_s, theta = _thinned(*_first_run(time_s, theta))
     release = {name: values[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in values}
     known = {"theta0": theta[0], **release, **values}
@@ -64,7 +65,7 @@ def misfit_map(
         for column, of_first in enumerate(first):
             at = known | {x: of_first, y: of_second}
             theta_model[row, column] = simulate_fitted(
-                model, block, at, time_s, rules=Rules(debonding), solver=Solver(RTOL)
+                candidate.law, block, at, time_s, rules=rules, solver=Solver(RTOL)
             )
     epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
     finer = np.exp(np.linspace(-SPAN, SPAN, FINER))
