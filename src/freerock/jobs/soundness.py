@@ -1,0 +1,317 @@
+"""Whether products are what a run would make now: their plan is compared with the ledger, by content."""
+
+import json
+import os
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from freerock.files import write_text
+from freerock.jobs.ledger import (
+    FOLDER,
+    Entry,
+    Look,
+    checksum,
+    entry_path,
+    is_look,
+    look,
+    plain,
+    read_entry,
+    software,
+)
+
+LOOKS = Path(".snakemake/freerock.looks.json")  # of files on this machine; without it they are read again
+VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
+NOT_PRODUCTS = {FOLDER, "logs", "benchmarks"}  # folders of a campaign's results
+SHOWN = 5  # of a list
+State = Literal["missing", "damaged", "stale"]
+Entries = Mapping[str, Entry | None]
+Known = dict[str, dict[Look, str]]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A job of the plan, as it would be done now.
+
+    Parameters
+    ----------
+    log : str
+        Path of its log, by which the ledger knows it.
+    inputs, outputs : sequence of str
+        Paths of its files.
+    settings : mapping
+        Parameters of its rule.
+    """
+
+    log: str
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A product that is not what a run would make.
+
+    Parameters
+    ----------
+    path : str
+    state : str
+        missing; damaged, no longer as it was written; stale, made from or by something else.
+    why : str
+        The predicate of a sentence about the product.
+    derived : bool
+        Nothing else is the matter than that it was made from a product in doubt.
+    """
+
+    path: str
+    state: State
+    why: str
+    derived: bool = False
+
+
+class Contents:
+    """Checksums of files. A file that looks as it did when its checksum was taken is not read again.
+
+    Parameters
+    ----------
+    known : mapping
+        By path, the checksum of each look; empty, every file is read.
+    """
+
+    def __init__(self, known: Known) -> None:
+        self.known = known
+        self.found: dict[str, tuple[str | None, Look | None]] = {}
+
+    def look_at(self, paths: Iterable[str]) -> None:
+        """Take the checksums of files, several at once; FreerockError where one can't be read."""
+        unknown = []
+        for path in dict.fromkeys(paths):
+            if path in self.found:
+                continue
+            seen = look(path)
+            told = self.known.get(path, {}).get(seen) if seen else None
+            if seen is None or told:
+                self.found[path] = told, seen
+            else:
+                unknown.append(path)
+        if unknown:
+            with ThreadPoolExecutor(os.cpu_count()) as pool:
+                self.found |= dict(zip(unknown, pool.map(checksum, unknown), strict=True))
+
+    def sha256(self, path: str) -> str | None:
+        """Checksum of a file; None where there is none."""
+        if path not in self.found:
+            self.look_at([path])
+        return self.found[path][0]
+
+    def note(self, notes: Path = LOOKS) -> None:
+        """Write down what need not be read next time."""
+        seen = {path: [told, *seen] for path, (told, seen) in self.found.items() if told and seen}
+        if seen != _noted(notes):
+            write_text(notes, json.dumps(seen, ensure_ascii=False))
+
+
+def known_looks(entries: Iterable[Entry | None], notes: Path = LOOKS) -> Known:
+    """What jobs and earlier runs saw of files; nothing of what they contradict each other in."""
+    said = [*_noted(notes).items()]
+    for entry in filter(None, entries):
+        sums = entry.inputs | entry.outputs
+        said += [(path, [sums[path], *seen]) for path, seen in entry.looks.items() if path in sums]
+    known: Known = {}
+    for path, (told, size, modified_ns, changed_ns, inode) in said:
+        looks, seen = known.setdefault(path, {}), (size, modified_ns, changed_ns, inode)
+        if looks.setdefault(seen, told) != told:
+            looks[seen] = ""
+    return known
+
+
+def _noted(notes: Path) -> dict[str, list[Any]]:
+    with suppress(OSError, ValueError, RecursionError):
+        noted = json.loads(notes.read_text(encoding="utf-8"))
+        if isinstance(noted, dict) and all(isinstance(each, list) for each in noted.values()):
+            return {path: each for path, each in noted.items() if is_look(each[1:])}
+    return {}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A plan compared with the ledger.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+    entries : mapping of str to Entry or None
+        What the ledger holds of each step, by its log.
+    contents : Contents
+    doubts : mapping of str to list of Doubt
+        By the log of the step.
+    """
+
+    steps: Sequence[Step]
+    entries: Entries
+    contents: Contents
+    doubts: Mapping[str, list[Doubt]]
+
+    @property
+    def to_make(self) -> set[str]:
+        """Products of the steps that are to be done again; Snakemake adds what is made from these."""
+        again = {log for log, doubts in self.doubts.items() if not all(doubt.derived for doubt in doubts)}
+        return {path for step in self.steps if step.log in again for path in step.outputs}
+
+
+def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
+    """Compare a plan with the ledger and with the files that are there now.
+
+    Parameters
+    ----------
+    steps : iterable of Step
+        Those of the plan, each after those whose products it reads, or before.
+    thorough : bool
+        Every file is read, even one that looks as it did.
+
+    Raises
+    ------
+    FreerockError
+        A file can't be read.
+    """
+    steps = [*steps]
+    entries = {step.log: read_entry(entry_path(step.log)) for step in steps}
+    contents = Contents({} if thorough else known_looks(entries.values()))
+    contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
+    maker = {path: step for step in steps for path in step.outputs}
+    found: dict[str, list[Doubt]] = {}
+
+    def of(step: Step) -> list[Doubt]:
+        if step.log not in found:
+            made = [path for path in step.inputs if path in maker]
+            doubtful = [path for path in made if path in {doubt.path for doubt in of(maker[path])}]
+            found[step.log] = [*_doubts(step, entries[step.log], contents, doubtful)]
+        return found[step.log]
+
+    doubts = {step.log: doubts for step in steps if (doubts := of(step))}
+    return Comparison(steps, entries, contents, doubts)
+
+
+def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Sequence[str]) -> Iterator[Doubt]:
+    """Doubts about the products of a step; `doubtful` are the products in doubt among its inputs."""
+    there = [path for path in step.outputs if contents.sha256(path)]
+    yield from (Doubt(path, "missing", "is missing") for path in step.outputs if path not in there)
+    if entry is None:
+        yield from (Doubt(path, "stale", "has no entry in the ledger") for path in there)
+        return
+    why = "; ".join(_otherwise(step, entry, contents, doubtful))
+    for path in there:
+        if contents.sha256(path) != entry.outputs.get(path):
+            yield Doubt(path, "damaged", "is not as it was written")
+        elif why:
+            yield Doubt(path, "stale", f"was made {why}")
+        elif doubtful:
+            yield Doubt(path, "stale", f"was made from {some(doubtful)}", derived=True)
+
+
+def _otherwise(step: Step, entry: Entry, contents: Contents, doubtful: Collection[str]) -> Iterator[str]:
+    """From and by what else than now the products of a step were made."""
+    if [*entry.inputs] != [*step.inputs]:
+        yield f"from other files ({some(sorted({*entry.inputs} ^ {*step.inputs}) or step.inputs)})"
+    kept = [path for path in step.inputs if path in entry.inputs and path not in doubtful]
+    if changed := [path for path in kept if entry.inputs[path] != contents.sha256(path)]:
+        yield f"from another {some(changed)}"
+    then, now = {**entry.settings}, plain(step.settings)
+    code_then, code_now = then.pop("code", ""), now.pop("code", "")
+    if changed := [*differences(then, now)]:
+        yield f"by other settings ({some(changed)})"
+    if code_then != code_now:
+        yield "by other code"
+
+
+def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:
+    """The values in which nested settings differ, each with its name, as `block.mass_kg 2.98, now 2.97`."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key in dict.fromkeys([*then, *now]):
+            yield from differences(then.get(key), now.get(key), f"{name}.{key}" if name else key)
+    elif then != now:
+        yield " ".join(f"{name} {then}, now {now}".split())[:120]
+
+
+def some(words: Sequence[str]) -> str:
+    """Some words of a list, and how many more there are."""
+    more = f" and {len(words) - SHOWN} more" if len(words) > SHOWN else ""
+    return ", ".join(words[:SHOWN]) + more
+
+
+def in_doubt(found: Comparison) -> list[str]:
+    """A line for each of some products in doubt, and one for the others; without those never made."""
+    told = [
+        doubt
+        for log, doubts in found.doubts.items()
+        if found.entries[log] or {doubt.state for doubt in doubts} != {"missing"}
+        for doubt in doubts
+        if not doubt.derived
+    ]
+    lines = [f"{doubt.path} {doubt.why}" for doubt in told[:SHOWN]]
+    return lines + ([f"and {len(told) - SHOWN} more"] if len(told) > SHOWN else [])
+
+
+def other_software(entries: Iterable[Entry | None]) -> str:
+    """How many products were made by other software than what is installed, and which; else empty."""
+    now, products, changed = software(), 0, set()
+    for entry in filter(None, entries):
+        then = entry.software
+        other = {name for name in {*now, *then} if now.get(name) != then.get(name)}
+        products += len(entry.outputs) if other else 0
+        changed |= {f"{name} {then.get(name, 'none')}, now {now.get(name, 'none')}" for name in other}
+    return f"{products} products were made by other software ({some(sorted(changed))})" if changed else ""
+
+
+def verified(found: Comparison, folder: Path) -> tuple[list[str], bool]:
+    """A line for each product of a campaign that is not what a run would make, and for each other file.
+
+    Parameters
+    ----------
+    found : Comparison
+        Of a plan that holds the whole campaign.
+    folder : Path
+        `results/NAME`.
+
+    Returns
+    -------
+    lines : list of str
+        Each begins with missing, damaged, stale or foreign; the last says how many there are of each.
+    whole : bool
+        There is none.
+    """
+    products = {path for step in found.steps for path in step.outputs if folder in Path(path).parents}
+    doubts = [each for doubts in found.doubts.values() for each in doubts if each.path in products]
+    doubts.sort(key=lambda each: each.path)
+    lines = [f"{each.state}: {each.path}" for each in doubts if each.state != "stale"]
+    lines += [f"stale: {each.path} {each.why}" for each in doubts if each.state == "stale"]
+    foreign = left_over(folder, products)
+    lines += [f"foreign: {folder}/{path}" for path in foreign]
+    if told := other_software(found.entries.values()):
+        lines.append(f"software: {told}")
+    numbers = {state: sum(doubt.state == state for doubt in doubts) for state in get_args(State)}
+    numbers = {"whole": len(products) - len(doubts)} | numbers | {"foreign": len(foreign)}
+    lines.append(f"{folder}: " + ", ".join(f"{number} {state}" for state, number in numbers.items()))
+    return lines, not doubts and not foreign
+
+
+def left_over(folder: Path, products: Collection[str]) -> list[str]:
+    """Files in a campaign's folder of results that are none of its products, relative to it.
+
+    Parameters
+    ----------
+    folder : Path
+        `results/NAME`; hidden files and those in `NOT_PRODUCTS` do not count.
+    products : collection of str
+        Paths of the products.
+    """
+    found = []
+    for above, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".") and name not in NOT_PRODUCTS]
+        paths = (Path(above, name) for name in files if not name.startswith("."))
+        found += [path.relative_to(folder).as_posix() for path in paths if path.as_posix() not in products]
+    return sorted(found)
