@@ -11,8 +11,9 @@ from types import SimpleNamespace
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs import ledger, soundness
-from freerock.jobs.ledger import at_work, checksum, entry_path, look, read_entry, settled
+from freerock.jobs import contents, ledger, soundness
+from freerock.jobs.contents import LOOKS, checksum, look, settled
+from freerock.jobs.ledger import at_work, entry_path, read_entry
 from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(
@@ -198,7 +199,7 @@ def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
 def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):
     time.sleep(0.03)  # now the times of all files are past
     compare([MADE, READ]).contents.note()
-    monkeypatch.setattr(soundness, "checksum", lambda path: pytest.fail(f"{path} is read"))
+    monkeypatch.setattr(contents, "checksum", lambda path: pytest.fail(f"{path} is read"))
     assert not compare([MADE, READ]).doubts
     with pytest.raises(pytest.fail.Exception, match=r"raw/a\.tdms is read"):
         compare([Step("log/x/y.log", ["raw/a.tdms"], [], {})], thorough=True)
@@ -208,21 +209,21 @@ def test_a_thorough_look_reads_every_file(lab, monkeypatch):
     time.sleep(0.03)
     compare([MADE, READ]).contents.note()
     read = []
-    monkeypatch.setattr(soundness, "checksum", lambda path: read.append(path) or checksum(path))
+    monkeypatch.setattr(contents, "checksum", lambda path: read.append(path) or checksum(path))
     assert not compare([MADE, READ], thorough=True).doubts
     assert sorted(read) == sorted({*MADE.inputs, *MADE.outputs, *READ.outputs})
 
 
 @pytest.mark.parametrize("notes", ["", "[]", '{"raw/a.tdms": 1}', '{"raw/a.tdms": ["0", 1]}', "[" * 100_000])
 def test_damaged_notes_are_none(lab, notes):
-    soundness.LOOKS.write_text(notes)
+    LOOKS.write_text(notes)
     assert not compare([MADE, READ]).doubts
 
 
 def test_looks_that_contradict_each_other_are_not_believed(lab):
     time.sleep(0.03)
     do(MADE)  # the records are seen, their times are past
-    soundness.LOOKS.write_text(json.dumps({path: ["0" * 64, *look(path)] for path in MADE.inputs}))
+    LOOKS.write_text(json.dumps({path: ["0" * 64, *look(path)] for path in MADE.inputs}))
     assert not compare([MADE]).doubts
 
 

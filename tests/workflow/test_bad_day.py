@@ -16,7 +16,7 @@ import pytest
 from small_campaign import ROOT, simulated
 
 from freerock.files import sha256
-from freerock.jobs.ledger import look
+from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line

@@ -12,7 +12,7 @@ from test_bad_day import FIT, RAW, RECORD, Run, raw, run
 from test_reruns import CSV, EVERYTHING, OF_ONE_RECORD, PAGES, REPORT, YAML
 
 from freerock.files import sha256
-from freerock.jobs.ledger import look
+from freerock.jobs.contents import look
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
 from freerock.runs.verdict import in_one_line

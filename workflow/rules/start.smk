@@ -44,10 +44,7 @@ def makes_something():
 def start():
     """Of each run, once."""
     if makes_something():
-        try:
-            check_space()
-        except FreerockError as error:
-            sys.exit(str(error))
+        check_space()
         run_starts()
         watch_folder()
     if workflow.is_main_process:
@@ -128,10 +125,11 @@ def start_campaign(name):
             raise next(check_files(read_campaign(f"config/campaigns/{name}.yaml")))
         if section.truth:
             read_truth(f"{section.raw}/{section.truth}")
+        results = Path("results", name)
+        if makes_something():
+            hold(results)
         start()
         if makes_something():
-            results = Path("results", name)
-            hold_folder(name)
             check_room(results)
             check_clock(results.rglob("*"), map(Path, raw_files(section, section.records)))
     except FreerockError as error:
@@ -139,19 +137,19 @@ def start_campaign(name):
 
 
 @cache
-def hold_folder(name):
-    """Of each campaign, once: no other run may change it meanwhile."""
+def start_studies():
+    """Of the studies, once."""
     try:
-        hold(Path("results", name))
+        if makes_something():
+            hold(Path("results/studies"))
+        start()
     except FreerockError as error:
         sys.exit(str(error))
 
 
 def study_starts(wildcards):
     """Input function of what needs no files."""
-    start()
-    if makes_something():
-        hold_folder("studies")
+    start_studies()
     return []
 
 

@@ -6,10 +6,8 @@ written last and travels with the products; what it does not bear out is made ag
 """
 
 import json
-import os
 import platform
 import re
-import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
@@ -19,12 +17,11 @@ from pathlib import Path
 from typing import Any
 
 from freerock.errors import FreerockError
-from freerock.files import sha256, write_text
+from freerock.files import write_text
+from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
 
 FOLDER = "ledger"
-Look = tuple[int, int, int, int]  # size, times of content and of status [ns], inode
-TICK_NS, COARSE_TICK_NS = 20_000_000, 2_000_000_000  # of a file system's clock, and of one in whole seconds
 
 
 @dataclass(frozen=True)
@@ -67,11 +64,6 @@ def read_entry(path: str | Path) -> Entry | None:
     return entry if sound and all(map(is_look, entry.looks.values())) else None
 
 
-def is_look(seen: Any) -> bool:
-    """Whether a value read from JSON is the look of a file."""
-    return isinstance(seen, list) and len(seen) == 4 and all(isinstance(each, int) for each in seen)
-
-
 @contextmanager
 def at_work(job: Any) -> Iterator[None]:
     """Do the work of a job: messages go to its log, and at the end, without an error, its entry is written.
@@ -108,34 +100,6 @@ def at_work(job: Any) -> Iterator[None]:
 def plain(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Settings as JSON gives them back: lists for tuples."""
     return dict(json.loads(json.dumps(settings)))
-
-
-def checksum(path: str | Path) -> tuple[str, Look | None]:
-    """SHA-256 of a file, and how it looked where a later change is sure to show.
-
-    Raises
-    ------
-    FreerockError
-        It can't be read.
-    """
-    now_ns, before = time.time_ns(), look(path)
-    found = sha256(path)
-    return found, before if before and before == look(path) and settled(before, now_ns) else None
-
-
-def look(path: str | Path) -> Look | None:
-    """How a file looks without being read: what changes its content changes this. None without a file."""
-    try:
-        seen = os.stat(path)
-    except OSError:
-        return None
-    return seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino
-
-
-def settled(seen: Look, now_ns: int) -> bool:
-    """Whether a file that is changed from now on gets another time: its last change is not of this moment."""
-    changed_ns = max(seen[1], seen[2])
-    return now_ns - changed_ns > (COARSE_TICK_NS if changed_ns % 1_000_000_000 == 0 else TICK_NS)
 
 
 @cache

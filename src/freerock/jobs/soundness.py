@@ -1,35 +1,19 @@
 """Whether products are what a run would make now: their plan is compared with the ledger, by content."""
 
-import json
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from freerock.files import write_text
-from freerock.jobs.ledger import (
-    FOLDER,
-    Entry,
-    Look,
-    checksum,
-    entry_path,
-    is_look,
-    look,
-    plain,
-    read_entry,
-    software,
-)
+from freerock.jobs.contents import Contents, Known, known, noted
+from freerock.jobs.ledger import FOLDER, Entry, entry_path, plain, read_entry, software
 
-LOOKS = Path(".snakemake/freerock.looks.json")  # of files on this machine; without it they are read again
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
 NOT_PRODUCTS = {FOLDER, "logs", "benchmarks"}  # folders of a campaign's results
 SHOWN = 5  # of a list
 State = Literal["missing", "damaged", "stale"]
 Entries = Mapping[str, Entry | None]
-Known = dict[str, dict[Look, str]]
 
 
 @dataclass(frozen=True)
@@ -73,68 +57,13 @@ class Doubt:
     derived: bool = False
 
 
-class Contents:
-    """Checksums of files. A file that looks as it did when its checksum was taken is not read again.
-
-    Parameters
-    ----------
-    known : mapping
-        By path, the checksum of each look; empty, every file is read.
-    """
-
-    def __init__(self, known: Known) -> None:
-        self.known = known
-        self.found: dict[str, tuple[str | None, Look | None]] = {}
-
-    def look_at(self, paths: Iterable[str]) -> None:
-        """Take the checksums of files, several at once; FreerockError where one can't be read."""
-        unknown = []
-        for path in dict.fromkeys(paths):
-            if path in self.found:
-                continue
-            seen = look(path)
-            told = self.known.get(path, {}).get(seen) if seen else None
-            if seen is None or told:
-                self.found[path] = told, seen
-            else:
-                unknown.append(path)
-        if unknown:
-            with ThreadPoolExecutor(os.cpu_count()) as pool:
-                self.found |= dict(zip(unknown, pool.map(checksum, unknown), strict=True))
-
-    def sha256(self, path: str) -> str | None:
-        """Checksum of a file; None where there is none."""
-        if path not in self.found:
-            self.look_at([path])
-        return self.found[path][0]
-
-    def note(self, notes: Path = LOOKS) -> None:
-        """Write down what need not be read next time."""
-        seen = {path: [told, *seen] for path, (told, seen) in self.found.items() if told and seen}
-        if seen != _noted(notes):
-            write_text(notes, json.dumps(seen, ensure_ascii=False))
-
-
-def known_looks(entries: Iterable[Entry | None], notes: Path = LOOKS) -> Known:
-    """What jobs and earlier runs saw of files; nothing of what they contradict each other in."""
-    said = [*_noted(notes).items()]
+def known_looks(entries: Iterable[Entry | None]) -> Known:
+    """What jobs and earlier runs saw of files."""
+    seen = noted()
     for entry in filter(None, entries):
         sums = entry.inputs | entry.outputs
-        said += [(path, [sums[path], *seen]) for path, seen in entry.looks.items() if path in sums]
-    known: Known = {}
-    for path, (told, size, modified_ns, changed_ns, inode) in said:
-        looks, seen = known.setdefault(path, {}), (size, modified_ns, changed_ns, inode)
-        if looks.setdefault(seen, told) != told:
-            looks[seen] = ""
-    return known
-
-
-def _noted(notes: Path) -> dict[str, list[Any]]:
-    with suppress(OSError, ValueError, RecursionError):
-        noted = json.loads(notes.read_text(encoding="utf-8"))
-        if isinstance(noted, dict) and all(isinstance(each, list) for each in noted.values()):
-            return {path: each for path, each in noted.items() if is_look(each[1:])}
-    return {}
+        seen += [(path, sums[path], tuple(each)) for path, each in entry.looks.items() if path in sums]
+    return known(seen)
 
 
 @dataclass(frozen=True)
