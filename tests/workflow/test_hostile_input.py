@@ -86,7 +86,7 @@ def test_expressions_and_objects_in_the_configuration_are_refused(tmp_path, key,
 def test_file_names_that_are_patterns_are_refused(tmp_path):
     (tmp_path / "lab.yaml").write_text(YAML)
     (tmp_path / "lab.csv").write_text(COLUMNS + "one,{x}.tdms,,squat,mat,low,,,,\n")
-    with pytest.raises(FreerockError, match=r"'\{x\}\.tdms' has braces.*; rename the file"):
+    with pytest.raises(FreerockError, match=r"'\{x\}\.tdms' has braces.*; rename it"):
         load_campaign(tmp_path / "lab.yaml")
 
 

@@ -20,6 +20,6 @@ def test_each_law_alone_makes_a_report(tmp_path):
         done = checkout.snakemake()
         assert done.returncode == 0, f"{law}: {done.stderr}"
         parameters = read_csv(checkout / "results/lab/tables/parameters.csv")
-        assert set(parameters["model"]) == {law}
+        assert all(model.startswith(law) for model in parameters["model"])  # and its rivals
         assert all(isinstance(unit, str) for unit in parameters["unit"])
         assert (checkout / "results/lab/report.html").exists()
