@@ -112,7 +112,8 @@ def _shares(summary: pd.DataFrame) -> Figure:
             )
         ax.set_title(title, loc="left")
         ax.set_xlabel("share of the runs / %")
-        ax.legend(loc="lower left")
+        ax.set_xlim(right=101)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=len(quantities))
     axes[0].axvline(100 * NAMED_AIM, color="0.5", linewidth=0.8, linestyle=":")
     for aim in COVERED_AIM:
         axes[1].axvline(100 * aim, color="0.5", linewidth=0.8, linestyle=":")
