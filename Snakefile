@@ -41,10 +41,5 @@ onstart:
     workflow.scheduler.job_rate_limiter = None
 
 
-onsuccess:
-    if not workflow.touch:
-        check_again()
-
-
 onerror:
-    LAST.extend(why_failed(log))
+    atexit.register(print, "\n".join(why_failed(log)), file=sys.stderr)  # last, below Snakemake's own lines

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
-from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder
@@ -44,17 +43,8 @@ def code(script, *modules):
     return code_checksum(SCRIPTS / f"{script}.py", *modules)
 
 
-def chosen(name, names, kind, target):
-    """A name of a target among those there are; refused in one line where there is none."""
-    if name not in names:
-        remedy = did_you_mean(name, names) or f"use one of {', '.join(names)}"
-        sys.exit(str(FreerockError(target, f"{name!r} is not {kind}", remedy)))
-    return names[name]
-
-
 def campaign(wildcards):
-    name = wildcards.campaign
-    return chosen(name, CAMPAIGNS, "among the campaigns to analyse", f"results/{name}")
+    return CAMPAIGNS[wildcards.campaign]
 
 
 def raw_files(section, records):
@@ -93,8 +83,7 @@ def figures_of(section):
 def figure_of(wildcards):
     """A figure's line, and the campaign's records that it is of."""
     section = campaign(wildcards)
-    figures = f"results/{section.name}/figures"
-    line, block = chosen(wildcards.figure, figures_of(section), "a figure of this campaign", figures)
+    line, block = figures_of(section)[wildcards.figure]
     return FIGURES[line], [each for each in section.records if block in (None, each.block)]
 
 
