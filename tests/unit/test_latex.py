@@ -75,7 +75,10 @@ def test_names_that_differ_by_signs_alone_get_macros_of_their_own(datasets):
 def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
     records, fitted = datasets
     parameters = parameters_table(fitted)
-    truth = {("b1_marble", 1, "k"): 6.88e6, ("b1_marble", 1, "lambda"): 1.25e8}
+    truth = {
+        ("b1_marble", 1, "hunt_crossley", "k"): 6.88e6,
+        ("b1_marble", 1, "hunt_crossley", "lambda"): 1.25e8,
+    }
     recovered = recovered_table(parameters, truth)
     blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
     first, second = table1(records, blocks), table2(parameters, PUBLISHED)
