@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from beds import beds, starts
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -129,14 +130,6 @@ def test_stiff_limit_is_housners_block(number, quarter_s):
     assert 0 < late[1e12] < 1.31e-4
 
 
-beds = st.tuples(st.floats(2e6, 1e9), st.floats(0, 0.05), st.booleans()).map(
-    lambda x: (
-        ("winkler", {"k": x[0], "c": x[0] * x[1]})
-        if x[2]
-        else ("hunt_crossley", {"k": x[0], "lambda": 1e3 * x[0] * x[1]})
-    )
-)
-starts = st.tuples(st.floats(-0.12, 0.12), st.floats(-0.5, 0.5))
 every_rule = st.sampled_from(["geometric", "tensionless"]).map(lambda rule: Rules(rule, "pivoting"))
 
 

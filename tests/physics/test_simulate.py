@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from beds import beds, starts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -24,15 +25,6 @@ WINKLER, MARBLE = {"k": 6.77e6, "c": 2.17e4}, {"k": 6.88e6, "lambda": 1.30e8}
 LAWS = [("housner", {"r": 0.93}), ("winkler", WINKLER), ("hunt_crossley", MARBLE)]
 RULES = ["geometric", "tensionless"]
 AEROSTOP = {"winkler": {"k": 4.50e6, "c": 4.05e4}, "hunt_crossley": {"k": 2.86e6, "lambda": 8.16e7}}
-
-beds = st.tuples(st.floats(2e6, 1e9), st.floats(0, 0.05), st.booleans()).map(
-    lambda x: (
-        ("winkler", {"k": x[0], "c": x[0] * x[1]})
-        if x[2]
-        else ("hunt_crossley", {"k": x[0], "lambda": 1e3 * x[0] * x[1]})
-    )
-)
-starts = st.tuples(st.floats(-0.12, 0.12), st.floats(-0.5, 0.5))
 
 
 @pytest.mark.parametrize("model", AEROSTOP)

@@ -9,7 +9,7 @@ from freerock.figures import models, restitution
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
-from freerock.tables.paper import angle_notes, table1_text, table2_text, table3_text
+from freerock.tables.paper import angle_notes, printed_tables, table1_text, table2_text, table3_text
 from freerock.tables.restitution import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
@@ -122,12 +122,36 @@ def test_second_record_of_a_scene_is_told_apart():
     assert text["Foundation"].tolist() == ["marble (first)", "", "", "marble (second)", "", ""]
 
 
-def test_without_joint_fits_the_tables_keep_their_columns(datasets):
+def test_a_record_without_joint_fits_shows_the_fits_of_each_run(datasets):
+    tidy = tidy_tables(*datasets)
+    parameters = tidy["parameters"]
+    one = (parameters["test"] == "b1_marble") & (parameters["run"] == "pooled")
+    second = table2(parameters[~one])
+    assert set(second.loc[second["test"] == "b1_marble", "run"]) == set(
+        parameters.loc[(parameters["test"] == "b1_marble") & ~one, "run"]
+    )
+    assert set(second.loc[second["test"] != "b1_marble", "run"]) == {"pooled"}
+    own = second["run"] != "pooled"
+    assert second.loc[own, ["run_mean", "run_scatter"]].isna().all(axis=None)
+    key = ["test", "run", "model", "parameter"]
+    of_runs = parameters.set_index(key)["value"]
+    assert second[own].set_index(key)["value"].to_dict().items() <= of_runs.to_dict().items()
+    printed = table2_text(second)["Foundation"].tolist()
+    assert "marble (b1_marble, run 1)" in printed and "mat" in printed
+
+
+def test_without_joint_fits_the_tables_are_run_by_run(datasets):
     tidy = tidy_tables(*datasets)
     alone = {name: tidy[name][tidy[name]["run"] != "pooled"] for name in ("parameters", "epsilon")}
-    second = table2_text(table2(alone["parameters"]))
-    third = table3_text(table3(alone["epsilon"]))
-    assert list(second) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
-    assert list(third) == ["Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
-    assert second.empty and third.empty
-    assert r"\begin{tabular}{lllll}" in latex(second, "Nothing")
+    frames = {
+        "table1": table1([], {}),
+        "table2": table2(alone["parameters"]),
+        "table3": table3(alone["epsilon"]),
+    }
+    printed = printed_tables(frames, "simulated")
+    assert list(printed["table2"].text) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
+    assert list(printed["table3"].text) == ["Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
+    assert printed["table2"].caption == "Identified parameters, run by run"
+    nothing = table2(alone["parameters"][:0])
+    assert nothing.empty and list(table2_text(nothing)) == list(printed["table2"].text)
+    assert r"\begin{tabular}{lllll}" in latex(table2_text(nothing), "Nothing")

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from freerock.identification.estimate import Estimate
@@ -45,3 +46,14 @@ def test_likelihood_ratio_is_that_of_the_weighted_means():
 def test_one_block_is_no_question():
     assert shared_foundation(estimates("a", [1.0, 1.1])).empty
     assert shared_foundation([]).empty
+
+
+def test_a_law_that_the_runs_reject_says_nothing_of_the_foundation():
+    found = [*estimates("a", [1.0, 1.01, 1.02]), *estimates("b", [1.5, 1.51])]
+    each = [(fit.test, fit.run, fit.model) for fit in found]
+    for rejected, shared in ((each[:2], False), (each[:3], None), (each, None)):
+        table = shared_foundation(found, set(rejected))
+        assert table["n_runs_rejected"].tolist() == [len(rejected)] * 2
+        assert [None if pd.isna(answer) else answer for answer in table["shared"]] == [shared] * 2
+    others = {(test, run, "winkler") for test, run, _ in each}
+    assert shared_foundation(found, others)["n_runs_rejected"].tolist() == [0, 0]

@@ -12,13 +12,17 @@ from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.laws import MODELS, law_of
 
-FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs"]
+FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs", "n_runs_rejected"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent"]
 FOUNDATIONS += ["likelihood_ratio", "likelihood_ratio_p", "f_ratio", "f_p", "shared"]
 SIGNIFICANT = 0.01
 
+Fitted = tuple[str, int | str, str]  # record, run, model
 
-def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
+
+def shared_foundation(
+    estimates: Iterable[Estimate], rejected: Collection[Fitted] = frozenset()
+) -> pd.DataFrame:
     """Do the blocks on one foundation have the same k and damping?
 
     There are two answers. The likelihood ratio of one set of parameters per block against one for all, in the
@@ -30,13 +34,16 @@ def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
     ----------
     estimates : iterable of Estimate
         Those of a campaign; joint fits are left out, and Housner's, whose r belongs to the block.
+    rejected : collection of (str, int, str), optional
+        Record, run and model of the fits that the choice of a model rejects.
 
     Returns
     -------
     pandas.DataFrame
         Columns `FOUNDATIONS`, one row per foundation with two blocks or more, model and parameter; the
         likelihood ratio is that of all parameters of the model together. shared is the answer of the F test
-        (p ≥ 0.01), of the likelihood ratio where no block has two runs.
+        (p ≥ 0.01), of the likelihood ratio where no block has two runs; NA for a law that most of the runs
+        reject (n_runs_rejected), as its parameters are no property of the foundation.
     """
     scenes: dict[tuple[str, str, str], list[Estimate]] = {}
     for each in of_single_runs(estimates):
@@ -45,12 +52,12 @@ def shared_foundation(estimates: Iterable[Estimate]) -> pd.DataFrame:
     rows = [
         dict(zip(("campaign", "foundation", "model"), scene, strict=True)) | answer
         for scene, found in scenes.items()
-        for answer in _answers(found)
+        for answer in _answers(found, sum((e.test, e.run, e.model) in rejected for e in found))
     ]
-    return pd.DataFrame(rows, columns=FOUNDATIONS)
+    return pd.DataFrame(rows, columns=FOUNDATIONS).astype({"shared": "boolean"})
 
 
-def _answers(estimates: list[Estimate]) -> list[dict[str, Any]]:
+def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]:
     """The answer for each parameter of a law on one foundation; none where there is one block only."""
     blocks: dict[str, list[Estimate]] = {}
     for each in estimates:
@@ -70,18 +77,20 @@ def _answers(estimates: list[Estimate]) -> list[dict[str, Any]]:
             scatter = math.sqrt(within[i] / (n_runs - n_blocks))
             f_ratio = between[i] / (n_blocks - 1) / scatter**2
             f_p = float(fdtrc(n_blocks - 1, n_runs - n_blocks, f_ratio))
+        alike = (f_p if math.isfinite(f_p) else ratio_p) >= SIGNIFICANT
         answers.append(
             {
                 "parameter": name,
                 "n_blocks": n_blocks,
                 "n_runs": n_runs,
+                "n_runs_rejected": n_rejected,
                 "between_blocks_percent": 100 * np.std([own.mean(axis=0)[i] for own in logs], ddof=1),
                 "between_runs_percent": 100 * scatter,
                 "likelihood_ratio": ratio,
                 "likelihood_ratio_p": ratio_p,
                 "f_ratio": f_ratio,
                 "f_p": f_p,
-                "shared": bool((f_p if math.isfinite(f_p) else ratio_p) >= SIGNIFICANT),
+                "shared": pd.NA if n_rejected > n_runs / 2 else bool(alike),
             }
         )
     return answers

@@ -46,7 +46,9 @@ def make_tables(
     tables = tidy_tables(records, fits)
     estimates = estimates_of(fits)
     tables["predictions"] = predictions(estimates, motions, blocks, settings["debonding"])
-    tables["foundations"] = shared_foundation(estimates)
+    choice = tables["choice"][tables["choice"]["status"] == "rejected"]
+    rejected = set(choice[["test", "run", "model"]].itertuples(index=False, name=None))
+    tables["foundations"] = shared_foundation(estimates, rejected)
     tables["restitution_comparison"] = restitution_comparison(
         tables["runs"], tables["parameters"], tables["restitution"], blocks
     )

@@ -8,7 +8,7 @@ import pandas as pd
 from freerock.models.laws import MODEL_LABELS
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Labels, Printed, number
+from freerock.tables.paper import Cell, Labels, Printed, name_of, number
 from freerock.tables.text import fixed, quantity
 
 
@@ -55,7 +55,11 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels) -> Sortable:
 def of_records(table: Printed, labels: Labels) -> Sortable:
     """A printed table with several rows per record: tables 2 and 3."""
     rows = [
-        [*_scene(row, labels), *(column.cell(row) for column in table.columns)]
+        [
+            Cell(name_of(row.test, row.run), anchor=_anchor(row.test, row.run)),
+            *_scene(row, labels),
+            *(column.cell(row) for column in table.columns),
+        ]
         for row in table.frame.itertuples()
     ]
     heads = ["Record", "Block", "Foundation", *(column.head for column in table.columns)]
@@ -91,7 +95,7 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
 
 def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
     """The model that each run needs, what else it could be, and why, from the tidy table."""
-    scenes = {row.test: _scene(row, labels)[1:] for row in choice.itertuples()}
+    scenes = {row.test: _scene(row, labels) for row in choice.itertuples()}
     rows = [
         [
             Cell(each.test, anchor=_anchor(each.test, each.run)),
@@ -140,6 +144,5 @@ def _anchor(test: str, run: str) -> str:
 
 
 def _scene(row: Any, labels: Labels) -> list[Cell]:
-    """Record, block and foundation of a row."""
-    names = (labels.get(row.block, row.block), labels.get(row.foundation, row.foundation))
-    return [Cell(row.test, anchor=f"record-{row.test}"), *map(Cell, names)]
+    """Block and foundation of a row."""
+    return [Cell(labels.get(name, name)) for name in (row.block, row.foundation)]

@@ -151,14 +151,14 @@ def printed_tables(
             second,
             columns,
             table2_text(second, labels),
-            "Identified parameters, all runs of a record jointly",
+            f"Identified parameters, {_of_runs(second)}",
             [RUN_BY_RUN_NOTE, *notes] if _RUN_BY_RUN in columns else notes,
         ),
         "table3": Printed(
             third,
             TABLE3,
             table3_text(third, labels),
-            "Discrepancy ε_θ of the joint fit between measured and modelled rotation up to t_f",
+            f"Discrepancy ε_θ between measured and modelled rotation up to t_f, {_of_runs(third)}",
             notes,
         ),
     }
@@ -198,6 +198,19 @@ def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
     return _grouped(frame, labels, TABLE3)
 
 
+def name_of(test: str, run: str | int) -> str:
+    """Printed name of what a fit is of: a record, or a run of it."""
+    return test if str(run) == "pooled" else f"{test}, run {run}"
+
+
+def _of_runs(frame: pd.DataFrame) -> str:
+    """Whether the fits of `summary.table2` or `summary.table3` are joint ones, in words."""
+    joint = frame["run"].astype(str) == "pooled"
+    if joint.all():
+        return "all runs of a record jointly"
+    return "all runs of a record jointly, or run by run" if joint.any() else "run by run"
+
+
 def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Column]) -> pd.DataFrame:
     """Printed rows under the name of their block; a repeated foundation or model is left blank."""
     labels, heads = labels or {}, ["Foundation", *(column.head for column in columns)]
@@ -206,9 +219,10 @@ def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Colum
         if frame["block"].nunique() > 1:
             text.append({"Foundation": labels.get(block, block)})
         for foundation, own in rows.groupby("foundation", sort=False):
-            for test, fits in own.groupby("test", sort=False):
+            several = len(own[["test", "run"]].drop_duplicates()) > 1
+            for (test, run), fits in own.groupby(["test", "run"], sort=False):
                 name = labels.get(foundation, foundation)
-                name += f" ({test})" if own["test"].nunique() > 1 else ""
+                name += f" ({name_of(test, run)})" if several else ""
                 printed = pd.DataFrame(
                     [[name, *(column.cell(row).text for column in columns)] for row in fits.itertuples()],
                     columns=heads,

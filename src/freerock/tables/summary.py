@@ -63,7 +63,9 @@ def table1(
 
 
 def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFrame:
-    """Identified parameters of the pooled fits of the laws, beside the published ones; without their rivals.
+    """Identified parameters of the laws, beside the published ones; without their rivals.
+
+    Of all runs of a record jointly, or of each run of a record without a joint fit.
 
     Parameters
     ----------
@@ -75,29 +77,30 @@ def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFram
     Returns
     -------
     pandas.DataFrame
-        Columns test, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
-        published, success; SI units. run_mean and run_scatter: mean and standard deviation of the fits of
-        single runs.
+        Columns test, run, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
+        published, success; SI units. run is "pooled" for a joint fit, run_mean and run_scatter are mean and
+        standard deviation of the fits of single runs beside it.
     """
     key = ["test", "model", "parameter"]
     single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
     runs = single.groupby(key)["value"].agg(run_mean="mean", run_scatter="std")
-    frame = parameters[(parameters["run"] == "pooled") & parameters["model"].isin(LAWS)].join(runs, on=key)
+    frame = _leading(parameters).join(runs, on=key)
+    frame.loc[frame["run"].astype(str) != "pooled", ["run_mean", "run_scatter"]] = math.nan
     own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
-    columns = ["test", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
+    columns = ["test", "run", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
     return frame[[*columns, "run_mean", "run_scatter", "published", "success"]]
 
 
 def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
-    """Discrepancy ε_θ of the pooled fits, beside the published one, from the tidy table and as `table2`.
+    """Discrepancy ε_θ of the same fits as in `table2`, beside the published one, from the tidy table.
 
-    Columns test, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
+    Columns test, run, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
     """
-    frame = epsilon[(epsilon["run"] == "pooled") & epsilon["model"].isin(LAWS)].reset_index(drop=True)
+    frame = _leading(epsilon).reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
-    columns = ["test", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
+    columns = ["test", "run", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
     return frame[[*columns, "success"]]
 
 
@@ -114,6 +117,12 @@ def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
     released = runs.dropna(subset=["theta0_deg"]).itertuples()
     shifts = (blocks[run.block].b * (1 - math.cos(math.radians(run.theta0_deg))) for run in released)
     return max(shifts, default=math.nan)
+
+
+def _leading(fits: pd.DataFrame) -> pd.DataFrame:
+    """Joint fits of the laws, and the fits of each run of a record that has no joint one."""
+    joint = fits["run"].astype(str) == "pooled"
+    return fits[fits["model"].isin(LAWS) & (joint | ~fits["test"].isin(fits.loc[joint, "test"]))]
 
 
 def _published(published: Published, row: Any, name: str) -> float:
