@@ -155,3 +155,33 @@ def test_without_joint_fits_the_tables_are_run_by_run(datasets):
     nothing = table2(alone["parameters"][:0])
     assert nothing.empty and list(table2_text(nothing)) == list(printed["table2"].text)
     assert r"\begin{tabular}{lllll}" in latex(table2_text(nothing), "Nothing")
+
+
+def test_models_that_most_runs_reject_are_marked(datasets):
+    tidy = tidy_tables(*datasets)
+    runs = tidy["parameters"].loc[lambda frame: frame["test"] == "b1_marble", "run"].unique()
+    numbers = [run for run in runs if run != "pooled"]
+    assert len(numbers) == 2
+
+    def marked(rejected, joint=True):
+        status = ["rejected" if run in rejected else "selected" for run in runs]
+        choice = pd.DataFrame({"test": "b1_marble", "run": runs, "model": "winkler", "status": status})
+        kept = {
+            name: tidy[name][joint | (tidy[name]["run"] != "pooled")] for name in ("parameters", "epsilon")
+        }
+        second, third = table2(kept["parameters"], None, choice), table3(kept["epsilon"], None, choice)
+        for frame in (second, third):
+            other = frame[(frame["test"] != "b1_marble") | (frame["model"] != "winkler")]
+            assert not other["rejected"].any()
+        frames = {"table1": table1([], {}), "table2": second, "table3": third}
+        for printed in list(printed_tables(frames, "simulated").values())[1:]:
+            told = [model for model in printed.text["Model"] if model.endswith("†")]
+            assert told == ["Winkler †"] * second.loc[second["rejected"], "run"].nunique()
+            assert any(note.startswith("† Rejected by most of the runs") for note in printed.notes) == bool(
+                told
+            )
+        return set(second.loc[second["rejected"], "run"])
+
+    assert marked({"pooled", numbers[0]}) == set()
+    assert marked(set(numbers)) == {"pooled"}
+    assert marked(set(numbers[1:]), joint=False) == set(numbers[1:])

@@ -56,8 +56,8 @@ def make_tables(
     published = settings["published"]
     for name, frame in (
         ("table1", table1(records, blocks, settings["release_angles_deg"])),
-        ("table2", table2(tables["parameters"], published)),
-        ("table3", table3(tables["epsilon"], published)),
+        ("table2", table2(tables["parameters"], published, tables["choice"])),
+        ("table3", table3(tables["epsilon"], published, tables["choice"])),
     ):
         tables[name] = frame.assign(origin=origin)
     for name, frame in tables.items():

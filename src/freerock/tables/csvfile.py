@@ -9,7 +9,7 @@ from freerock.files import atomic
 
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
 NAMES += ["parameter", "unit"]
-FLAGS = ["success", "excluded", "selected", "explains"]  # true or false, which an empty column does not say
+FLAGS = ["success", "excluded", "selected", "explains", "rejected"]  # true or false, which an empty column does not say
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> None:

@@ -17,6 +17,11 @@ RUN_BY_RUN_NOTE = (
     "Identified: jointly, with its standard error. Run by run: mean and standard deviation of the fits of "
     "single runs; where it exceeds the standard error, releases differ by more than the noise."
 )
+REJECTED = " †"
+REJECTED_NOTE = (
+    "† Rejected by most of the runs: more than noise is left, and the numbers describe the fit, not the "
+    "foundation. What explains the runs: table of candidates."
+)
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
 
 # Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
@@ -77,7 +82,7 @@ def _between_runs(row: Any) -> str:
     return quantity(row.run_mean, row.run_scatter) if math.isfinite(row.run_scatter) else "–"
 
 
-_MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model]))
+_MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + (REJECTED if row.rejected else "")))
 PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
 _RUN_BY_RUN = Column("Run by run", lambda row: number(_between_runs(row), row.run_mean))
 
@@ -152,14 +157,14 @@ def printed_tables(
             columns,
             table2_text(second, labels),
             f"Identified parameters, {_of_runs(second)}",
-            [RUN_BY_RUN_NOTE, *notes] if _RUN_BY_RUN in columns else notes,
+            [*_rejected_note(second), *([RUN_BY_RUN_NOTE] if _RUN_BY_RUN in columns else []), *notes],
         ),
         "table3": Printed(
             third,
             TABLE3,
             table3_text(third, labels),
             f"Discrepancy ε_θ between measured and modelled rotation up to t_f, {_of_runs(third)}",
-            notes,
+            [*_rejected_note(third), *notes],
         ),
     }
 
@@ -201,6 +206,10 @@ def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 def name_of(test: str, run: str | int) -> str:
     """Printed name of what a fit is of: a record, or a run of it."""
     return test if str(run) == "pooled" else f"{test}, run {run}"
+
+
+def _rejected_note(frame: pd.DataFrame) -> list[str]:
+    return [REJECTED_NOTE] if frame["rejected"].any() else []
 
 
 def _of_runs(frame: pd.DataFrame) -> str:

@@ -62,7 +62,9 @@ def table1(
     return pd.DataFrame(rows)
 
 
-def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+def table2(
+    parameters: pd.DataFrame, published: Published = None, choice: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """Identified parameters of the laws, beside the published ones; without their rivals.
 
     Of all runs of a record jointly, or of each run of a record without a joint fit.
@@ -73,13 +75,16 @@ def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFram
         Tidy table.
     published : mapping, optional
         Published values by block, foundation, model and quantity.
+    choice : pandas.DataFrame, optional
+        Tidy table.
 
     Returns
     -------
     pandas.DataFrame
         Columns test, run, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
-        published, success; SI units. run is "pooled" for a joint fit, run_mean and run_scatter are mean and
-        standard deviation of the fits of single runs beside it.
+        published, success, rejected (by the choice of most of the fitted runs); SI units. run is "pooled"
+        for a joint fit, run_mean and run_scatter are mean and standard deviation of the fits of single runs
+        beside it.
     """
     key = ["test", "model", "parameter"]
     single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
@@ -90,18 +95,23 @@ def table2(parameters: pd.DataFrame, published: Published = None) -> pd.DataFram
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
     columns = ["test", "run", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
-    return frame[[*columns, "run_mean", "run_scatter", "published", "success"]]
+    frame["rejected"] = _rejected(frame, choice)
+    return frame[[*columns, "run_mean", "run_scatter", "published", "success", "rejected"]]
 
 
-def table3(epsilon: pd.DataFrame, published: Published = None) -> pd.DataFrame:
+def table3(
+    epsilon: pd.DataFrame, published: Published = None, choice: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """Discrepancy ε_θ of the same fits as in `table2`, beside the published one, from the tidy table.
 
-    Columns test, run, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success.
+    Columns test, run, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success,
+    rejected.
     """
     frame = _leading(epsilon).reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     columns = ["test", "run", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
-    return frame[[*columns, "success"]]
+    frame["rejected"] = _rejected(frame, choice)
+    return frame[[*columns, "success", "rejected"]]
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
@@ -123,6 +133,24 @@ def _leading(fits: pd.DataFrame) -> pd.DataFrame:
     """Joint fits of the laws, and the fits of each run of a record that has no joint one."""
     joint = fits["run"].astype(str) == "pooled"
     return fits[fits["model"].isin(LAWS) & (joint | ~fits["test"].isin(fits.loc[joint, "test"]))]
+
+
+def _rejected(fits: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
+    """Whether the model of each fit is rejected by its run; of a joint fit, by most runs of the record."""
+    if choice is None or choice.empty:
+        return [False] * len(fits)
+    rejected = choice["status"] == "rejected"
+    of_run = rejected.groupby([choice["test"], choice["run"].astype(str), choice["model"]]).any()
+    single = of_run[of_run.index.get_level_values("run") != "pooled"]
+    of_record = single.groupby(["test", "model"]).mean() > 0.5
+    return [
+        bool(
+            of_record.get((fit.test, fit.model), False)
+            if fit.run == "pooled"
+            else of_run.get((fit.test, str(fit.run), fit.model), False)
+        )
+        for fit in fits.itertuples()
+    ]
 
 
 def _published(published: Published, row: Any, name: str) -> float:
