@@ -9,7 +9,8 @@ from freerock.files import atomic
 
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
 NAMES += ["parameter", "unit"]
-FLAGS = ["success", "excluded", "selected", "explains", "rejected"]  # true or false, which an empty column does not say
+# true or false, which an empty column does not say
+FLAGS = ["success", "excluded", "selected", "explains", "rejected"]
 
 
 def write_csv(frame: pd.DataFrame, path: str | Path) -> None:
