@@ -41,5 +41,10 @@ onstart:
     workflow.scheduler.job_rate_limiter = None
 
 
+onsuccess:
+    if workflow.is_main_process and not workflow.touch:
+        check_again()
+
+
 onerror:
-    atexit.register(print, "\n".join(why_failed(log)), file=sys.stderr)  # last, below Snakemake's own lines
+    LAST.extend(why_failed(log))

@@ -11,13 +11,15 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from secrets import token_hex
 from typing import Any
 
 from freerock.errors import FreerockError, exit_code
 
 MANIFEST = "manifest.csv"
 MOST_JSON_BYTES = 50_000_000
+PARTIAL = ".*.partial*"  # names of files that are being written
 COLUMNS = ["file", "sha256", "bytes"]
 
 
@@ -31,7 +33,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
         The file or its folder can't be written.
     """
     path = Path(path)
-    partial = path.with_name(f".{path.stem}.partial{path.suffix}")
+    partial = path.with_name(f".{token_hex(8)}.partial{path.suffix}")  # its own: others may write it too
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
@@ -111,7 +113,12 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     for row in listed:
         if not row["sha256"]:
             raise FreerockError(manifest, f"lists no sha256 of {row['file']}", "write the manifest again")
-    return {row["file"]: row["sha256"] for row in listed}
+    return {plain_path(row["file"]): row["sha256"] for row in listed}
+
+
+def plain_path(path: str) -> str:
+    """A path as it is written without detours: `a/b` for `./a//b`."""
+    return PurePosixPath(path).as_posix()
 
 
 def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> None:
@@ -131,7 +138,7 @@ def check_manifest(folder: str | Path, files: Iterable[str] | None = None) -> No
     """
     folder = Path(folder)
     listed = listed_checksums(folder)
-    for file in listed if files is None else files:
+    for file in listed if files is None else map(plain_path, files):
         if file not in listed:
             continue
         check_file(folder, file, listed[file])

@@ -7,7 +7,16 @@ import sys
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.files import atomic, check_manifest, listed_checksums, main, sha256, write_json, write_manifest
+from freerock.files import (
+    PARTIAL,
+    atomic,
+    check_manifest,
+    listed_checksums,
+    main,
+    sha256,
+    write_json,
+    write_manifest,
+)
 
 
 @pytest.fixture
@@ -108,16 +117,41 @@ def test_atomic_leaves_all_or_nothing(tmp_path):
     assert [each.read_text() for each in path.parent.iterdir()] == ["new"]
 
 
-def test_atomic_writes_over_what_a_killed_process_left(tmp_path):
+def test_two_that_write_one_file_at_once_keep_out_of_each_others_way(tmp_path):
+    path = tmp_path / "a.txt"
+    with atomic(path) as one:
+        one.write_text("one")
+        with atomic(path) as other:
+            other.write_text("other")
+        assert path.read_text() == "other"
+    assert path.read_text() == "one"
+    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_what_a_killed_process_leaves_is_hidden_and_known_by_its_name(tmp_path):
     code = (
         "import os, sys; from freerock.files import atomic\n"
         "with atomic(sys.argv[1]) as partial: partial.write_text('half'); os._exit(9)"
     )
     assert subprocess.run([sys.executable, "-c", code, tmp_path / "a.txt"]).returncode == 9
-    assert len(list(tmp_path.iterdir())) == 1
     with atomic(tmp_path / "a.txt") as partial:
         partial.write_text("whole")
-    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
+    (left,) = tmp_path.glob(PARTIAL)
+    assert (tmp_path / "a.txt").read_text() == "whole"
+    assert left.suffix == ".txt"
+
+
+@pytest.mark.parametrize("name", ["./a.tdms", ".//a.tdms", "day1/./b.tdms"])
+def test_a_detour_to_a_file_does_not_pass_the_manifest(folder, name):
+    (folder / name).write_bytes(b"changed")
+    with pytest.raises(FreerockError, match="has the sha256"):
+        check_manifest(folder, [name])
+
+
+def test_a_detour_in_the_manifest_lists_the_file(folder):
+    manifest = folder / "manifest.csv"
+    manifest.write_text(manifest.read_text().replace("a.tdms", "./a.tdms"))
+    assert {*listed_checksums(folder)} == {"a.tdms", "day1/b.tdms"}
 
 
 def test_unwritable_folder_is_told(tmp_path):

@@ -1,15 +1,19 @@
-"""After a bad day: locks of a killed run, times from the future."""
+"""After a bad day: leavings of a killed run, its jobs, another run, times from the future."""
 
 import fcntl
 import os
+import signal
+import subprocess
+import sys
 import tempfile
 import time
+from pathlib import Path
 from threading import Thread
 
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs.guard import JOBS, RUNS, check_clock, check_folder, check_room, job_runs, run_starts
+from freerock.jobs.guard import JOBS, RUNS, check_clock, check_folder, check_room, hold, job_runs, run_starts
 
 
 @pytest.fixture
@@ -18,9 +22,13 @@ def locks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / ".snakemake/locks"
     folder.mkdir(parents=True)
+    (tmp_path / "results").mkdir()
     for name in ("0.input.lock", "0.output.lock"):
         (folder / name).touch()
-    return folder
+    stdin = os.dup(0)
+    yield folder
+    os.dup2(stdin, 0)
+    os.close(stdin)
 
 
 def at_work(path):
@@ -30,15 +38,32 @@ def at_work(path):
     return file
 
 
-def test_locks_of_a_killed_run_are_taken_away(locks):
+def is_free(path):
+    with open(path) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
+
+
+def test_locks_and_half_files_of_a_killed_run_are_taken_away(locks):
+    half = Path("results/lab/fits/.0123456789abcdef.partial.nc")
+    half.parent.mkdir(parents=True)
+    for path in (half, half.with_name("whole.nc")):
+        path.touch()
     run_starts()
     assert not list(locks.iterdir())
+    assert [path.name for path in half.parent.iterdir()] == ["whole.nc"]
 
 
-def test_locks_of_a_run_at_work_stay(locks):
+def test_locks_and_files_of_a_run_at_work_stay(locks):
+    half = Path("results/.0123456789abcdef.partial.nc")
+    half.touch()
     at_work(RUNS)
     run_starts()
     assert len(list(locks.iterdir())) == 2
+    assert half.exists()
 
 
 def test_this_run_is_seen_by_the_next(locks):
@@ -48,7 +73,10 @@ def test_this_run_is_seen_by_the_next(locks):
     assert len(list(locks.iterdir())) == 1
 
 
-def test_jobs_of_a_killed_run_are_waited_for(locks, capsys):
+@pytest.mark.parametrize("left", [True, False], ids=["locks left", "no locks left"])
+def test_jobs_of_a_killed_run_are_waited_for(locks, capsys, left):
+    for lock in () if left else locks.iterdir():
+        lock.unlink()
     job = at_work(JOBS)
     run = Thread(target=run_starts, daemon=True)
     run.start()
@@ -56,16 +84,31 @@ def test_jobs_of_a_killed_run_are_waited_for(locks, capsys):
         time.sleep(0.01)
     assert told == "A run was killed; waiting for the jobs it left at work.\n"
     assert run.is_alive()
-    assert list(locks.iterdir())
+    assert bool(list(locks.iterdir())) == left
     os.close(job)
     run.join(10)
     assert not list(locks.iterdir())
 
 
-def test_a_job_is_seen(locks):
-    job_runs()
-    with open(JOBS) as jobs, pytest.raises(BlockingIOError):
-        fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+def test_a_job_is_seen_from_its_first_moment_until_it_ends(locks):
+    """Even one that imports nothing and outlives the run that started it."""
+    code = "import subprocess, sys; from freerock.jobs.guard import job_runs; job_runs(); "
+    code += "print(subprocess.Popen(['sleep', '600'], stdout=-3, stderr=-3).pid)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not is_free(JOBS)
+    os.kill(int(done.stdout), signal.SIGKILL)
+    end = time.monotonic() + 10
+    while not is_free(JOBS):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def test_a_campaign_has_one_run_at_a_time(locks):
+    hold(Path("results/lab"))
+    hold(Path("results/other"))
+    with pytest.raises(FreerockError) as told:
+        hold(Path("results/lab"))
+    assert str(told.value) == "results/lab: another run is at work on it; wait until it has ended"
 
 
 def test_outside_of_snakemake_nothing_is_made(tmp_path, monkeypatch):

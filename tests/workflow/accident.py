@@ -1,7 +1,8 @@
 """Accidents at a chosen moment: `sitecustomize` of the processes that Snakemake starts.
 
 ACCIDENT says what happens when the product AT (the end of its path) is written in full under its temporary
-name and not yet renamed. MARK is a file that tells that the moment has come.
+name and not yet renamed, or, "kill run early", in the first moment of a job. MARK is a file that tells that
+the moment has come.
 """
 
 import os
@@ -14,21 +15,28 @@ ACCIDENT, AT, MARK = (os.environ.get(name, "") for name in ("ACCIDENT", "AT", "M
 rename = os.replace
 
 
+def strike(source):
+    with open(MARK, "w") as mark:
+        mark.write(str(source))
+    if ACCIDENT == "kill job":
+        os.kill(os.getpid(), signal.SIGKILL)
+    elif ACCIDENT.startswith("kill run"):  # its job outlives it, until the mark is taken away
+        os.kill(os.getsid(0), signal.SIGKILL)
+    end = time.monotonic() + 600
+    while os.path.exists(MARK) and time.monotonic() < end:
+        time.sleep(0.05)
+
+
 def replace(source, target):
     if str(target).endswith(AT):
-        with open(MARK, "w") as mark:
-            mark.write(str(source))
-        if ACCIDENT == "kill job":
-            os.kill(os.getpid(), signal.SIGKILL)
-        elif ACCIDENT == "kill run":  # its job outlives it, until the mark is taken away
-            os.kill(os.getsid(0), signal.SIGKILL)
-        end = time.monotonic() + 600
-        while os.path.exists(MARK) and time.monotonic() < end:
-            time.sleep(0.05)
+        strike(source)
     rename(source, target)
 
 
+of_a_job = any(".snakemake/scripts" in word for word in sys.orig_argv)
 if ACCIDENT in ("kill job", "kill run", "wait"):
     os.replace = replace
-if ACCIDENT == "full disk" and any(".snakemake/scripts" in word for word in sys.orig_argv):
+if ACCIDENT == "kill run early" and of_a_job:
+    strike("")
+if ACCIDENT == "full disk" and of_a_job:
     resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))  # no file grows longer

@@ -72,6 +72,42 @@ def test_a_misspelt_option_is_told(lab):
     assert done.stderr.splitlines()[-1] == "--config: campaign: unknown key; did you mean 'campaigns'?"
 
 
+@pytest.mark.parametrize(
+    ("target", "told"),
+    [
+        (
+            "results/lob/complete.txt",
+            "results/lob: 'lob' is not among the campaigns to analyse; did you mean 'lab'?",
+        ),
+        (
+            "results/marble/tables/runs.csv",
+            "results/marble: 'marble' is not among the campaigns to analyse; use one of lab",
+        ),
+        (
+            "results/lab/figures/models_tal.pdf",
+            "results/lab/figures: 'models_tal' is not a figure of this campaign; did you mean 'models_tall'?",
+        ),
+        (
+            "results/lob/records/one.nc",
+            "results/lob: 'lob' is not among the campaigns to analyse; did you mean 'lab'?",
+        ),
+        (
+            "./results/lab/fits/oen.nc",
+            "results/lab/fits/oen.nc: 'oen' is not a record of this campaign; did you mean 'one'?",
+        ),
+        (
+            "results/lab/figures/qc_on.pdf",
+            "results/lab/figures/qc_on.pdf: 'on' is not a record of this campaign; did you mean 'one'?",
+        ),
+    ],
+)
+def test_a_misspelt_target_is_told(lab, target, told):
+    done = lab.snakemake("--dry-run", target)
+    assert done.returncode == 1
+    assert done.stderr.splitlines()[-1] == told
+    assert "Traceback" not in done.stderr
+
+
 def test_results_that_cannot_be_written(lab):
     (lab / "results").write_text("")
     done = lab.snakemake()

@@ -1,10 +1,12 @@
 import logging
 import os
+import re
 import sys
 from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
+from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder
@@ -14,6 +16,7 @@ from freerock.jobs.reruns import PACKAGE, code_checksum
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
+A_CAMPAIGN = "among the campaigns to analyse"
 
 
 try:
@@ -43,8 +46,33 @@ def code(script, *modules):
     return code_checksum(SCRIPTS / f"{script}.py", *modules)
 
 
+def unknown(name, names, kind, target):
+    """The line about a name of a target that is none of those there are; empty where it is."""
+    remedy = did_you_mean(name, names) or f"use one of {', '.join(names)}"
+    return "" if name in names else str(FreerockError(target, f"{name!r} is not {kind}", remedy))
+
+
+def chosen(name, names, kind, target):
+    """A name of a target among those there are; refused in one line where there is none."""
+    if told := unknown(name, names, kind, target):
+        sys.exit(told)
+    return names[name]
+
+
+def misspelt(targets):
+    """A line for each target of a step that is no record's; Snakemake says no more than that no rule makes it."""
+    for target in map(os.path.normpath, targets):
+        if found := re.fullmatch(r"results/(\w+)/(?:records/|fits/|figures/qc_)(\w+)\.\w+", target):
+            name, test = found.groups()
+            tests = {each.test for each in CAMPAIGNS[name].records} if name in CAMPAIGNS else ()
+            no_campaign = unknown(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
+            if told := no_campaign or unknown(test, sorted(tests), "a record of this campaign", target):
+                yield told
+
+
 def campaign(wildcards):
-    return CAMPAIGNS[wildcards.campaign]
+    name = wildcards.campaign
+    return chosen(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
 
 
 def raw_files(section, records):
@@ -83,7 +111,8 @@ def figures_of(section):
 def figure_of(wildcards):
     """A figure's line, and the campaign's records that it is of."""
     section = campaign(wildcards)
-    line, block = figures_of(section)[wildcards.figure]
+    figures = f"results/{section.name}/figures"
+    line, block = chosen(wildcards.figure, figures_of(section), "a figure of this campaign", figures)
     return FIGURES[line], [each for each in section.records if block in (None, each.block)]
 
 

@@ -1,7 +1,7 @@
 """The end of a campaign: fails, with a line for each record that has no usable run."""
 
 from freerock.jobs.complete import complete
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 
-log_to(snakemake.log[0])
-complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)
+with at_work(snakemake):
+    complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)

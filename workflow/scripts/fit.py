@@ -3,14 +3,14 @@
 from freerock.jobs.describe import described
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import give_up, make_fits
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 
-log_to(snakemake.log[0])
-records = described(snakemake.params.records, snakemake.config["descriptions"])
-inputs = dict(zip(records, snakemake.input.records, strict=True))
-outputs = dict(zip(records, snakemake.output.fits, strict=True))
-make_each(
-    list(records),
-    lambda test: make_fits(records[test] | snakemake.params.shared, inputs[test], outputs[test]),
-    lambda test, reason: give_up(records[test], outputs[test], reason),
-)
+with at_work(snakemake):
+    records = described(snakemake.params.records, snakemake.config["descriptions"])
+    inputs = dict(zip(records, snakemake.input.records, strict=True))
+    outputs = dict(zip(records, snakemake.output.fits, strict=True))
+    make_each(
+        list(records),
+        lambda test: make_fits(records[test] | snakemake.params.shared, inputs[test], outputs[test]),
+        lambda test, reason: give_up(records[test], outputs[test], reason),
+    )

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.jobs.printed import print_tables
 
-log_to(snakemake.log[0])
-params = snakemake.params
-files = {Path(path).stem: path for path in snakemake.input}
-folder = Path(snakemake.output.numbers).parent
-print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)
+with at_work(snakemake):
+    params = snakemake.params
+    files = {Path(path).stem: path for path in snakemake.input}
+    folder = Path(snakemake.output.numbers).parent
+    print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)

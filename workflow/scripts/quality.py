@@ -1,16 +1,14 @@
 """Quality control of some records, a page per run."""
 
 from freerock.jobs.each import make_each
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.jobs.quality import make_pages
 
-log_to(snakemake.log[0])
-pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
-inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))
+with at_work(snakemake):
+    pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
+    inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))
 
+    def make(test, reason=""):
+        make_pages(*inputs[test], pages[test].removesuffix(".png"), snakemake.params.labels, reason)
 
-def make(test, reason=""):
-    make_pages(*inputs[test], pages[test].removesuffix(".png"), snakemake.params.labels, reason)
-
-
-make_each(list(pages), make, make)
+    make_each(list(pages), make, make)

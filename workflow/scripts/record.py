@@ -2,14 +2,14 @@
 
 from freerock.jobs.describe import described
 from freerock.jobs.each import make_each
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.jobs.record import give_up, make_record
 
-log_to(snakemake.log[0])
-records = described(snakemake.params.records, snakemake.config["descriptions"])
-outputs = dict(zip(records, snakemake.output.records, strict=True))
-make_each(
-    list(records),
-    lambda test: make_record(records[test] | snakemake.params.shared, outputs[test]),
-    lambda test, reason: give_up(records[test], outputs[test], reason),
-)
+with at_work(snakemake):
+    records = described(snakemake.params.records, snakemake.config["descriptions"])
+    outputs = dict(zip(records, snakemake.output.records, strict=True))
+    make_each(
+        list(records),
+        lambda test: make_record(records[test] | snakemake.params.shared, outputs[test]),
+        lambda test, reason: give_up(records[test], outputs[test], reason),
+    )

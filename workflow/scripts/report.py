@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.jobs.report import make_report
 
-log_to(snakemake.log[0])
-inputs, params = snakemake.input, snakemake.params
-pairs = zip(inputs.records, inputs.fits, strict=True)
-make_report(
-    {"campaign": params.campaign, "blocks": params.blocks},
-    {Path(record).stem: (record, fits) for record, fits in pairs},
-    {Path(path).stem: path for path in inputs.tables},
-    list(zip(params.titles, inputs.figures, strict=True)),
-    {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
-    dict(snakemake.output.items()),
-)
+with at_work(snakemake):
+    inputs, params = snakemake.input, snakemake.params
+    pairs = zip(inputs.records, inputs.fits, strict=True)
+    make_report(
+        {"campaign": params.campaign, "blocks": params.blocks},
+        {Path(record).stem: (record, fits) for record, fits in pairs},
+        {Path(path).stem: path for path in inputs.tables},
+        list(zip(params.titles, inputs.figures, strict=True)),
+        {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
+        dict(snakemake.output.items()),
+    )

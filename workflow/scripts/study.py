@@ -2,9 +2,9 @@
 
 from importlib import import_module
 
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.tables.csvfile import write_csv
 
-log_to(snakemake.log[0])
-study = import_module(f"freerock.studies.{snakemake.wildcards.study}")
-write_csv(study.run(snakemake.params.size), snakemake.output.csv)
+with at_work(snakemake):
+    study = import_module(f"freerock.studies.{snakemake.wildcards.study}")
+    write_csv(study.run(snakemake.params.size), snakemake.output.csv)

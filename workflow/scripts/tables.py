@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from freerock.jobs.log import log_to
+from freerock.jobs.ledger import at_work
 from freerock.jobs.tables import make_tables
 
-log_to(snakemake.log[0])
-inputs = snakemake.input
-make_tables(snakemake.params, inputs.records, inputs.fits, Path(snakemake.output[0]).parent)
+with at_work(snakemake):
+    inputs = snakemake.input
+    make_tables(snakemake.params, inputs.records, inputs.fits, Path(snakemake.output[0]).parent)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator
 
+from freerock.files import plain_path
 from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
@@ -109,7 +110,7 @@ def check_name(name: str, names: Collection[str], kind: str) -> None:
 
 
 def check_inside(file: str) -> str:
-    """Refuse the path of a file that may lie outside of the raw folder, or that has no name to print."""
+    """The path of a file in the raw folder, without detours; one outside or without a name is refused."""
     if UNPRINTED.search(file):
         raise Invalid("the file name is not UTF-8, or holds control characters", "rename the file")
     try:
@@ -122,7 +123,7 @@ def check_inside(file: str) -> str:
     if file.startswith("/") or ".." in PurePosixPath(file).parts or re.search(r"[\\:\x00-\x1f]", file):
         remedy = "give a path below it, with / between folders"
         raise Invalid(f"{file!r} is not inside the raw folder", remedy)
-    return check_braces(file)
+    return plain_path(check_braces(file))
 
 
 def check_braces(path: str) -> str:

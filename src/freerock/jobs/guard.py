@@ -1,4 +1,4 @@
-"""What a run may find: locks of a killed run, its jobs at work, no room to write, times of a wrong clock."""
+"""What a run may find: leavings and jobs of a killed run, another run, no room to write, a wrong clock."""
 
 import errno
 import os
@@ -10,13 +10,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from freerock.errors import FreerockError
+from freerock.files import PARTIAL
 
 ROOM = "give yourself the right to write there, or use --directory"
-RUNS, JOBS = Path(".snakemake/freerock.runs"), Path(".snakemake/freerock.jobs")
+RUNS, JOBS = Path("results/.runs"), Path("results/.jobs")
 
 
 def run_starts() -> None:
-    """Take away the locks of Snakemake that a killed run has left, after the last of its jobs has ended.
+    """Clear away the locks and half files that a killed run has left, after the last of its jobs has ended.
 
     Runs and jobs hold locks of the operating system, which end with their process. Where another run is
     alive, or the file system knows no such locks, nothing is taken away and Snakemake refuses to start.
@@ -28,25 +29,52 @@ def run_starts() -> None:
         runs = os.open(RUNS, os.O_CREAT | os.O_RDWR, 0o666)
         with suppress(BlockingIOError):  # another run is alive
             fcntl.flock(runs, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if left := list(RUNS.parent.glob("locks/*.lock")):
-                jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
-                try:
-                    fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                except BlockingIOError:
-                    print("A run was killed; waiting for the jobs it left at work.", file=sys.stderr)
-                    fcntl.flock(jobs, fcntl.LOCK_EX)
-                os.close(jobs)
-                for lock in left:
-                    lock.unlink()
+            jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
+            try:
+                fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                print("A run was killed; waiting for the jobs it left at work.", file=sys.stderr)
+                fcntl.flock(jobs, fcntl.LOCK_EX)
+            os.close(jobs)
+            for left in (*Path(".snakemake/locks").glob("*.lock"), *RUNS.parent.rglob(PARTIAL)):
+                left.unlink()
         fcntl.flock(runs, fcntl.LOCK_SH)  # until this process ends
+    job_runs()
 
 
 def job_runs() -> None:
-    """Let a later run see that this process, a job of Snakemake, is at work, until it ends."""
+    """Let a later run see that this process and all that it starts are at work, until the last of them ends.
+
+    The lock is their standard input, which a process has from its first moment, long before its imports;
+    no other file is handed on to the jobs that Snakemake starts.
+    """
     import fcntl
 
     with suppress(OSError):  # not below Snakemake
-        fcntl.flock(os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_SH)
+        jobs = os.open(JOBS, os.O_CREAT | os.O_RDWR, 0o666)
+        fcntl.flock(jobs, fcntl.LOCK_SH)
+        os.dup2(jobs, 0)
+        os.close(jobs)
+
+
+def hold(folder: Path) -> None:
+    """Keep other runs from a campaign's folder of products until this process ends.
+
+    Raises
+    ------
+    FreerockError
+        Another run is at work on it.
+    """
+    import fcntl
+
+    with suppress(OSError):  # no right to write, of which check_room tells, or no such locks
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            fcntl.flock(
+                os.open(folder / ".lock", os.O_CREAT | os.O_RDWR, 0o666), fcntl.LOCK_EX | fcntl.LOCK_NB
+            )
+        except BlockingIOError:
+            raise FreerockError(folder, "another run is at work on it", "wait until it has ended") from None
 
 
 def check_folder(folder: Path) -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 from types import TracebackType
 
 from freerock.errors import DamagedProduct, FreerockError, printable
-from freerock.jobs.guard import job_runs
 
 
 def log_to(path: str | Path) -> logging.Logger:
@@ -19,7 +18,6 @@ def log_to(path: str | Path) -> logging.Logger:
     Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
     anything else with a traceback. A damaged product of an earlier step is deleted, so that it is made again.
     """
-    job_runs()
     logging.basicConfig(filename=path, filemode="w", format="%(message)s", encoding="utf-8")
     logging.captureWarnings(True)
     sys.excepthook = _report

@@ -1,0 +1,46 @@
+"""Whether the products of a campaign are what a run would make now; every file is read."""
+
+import subprocess
+import sys
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from freerock.config.campaign import load_config
+from freerock.errors import FreerockError
+from freerock.jobs.soundness import VERIFIED
+
+SNAKEFILE = Path(__file__).parents[3] / "Snakefile"  # of this package's checkout
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock verify palermo_virtual\n"
+        "\n"
+        "Reads every record and product and compares their checksums with the ledger, results/NAME/ledger.\n"
+        "A line for each product that is\n"
+        "  missing\n"
+        "  damaged   no longer as it was written\n"
+        "  stale     made from other records, by other settings or by other code than those of now\n"
+        "  foreign   a file among the products that is none\n"
+        "Other versions of the software than when a product was made are named, and make it neither.\n"
+        "Exit code 0: none of these. Nothing is made or changed."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="left out, those of config.yaml")
+
+
+def run(chosen: Namespace) -> None:
+    """Print what is not as a run would make it; raise when there is anything."""
+    names = [*load_config(campaigns=chosen.campaign or None).campaigns]
+    snakefile = "Snakefile" if Path("Snakefile").exists() else SNAKEFILE
+    plan = [sys.executable, "-m", "snakemake", "--snakefile", snakefile, "--dry-run", "--quiet", "all"]
+    plan += ["--config", f"campaigns=[{','.join(names)}]", "verify=true"]
+    done = subprocess.run(plan, capture_output=True, text=True)
+    _, verified, told = done.stdout.partition(f"{VERIFIED}\n")
+    if not verified:  # the workflow itself is refused
+        sys.exit(done.stderr.strip())
+    print(told, end="")
+    if done.returncode:
+        remedy = "run snakemake, and delete what is foreign"
+        raise FreerockError("results", "not everything is as a run would make it", remedy)

@@ -1,0 +1,253 @@
+"""Whether products are what a run would make now: their plan is compared with the ledger, by content."""
+
+import os
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from freerock.jobs.contents import Contents, Known, known, noted
+from freerock.jobs.ledger import FOLDER, Entry, entry_path, plain, read_entry, software
+
+VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
+NOT_PRODUCTS = {FOLDER, "logs", "benchmarks"}  # folders of a campaign's results
+SHOWN = 5  # of a list
+State = Literal["missing", "damaged", "stale"]
+Entries = Mapping[str, Entry | None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """A job of the plan, as it would be done now.
+
+    Parameters
+    ----------
+    log : str
+        Path of its log, by which the ledger knows it.
+    inputs, outputs : sequence of str
+        Paths of its files.
+    settings : mapping
+        Parameters of its rule.
+    """
+
+    log: str
+    inputs: Sequence[str]
+    outputs: Sequence[str]
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A product that is not what a run would make.
+
+    Parameters
+    ----------
+    path : str
+    state : str
+        missing; damaged, no longer as it was written; stale, made from or by something else.
+    why : str
+        The predicate of a sentence about the product.
+    derived : bool
+        Nothing else is the matter than that it was made from a product in doubt.
+    """
+
+    path: str
+    state: State
+    why: str
+    derived: bool = False
+
+
+def known_looks(entries: Iterable[Entry | None]) -> Known:
+    """What jobs and earlier runs saw of files."""
+    seen = noted()
+    for entry in filter(None, entries):
+        sums = entry.inputs | entry.outputs
+        seen += [(path, sums[path], tuple(each)) for path, each in entry.looks.items() if path in sums]
+    return known(seen)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A plan compared with the ledger.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+    entries : mapping of str to Entry or None
+        What the ledger holds of each step, by its log.
+    contents : Contents
+    doubts : mapping of str to list of Doubt
+        By the log of the step.
+    """
+
+    steps: Sequence[Step]
+    entries: Entries
+    contents: Contents
+    doubts: Mapping[str, list[Doubt]]
+
+    @property
+    def to_make(self) -> set[str]:
+        """Products of the steps that are to be done again; Snakemake adds what is made from these.
+
+        None where nothing was made yet, which Snakemake sees by itself.
+        """
+        if not any(self.entries.values()) and all(
+            doubt.state == "missing" for doubts in self.doubts.values() for doubt in doubts
+        ):
+            return set()
+        again = {log for log, doubts in self.doubts.items() if not all(doubt.derived for doubt in doubts)}
+        return {path for step in self.steps if step.log in again for path in step.outputs}
+
+
+def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
+    """Compare a plan with the ledger and with the files that are there now.
+
+    Parameters
+    ----------
+    steps : iterable of Step
+        Those of the plan, each after those whose products it reads, or before.
+    thorough : bool
+        Every file is read, even one that looks as it did.
+
+    Raises
+    ------
+    FreerockError
+        A file can't be read.
+    """
+    steps = [*steps]
+    entries = {step.log: read_entry(entry_path(step.log)) for step in steps}
+    contents = Contents({} if thorough else known_looks(entries.values()))
+    contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
+    maker = {path: step for step in steps for path in step.outputs}
+    found: dict[str, list[Doubt]] = {}
+
+    def of(step: Step) -> list[Doubt]:
+        if step.log not in found:
+            made = [path for path in step.inputs if path in maker]
+            doubtful = [path for path in made if path in {doubt.path for doubt in of(maker[path])}]
+            found[step.log] = [*_doubts(step, entries[step.log], contents, doubtful)]
+        return found[step.log]
+
+    doubts = {step.log: doubts for step in steps if (doubts := of(step))}
+    return Comparison(steps, entries, contents, doubts)
+
+
+def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Sequence[str]) -> Iterator[Doubt]:
+    """Doubts about the products of a step; `doubtful` are the products in doubt among its inputs."""
+    there = [path for path in step.outputs if contents.sha256(path)]
+    yield from (Doubt(path, "missing", "is missing") for path in step.outputs if path not in there)
+    if entry is None:
+        yield from (Doubt(path, "stale", "has no entry in the ledger") for path in there)
+        return
+    why = "; ".join(_otherwise(step, entry, contents, doubtful))
+    for path in there:
+        if contents.sha256(path) != entry.outputs.get(path):
+            yield Doubt(path, "damaged", "is not as it was written")
+        elif why:
+            yield Doubt(path, "stale", f"was made {why}")
+        elif doubtful:
+            yield Doubt(path, "stale", f"was made from {some(doubtful)}", derived=True)
+
+
+def _otherwise(step: Step, entry: Entry, contents: Contents, doubtful: Collection[str]) -> Iterator[str]:
+    """From and by what else than now the products of a step were made."""
+    if [*entry.inputs] != [*dict.fromkeys(step.inputs)]:  # two records may be of one file
+        yield f"from other files ({some(sorted({*entry.inputs} ^ {*step.inputs}) or step.inputs)})"
+    kept = [path for path in step.inputs if path in entry.inputs and path not in doubtful]
+    if changed := [path for path in kept if entry.inputs[path] != contents.sha256(path)]:
+        yield f"from another {some(changed)}"
+    then, now = {**entry.settings}, plain(step.settings)
+    code_then, code_now = then.pop("code", ""), now.pop("code", "")
+    if changed := [*differences(then, now)]:
+        yield f"by other settings ({some(changed)})"
+    if code_then != code_now:
+        yield "by other code"
+
+
+def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:
+    """The values in which nested settings differ, each with its name, as `block.mass_kg 2.98, now 2.97`."""
+    if isinstance(then, dict) and isinstance(now, dict):
+        for key in dict.fromkeys([*then, *now]):
+            yield from differences(then.get(key), now.get(key), f"{name}.{key}" if name else key)
+    elif then != now:
+        yield " ".join(f"{name} {then}, now {now}".split())[:120]
+
+
+def some(words: Sequence[str]) -> str:
+    """Some words of a list, and how many more there are."""
+    more = f" and {len(words) - SHOWN} more" if len(words) > SHOWN else ""
+    return ", ".join(words[:SHOWN]) + more
+
+
+def in_doubt(found: Comparison) -> list[str]:
+    """A line for each of some products in doubt, and one for the others; without those never made."""
+    told = [
+        doubt
+        for log, doubts in found.doubts.items()
+        if found.entries[log] or {doubt.state for doubt in doubts} != {"missing"}
+        for doubt in doubts
+        if not doubt.derived
+    ]
+    lines = [f"{doubt.path} {doubt.why}" for doubt in told[:SHOWN]]
+    return lines + ([f"and {len(told) - SHOWN} more"] if len(told) > SHOWN else [])
+
+
+def other_software(entries: Iterable[Entry | None]) -> str:
+    """How many products were made by other software than what is installed, and which; else empty."""
+    now, products, changed = software(), 0, set()
+    for entry in filter(None, entries):
+        then = entry.software
+        other = {name for name in {*now, *then} if now.get(name) != then.get(name)}
+        products += len(entry.outputs) if other else 0
+        changed |= {f"{name} {then.get(name, 'none')}, now {now.get(name, 'none')}" for name in other}
+    return f"{products} products were made by other software ({some(sorted(changed))})" if changed else ""
+
+
+def verified(found: Comparison, folder: Path) -> tuple[list[str], bool]:
+    """A line for each product of a campaign that is not what a run would make, and for each other file.
+
+    Parameters
+    ----------
+    found : Comparison
+        Of a plan that holds the whole campaign.
+    folder : Path
+        `results/NAME`.
+
+    Returns
+    -------
+    lines : list of str
+        Each begins with missing, damaged, stale or foreign; the last says how many there are of each.
+    whole : bool
+        There is none.
+    """
+    products = {path for step in found.steps for path in step.outputs if folder in Path(path).parents}
+    doubts = [each for doubts in found.doubts.values() for each in doubts if each.path in products]
+    doubts.sort(key=lambda each: each.path)
+    lines = [f"{each.state}: {each.path}" for each in doubts if each.state != "stale"]
+    lines += [f"stale: {each.path} {each.why}" for each in doubts if each.state == "stale"]
+    foreign = left_over(folder, products)
+    lines += [f"foreign: {folder}/{path}" for path in foreign]
+    if told := other_software(found.entries.values()):
+        lines.append(f"software: {told}")
+    numbers = {state: sum(doubt.state == state for doubt in doubts) for state in get_args(State)}
+    numbers = {"whole": len(products) - len(doubts)} | numbers | {"foreign": len(foreign)}
+    lines.append(f"{folder}: " + ", ".join(f"{number} {state}" for state, number in numbers.items()))
+    return lines, not doubts and not foreign
+
+
+def left_over(folder: Path, products: Collection[str]) -> list[str]:
+    """Files in a campaign's folder of results that are none of its products, relative to it.
+
+    Parameters
+    ----------
+    folder : Path
+        `results/NAME`; hidden files and those in `NOT_PRODUCTS` do not count.
+    products : collection of str
+        Paths of the products.
+    """
+    found = []
+    for above, folders, files in os.walk(folder):
+        folders[:] = [name for name in folders if not name.startswith(".") and name not in NOT_PRODUCTS]
+        paths = (Path(above, name) for name in files if not name.startswith("."))
+        found += [path.relative_to(folder).as_posix() for path in paths if path.as_posix() not in products]
+    return sorted(found)

@@ -1,0 +1,331 @@
+"""A plan compared with the ledger: what is missing, damaged or stale, and when a file is read."""
+
+import dataclasses
+import json
+import os
+import shutil
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from freerock.errors import DamagedProduct, FreerockError
+from freerock.jobs import contents, ledger, soundness
+from freerock.jobs.contents import LOOKS, checksum, look, settled
+from freerock.jobs.ledger import at_work, entry_path, read_entry
+from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
+
+MADE = Step(
+    "results/lab/logs/make.log",
+    ["raw/a.tdms", "raw/b.tdms"],
+    ["results/lab/x.nc", "results/lab/y.nc"],
+    {"code": "1", "block": {"mass_kg": 2.0, "name": "tall"}},
+)
+READ = Step("results/lab/logs/read.log", ["results/lab/x.nc"], ["results/lab/z.csv"], {"code": "2"})
+
+
+def do(step, **changes):
+    """Do the job of a step: its products hold what its inputs hold."""
+    step = dataclasses.replace(step, **changes)
+    job = SimpleNamespace(log=[step.log], input=step.inputs, output=step.outputs, params=dict(step.settings))
+    with at_work(job):
+        for path in step.outputs:
+            Path(path).write_text(path + "".join(Path(each).read_text() for each in step.inputs))
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    """Two jobs done."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ledger, "log_to", lambda path: None)
+    for folder in ("raw", "results/lab/logs", ".snakemake"):
+        (tmp_path / folder).mkdir(parents=True)
+    for name in "ab":
+        (tmp_path / f"raw/{name}.tdms").write_text(name)
+    do(MADE)
+    do(READ)
+    return tmp_path
+
+
+def states(found=None, **options):
+    """State and reason by path."""
+    found = found or compare([READ, MADE], **options)
+    return {
+        each.path: (each.state, each.why, each.derived) for doubts in found.doubts.values() for each in doubts
+    }
+
+
+def rewrite(path, change):
+    """Change a file's bytes, its size and its time as they were."""
+    before = path.stat()
+    path.write_bytes(change(path.read_bytes()))
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert (path.stat().st_size, path.stat().st_mtime_ns) == (before.st_size, before.st_mtime_ns)
+
+
+def test_what_a_run_has_made_is_whole(lab):
+    found = compare([MADE, READ])
+    assert not found.doubts and not found.to_make and not in_doubt(found)
+    assert verified(found, Path("results/lab"))[1]
+
+
+@pytest.mark.parametrize("noted", [True, False])
+@pytest.mark.parametrize(
+    ("damage", "state"),
+    [
+        (lambda path: path.unlink(), "missing"),
+        (lambda path: path.write_bytes(b""), "damaged"),
+        (lambda path: path.write_bytes(path.read_bytes()[:-1]), "damaged"),
+        (lambda path: rewrite(path, lambda data: bytes([data[0] ^ 1]) + data[1:]), "damaged"),
+        (lambda path: shutil.copy2("results/lab/y.nc", path), "damaged"),
+    ],
+    ids=["deleted", "emptied", "cut", "byte flipped, time restored", "another in its place"],
+)
+def test_damage_is_found_however_it_looks(lab, damage, state, noted):
+    if noted:
+        compare([MADE, READ]).contents.note()
+    damage(lab / "results/lab/x.nc")
+    found = compare([MADE, READ])
+    assert states(found)["results/lab/x.nc"][0] == state
+    assert states(found)["results/lab/z.csv"] == ("stale", "was made from results/lab/x.nc", True)
+    assert found.to_make == {*MADE.outputs}
+    assert in_doubt(found)[0].startswith("results/lab/x.nc is ")
+
+
+def test_another_record_under_an_old_time_is_found(lab):
+    compare([MADE, READ]).contents.note()
+    rewrite(lab / "raw/a.tdms", lambda data: b"A")
+    assert states()["results/lab/x.nc"] == ("stale", "was made from another raw/a.tdms", False)
+    assert compare([READ]).doubts == {}  # of what is asked for nothing is stale
+
+
+def test_a_record_given_back_is_known_again(lab):
+    original = (lab / "raw/a.tdms").read_bytes()
+    (lab / "raw/a.tdms").write_bytes(b"other")
+    do(MADE)
+    assert {path for path, _ in states().items()} == {"results/lab/z.csv"}
+    (lab / "raw/a.tdms").write_bytes(original)
+    os.utime(lab / "raw/a.tdms", (1e9, 1e9))
+    assert states()["results/lab/x.nc"] == ("stale", "was made from another raw/a.tdms", False)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        (
+            {"settings": {"code": "1", "block": {"mass_kg": 3.0, "name": "tall"}}},
+            "by other settings (block.mass_kg 2.0, now 3.0)",
+        ),
+        (
+            {"settings": {"code": "1", "block": {"name": "tall"}}},
+            "by other settings (block.mass_kg 2.0, now None)",
+        ),
+        ({"settings": MADE.settings | {"code": "3"}}, "by other code"),
+        ({"inputs": ["raw/a.tdms"]}, "from other files (raw/b.tdms)"),
+        ({"inputs": ["raw/b.tdms", "raw/a.tdms"]}, "from other files (raw/b.tdms, raw/a.tdms)"),
+    ],
+)
+def test_made_otherwise(lab, changes, why):
+    found = compare([dataclasses.replace(MADE, **changes)])
+    assert states(found) == {path: ("stale", f"was made {why}", False) for path in MADE.outputs}
+
+
+def test_tuples_and_whole_numbers_are_no_other_settings(lab):
+    do(READ, settings={"code": "2", "runs": [[1, "a"]], "mass_kg": 2})
+    assert not compare(
+        [dataclasses.replace(READ, settings={"code": "2", "runs": ((1, "a"),), "mass_kg": 2.0})]
+    ).doubts
+
+
+def test_two_records_of_one_file_are_no_other_files(lab):
+    do(MADE, inputs=["raw/a.tdms", "raw/a.tdms"])
+    assert not compare([dataclasses.replace(MADE, inputs=["raw/a.tdms", "raw/a.tdms"])]).doubts
+
+
+def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
+    """The whole folder copied over, ledger and all."""
+    os.rename(lab / "results/lab", lab / "results/other")
+    steps = [
+        Step(
+            step.log.replace("lab", "other"),
+            *([path.replace("lab", "other") for path in paths] for paths in (step.inputs, step.outputs)),
+            step.settings,
+        )
+        for step in (MADE, READ)
+    ]
+    found = compare(steps)
+    assert found.to_make == {path for step in steps for path in step.outputs}
+
+
+def test_without_an_entry_nothing_is_taken_for_whole(lab):
+    entry_path(MADE.log).unlink()
+    assert states()["results/lab/x.nc"] == ("stale", "has no entry in the ledger", False)
+
+
+def test_a_first_run_is_told_nothing(lab):
+    new = Step("results/lab/logs/new.log", [], ["results/lab/new.csv"], {})
+    found = compare([new])
+    assert states(found) == {"results/lab/new.csv": ("missing", "is missing", False)}
+    assert in_doubt(found) == []
+    assert found.to_make == set()
+    assert compare([MADE, READ, new]).to_make == {"results/lab/new.csv"}
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda data: b"",
+        lambda data: data[: len(data) // 2],
+        lambda data: b"[]",
+        lambda data: b"[" * 100_000,
+        lambda data: data.replace(b"outputs", b"0utputs"),
+        lambda data: json.dumps(json.loads(data) | {"looks": {"raw/a.tdms": [1]}}).encode(),
+        lambda data: json.dumps(json.loads(data) | {"looks": {"raw/a.tdms": [[], 1, 1, 1]}}).encode(),
+        lambda data: json.dumps(json.loads(data) | {"inputs": {"raw/a.tdms": [1]}}).encode(),
+        lambda data: json.dumps(json.loads(data) | {"settings": 3}).encode(),
+    ],
+)
+def test_a_damaged_entry_is_none(lab, damage):
+    path = entry_path(MADE.log)
+    path.write_bytes(damage(path.read_bytes()))
+    assert read_entry(path) is None
+    assert compare([MADE, READ]).to_make == {*MADE.outputs}
+
+
+def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
+    """Whatever it says then: a product that is damaged is not taken for whole."""
+    path = entry_path(MADE.log)
+    whole = path.read_bytes()
+    rewrite(lab / "results/lab/x.nc", lambda data: data.swapcase())
+    for place in range(0, len(whole), 3):
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        assert compare([MADE, READ]).to_make >= {*MADE.outputs}
+
+
+def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):
+    time.sleep(0.03)  # now the times of all files are past
+    compare([MADE, READ]).contents.note()
+    monkeypatch.setattr(contents, "checksum", lambda path: pytest.fail(f"{path} is read"))
+    assert not compare([MADE, READ]).doubts
+    with pytest.raises(pytest.fail.Exception, match=r"raw/a\.tdms is read"):
+        compare([Step("log/x/y.log", ["raw/a.tdms"], [], {})], thorough=True)
+
+
+def test_a_thorough_look_reads_every_file(lab, monkeypatch):
+    time.sleep(0.03)
+    compare([MADE, READ]).contents.note()
+    read = []
+    monkeypatch.setattr(contents, "checksum", lambda path: read.append(path) or checksum(path))
+    assert not compare([MADE, READ], thorough=True).doubts
+    assert sorted(read) == sorted({*MADE.inputs, *MADE.outputs, *READ.outputs})
+
+
+@pytest.mark.parametrize("notes", ["", "[]", '{"raw/a.tdms": 1}', '{"raw/a.tdms": ["0", 1]}', "[" * 100_000])
+def test_damaged_notes_are_none(lab, notes):
+    LOOKS.write_text(notes)
+    assert not compare([MADE, READ]).doubts
+
+
+def test_looks_that_contradict_each_other_are_not_believed(lab):
+    time.sleep(0.03)
+    do(MADE)  # the records are seen, their times are past
+    LOOKS.write_text(json.dumps({path: ["0" * 64, *look(path)] for path in MADE.inputs}))
+    assert not compare([MADE]).doubts
+
+
+def test_the_look_of_a_file_changed_this_moment_is_not_trusted(tmp_path):
+    path = tmp_path / "new"
+    path.write_text("new")
+    assert checksum(path)[1] is None
+    time.sleep(0.03)
+    assert checksum(path)[1] == look(path)
+    fine, coarse = (3, 5_000_000_001, 4, 1), (3, 5_000_000_000, 4, 1)
+    assert settled(fine, 5_100_000_000) and not settled(coarse, 5_100_000_000)
+    assert settled(coarse, 7_100_000_000)
+
+
+def test_an_input_changed_under_a_job_ends_it_without_an_entry(lab):
+    entry_path(MADE.log).unlink()
+    job = SimpleNamespace(log=[MADE.log], input=MADE.inputs, output=MADE.outputs, params=dict(MADE.settings))
+    with pytest.raises(FreerockError) as told, at_work(job):
+        rewrite(lab / "raw/a.tdms", lambda data: b"A")
+    assert str(told.value) == "raw/a.tdms: was changed while it was being read; run the same command again"
+    assert not entry_path(MADE.log).exists()
+
+
+@pytest.mark.parametrize(
+    ("path", "damage"),
+    [
+        ("results/lab/x.nc", lambda path: path.write_bytes(b"")),
+        ("results/lab/x.nc", lambda path: rewrite(path, lambda data: data[:-1] + b"A")),
+        ("results/lab/x.nc", lambda path: shutil.copy2("results/lab/y.nc", path)),
+    ],
+    ids=["emptied", "byte flipped, time restored", "another in its place"],
+)
+def test_nothing_is_made_from_a_damaged_product(lab, path, damage):
+    """However the bytes fall, and whatever was seen when the run began."""
+    damage(lab / path)
+    entry_path(READ.log).unlink()
+    with pytest.raises(DamagedProduct, match=rf"^{path}: is not as it was written; delete the file"):
+        do(READ)
+    assert not entry_path(READ.log).exists()
+
+
+def test_any_of_several_entries_vouches_for_a_product(lab):
+    """Records that shared a job once: its entry is still there."""
+    shutil.copy(entry_path(MADE.log), entry_path(MADE.log).with_stem("older"))
+    (lab / "raw/a.tdms").write_text("other")
+    do(MADE)
+    do(READ)
+    assert not compare([MADE, READ]).doubts
+
+
+def test_a_job_that_fails_leaves_no_entry(lab):
+    entry_path(READ.log).unlink()
+    job = SimpleNamespace(log=[READ.log], input=READ.inputs, output=READ.outputs, params={})
+    with pytest.raises(ZeroDivisionError), at_work(job):
+        raise ZeroDivisionError
+    assert not entry_path(READ.log).exists()
+
+
+def test_other_software_is_named_and_makes_nothing_stale(lab, monkeypatch):
+    assert other_software(compare([MADE, READ]).entries.values()) == ""
+    now = ledger.software()
+    monkeypatch.setattr(soundness, "software", lambda: now | {"numpy": "1.0"})
+    found = compare([MADE, READ])
+    told = f"3 products were made by other software (numpy {now['numpy']}, now 1.0)"
+    assert not found.doubts and other_software(found.entries.values()) == told
+    assert verified(found, Path("results/lab")) == (
+        [f"software: {told}", "results/lab: 3 whole, 0 missing, 0 damaged, 0 stale, 0 foreign"],
+        True,
+    )
+
+
+def test_verification_names_each_product_and_each_foreign_file(lab):
+    (lab / "results/lab/x.nc").unlink()
+    (lab / "results/lab/y.nc").write_text("cut")
+    (lab / "results/lab/figures").mkdir()
+    for path in ("figures/old.pdf", "logs/old.log", ".hidden", "figures/.hidden"):
+        (lab / "results/lab" / path).touch()
+    lines, whole = verified(compare([MADE, READ]), Path("results/lab"))
+    assert not whole
+    assert lines == [
+        "missing: results/lab/x.nc",
+        "damaged: results/lab/y.nc",
+        "stale: results/lab/z.csv was made from results/lab/x.nc",
+        "foreign: results/lab/figures/old.pdf",
+        "results/lab: 0 whole, 1 missing, 1 damaged, 1 stale, 1 foreign",
+    ]
+    assert left_over(Path("results/lab"), {"results/lab/x.nc"}) == ["figures/old.pdf", "y.nc", "z.csv"]
+
+
+def test_many_products_in_doubt_are_counted(lab):
+    outputs = [f"results/lab/{number}.csv" for number in range(8)]
+    do(READ, outputs=outputs)
+    for path in outputs:
+        os.unlink(path)
+    assert in_doubt(compare([dataclasses.replace(READ, outputs=outputs)])) == [
+        *(f"{path} is missing" for path in outputs[:5]),
+        "and 3 more",
+    ]

@@ -1,0 +1,251 @@
+"""Exit code 0 means: these products, from these inputs, by these settings; whatever Snakemake has noted."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+from small_campaign import simulated
+from test_bad_day import FIT, RAW, RECORD, Run, raw, run
+from test_reruns import CSV, EVERYTHING, OF_ONE_RECORD, PAGES, REPORT, YAML
+
+from freerock.files import sha256
+from freerock.jobs.contents import look
+from freerock.products.groups import reasons_in
+from freerock.products.netcdf import open_record
+from freerock.runs.verdict import in_one_line
+from freerock.virtual_lab.tdms import write_record
+
+LOOKS = ".snakemake/freerock.looks.json"
+OLD = (1e9, 1e9)  # a time long before
+
+
+def freerock(checkout, *arguments):
+    command = [sys.executable, "-m", "freerock.cli", *arguments]
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    return subprocess.run(command, cwd=checkout.folder, env=environment, capture_output=True, text=True)
+
+
+def flip(path):
+    """Another byte in the middle, under the same size and time."""
+    before, data = path.stat(), bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(data)
+    os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+
+
+def rot(checkout, path):
+    """The same where not even the file system knows of it: on the disk itself."""
+    told = sha256(checkout / path)
+    flip(checkout / path)
+    (checkout / LOOKS).write_text(json.dumps({path: [told, *look(checkout / path)]}))
+
+
+WITHOUT_RECORDS = {
+    job: n
+    for job, n in OF_ONE_RECORD.items()
+    if job not in ("record", "fit", "quality", "figure_models", "figure_foundation_effect")
+}
+DAMAGE = {
+    "deleted": lambda path: path.unlink(),
+    "emptied": lambda path: path.write_bytes(b""),
+    "cut": lambda path: path.write_bytes(path.read_bytes()[:-1]),
+    "byte flipped": flip,
+}
+
+
+@pytest.mark.parametrize(
+    ("product", "damage", "jobs"),
+    [
+        ("figures/restitution.pdf", "deleted", {"figure_restitution": 1} | REPORT),
+        ("figures/qc_tall_mat.pdf", "emptied", PAGES | {"quality": 1}),
+        ("tables/numbers.tex", "cut", {"printed_tables": 1, "complete": 1}),
+        ("provenance.json", "byte flipped", REPORT),
+        ("complete.txt", "emptied", {"complete": 1}),
+        ("records/squat_mat.nc", "byte flipped", OF_ONE_RECORD),
+        ("fits/squat_mat.nc", "deleted", {"fit": 1, "quality": 1, "figure_models": 1} | WITHOUT_RECORDS),
+    ],
+)
+def test_any_product_is_missed(checkout, product, damage, jobs):
+    DAMAGE[damage](checkout / f"results/small/{product}")
+    assert checkout.planned() == jobs
+
+
+def test_everything_deleted_but_the_last_file(checkout):
+    for path in (checkout / "results/small").rglob("*"):
+        if path.is_file() and path.name != "complete.txt":
+            path.unlink()
+    assert checkout.planned() == EVERYTHING
+
+
+def test_two_products_swapped(checkout):
+    one, other = (checkout / f"results/small/records/{block}_mat.nc" for block in ("tall", "squat"))
+    one.rename(other.with_suffix(".x"))
+    other.rename(one)
+    other.with_suffix(".x").rename(other)
+    assert checkout.planned() == EVERYTHING
+
+
+def test_damage_is_undone_by_the_same_command(finished, checkout):
+    for number, product in enumerate(["figures/restitution.pdf", "tables/numbers.tex", "provenance.json"]):
+        [*DAMAGE.values()][number](checkout / f"results/small/{product}")
+    done = checkout.snakemake()
+    assert done.returncode == 0, done.stderr
+    assert "\nresults/small/figures/restitution.pdf is missing: made again\n" in done.stderr
+    assert "\nresults/small/tables/numbers.tex is not as it was written: made again\n" in done.stderr
+    assert checkout.products() == finished.products()
+    assert checkout.planned() == {}
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "jobs"),
+    [
+        (YAML, "mass_kg: 2.98", "mass_kg: 2.97", OF_ONE_RECORD),
+        (CSV, "squat,mat,low,,,,", "squat,mat,low,record,,wet base,", OF_ONE_RECORD),
+        (YAML, "title: Two", "title: Both", REPORT),
+    ],
+)
+def test_without_snakemakes_notes_settings_count_as_with_them(checkout, path, old, new, jobs):
+    shutil.rmtree(checkout / ".snakemake")
+    assert checkout.planned() == {}
+    checkout.edit(path, old, new)
+    assert checkout.planned() == jobs
+
+
+def test_results_of_another_campaign_copied_into_its_folder(checkout):
+    for suffix in ("yaml", "csv"):
+        shutil.copy(
+            checkout / f"config/campaigns/small.{suffix}", checkout / f"config/campaigns/other.{suffix}"
+        )
+    checkout.edit("config/campaigns/other.yaml", "mass_kg: 2.98", "mass_kg: 2.97")
+    for part in ("raw", "results"):
+        shutil.copytree(checkout / f"{part}/small", checkout / f"{part}/other")
+    assert checkout.planned("--config", "campaigns=[other]") == EVERYTHING
+
+
+def test_earlier_results_put_back_after_a_change(finished, checkout):
+    """Snakemake's notes are of the new settings, the products of the old ones."""
+    checkout.edit(YAML, "mass_kg: 2.98", "mass_kg: 2.97")
+    assert checkout.snakemake(RECORD).returncode == 0
+    shutil.copy2(finished / RECORD, checkout / RECORD)
+    entry = "results/small/ledger/record_squat_mat.json"
+    assert checkout.planned(RECORD) == {"record": 1}
+    shutil.copy2(finished / entry, checkout / entry)
+    done = checkout.snakemake("--dry-run", RECORD)
+    told = "was made by other settings (records.squat_mat.attributes.block_mass_kg 2.98, now 2.97, "
+    assert f"\n{RECORD} {told}records.squat_mat.block.mass_kg 2.98, now 2.97): made again\n" in done.stderr
+
+
+def test_a_record_put_back_with_its_own_time(finished, checkout):
+    """The products of the wrong one are newer."""
+    write_record(checkout / RAW, simulated("squat", 9))
+    assert checkout.snakemake(RECORD).returncode == 0
+    assert open_record(checkout / RECORD).attrs["verdict"] == "fail"
+    shutil.copy(finished / RAW, checkout / RAW)
+    os.utime(checkout / RAW, OLD)
+    assert checkout.snakemake(RECORD).returncode == 0
+    assert (checkout / RECORD).read_bytes() == (finished / RECORD).read_bytes()
+
+
+@pytest.mark.parametrize("name", ["squat_mat.tdms", "./squat_mat.tdms"])
+@pytest.mark.parametrize("notes", [True, False], ids=["with Snakemake's notes", "without"])
+def test_another_record_under_an_old_time_is_refused(checkout, name, notes):
+    checkout.edit(CSV, "squat_mat,squat_mat.tdms", f"squat_mat,{name}")
+    if not notes:
+        shutil.rmtree(checkout / ".snakemake")
+    assert checkout.planned() == {}
+    write_record(checkout / RAW, simulated("squat", 9))
+    os.utime(checkout / RAW, OLD)
+    assert checkout.planned() == OF_ONE_RECORD
+    assert checkout.snakemake(RECORD).returncode == 0
+    told = in_one_line(reasons_in(open_record(checkout / RECORD).attrs))
+    assert f"{RAW}: has the sha256" in told and "restore the file" in told
+
+
+def test_a_record_changed_while_the_run_is_at_work(finished, checkout):
+    """Its products are made from the earlier one: the run does not end well."""
+    (checkout / FIT).unlink()
+    first = Run(checkout, FIT, accident="wait")
+    first.wait_for(first.mark.exists)
+    os.utime(checkout / RAW, OLD)
+    flip(checkout / RAW)
+    first.mark.unlink()
+    assert first.ended().process.returncode == 1
+    assert first.told.endswith(
+        f"{RECORD} was made from another {RAW}\n"
+        "results: files were changed while snakemake was at work; run the same command again\n"
+    )
+
+
+def test_a_job_that_still_imports_is_waited_for(finished, checkout):
+    """The run is killed in the first moment of its job, which has not come to any line of ours."""
+    (checkout / RECORD).unlink()
+    killed = run(checkout, RECORD, accident="kill run early")
+    assert killed.process.returncode == -9 and killed.mark.exists()
+    shutil.rmtree(checkout / ".snakemake/locks")
+    again = Run(checkout, RECORD)
+    again.wait_for(lambda: "waiting for the jobs it left at work" in again.told)
+    assert not (checkout / RECORD).exists()
+    killed.mark.unlink()
+    assert again.ended().process.returncode == 0, again.told
+    assert checkout.products() == finished.products()
+    assert raw(checkout) == raw(finished)
+
+
+def test_rot_is_found_by_a_look_at_every_byte(finished, checkout):
+    rot(checkout, "results/small/complete.txt")
+    assert checkout.planned() == {}
+    done = freerock(checkout, "verify", "small")
+    assert done.returncode == 1
+    assert "damaged: results/small/complete.txt\n" in done.stdout
+    assert checkout.snakemake("--config", "verify=true").returncode == 0
+    assert checkout.products() == finished.products()
+
+
+def test_verify(checkout):
+    whole = freerock(checkout, "verify")
+    assert whole.returncode == 0, whole.stderr
+    number = sum(path.is_file() for path in (checkout / "results/small").rglob("[!.]*"))
+    number -= sum(
+        len([*(checkout / f"results/small/{part}").iterdir()]) for part in ("logs", "benchmarks", "ledger")
+    )
+    assert whole.stdout == f"results/small: {number} whole, 0 missing, 0 damaged, 0 stale, 0 foreign\n"
+    (checkout / "results/small/tables/table1.md").unlink()
+    (checkout / "results/small/tables/mine.csv").touch()
+    checkout.edit(YAML, "title: Two", "title: Both")
+    changed = freerock(checkout, "verify", "small")
+    assert changed.returncode == 1
+    other = "was made by other settings (campaign.title Two blocks on a mat, now Both blocks on a mat)"
+    assert changed.stdout.splitlines() == [
+        "missing: results/small/tables/table1.md",
+        "stale: results/small/complete.txt was made from results/small/report.html, "
+        "results/small/tables/table1.md",
+        f"stale: results/small/provenance.json {other}",
+        f"stale: results/small/report.html {other}",
+        "foreign: results/small/tables/mine.csv",
+        f"results/small: {number - 4} whole, 1 missing, 0 damaged, 3 stale, 1 foreign",
+    ]
+    assert changed.stderr == (
+        "results: not everything is as a run would make it; run snakemake, and delete what is foreign\n"
+    )
+    (checkout / YAML).unlink()
+    refused = freerock(checkout, "verify", "small")
+    assert refused.returncode == 1 and not refused.stdout
+    assert "there is no campaign 'small'" in refused.stderr
+
+
+def test_other_software_is_named_and_reruns_nothing(checkout):
+    for path in (checkout / "results/small/ledger").glob("*.json"):
+        entry = json.loads(path.read_text())
+        now, entry["software"]["numpy"] = entry["software"]["numpy"], "1.26"
+        path.write_text(json.dumps(entry))
+    done = checkout.snakemake()
+    assert done.returncode == 0
+    assert "Nothing to be done" in done.stdout + done.stderr
+    last = done.stderr.splitlines()[-1]
+    assert last.endswith(
+        f" products were made by other software (numpy 1.26, now {now}); "
+        "snakemake --forceall makes everything again"
+    )
