@@ -23,6 +23,7 @@ from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.by_hand import ByHand
+from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.limits import ImpactLimits, RunLimits
 from freerock.runs.segment import Run, find_runs
@@ -119,7 +120,7 @@ def _process(settings: Settings, path: Path) -> _Processed:
     runs = find_runs(time_s, theta, sigma, flags, block, quality, by_hand, RunLimits(**settings["runs"]))
     limits = ImpactLimits(**settings["impacts"])
     impacts = [_impacts(run, time_s, theta, sigma, block, limits) for run in runs]
-    doubts = [doubt_about(found, limits) for found in impacts]
+    doubts = [doubt_about(found, limits) + doubt_about_evenness(found, block) for found in impacts]
     judged = [replace(run, verdict=run.verdict.adding(own)) for run, own in zip(runs, doubts, strict=True)]
     return _Processed(record, judged, impacts)
 

@@ -3,4 +3,15 @@
 `segment.find_runs` finds the runs and judges them (`checks`), `impacts.find_impacts` the impacts of one.
 """
 
-__all__ = ["angular_rate", "by_hand", "impacts", "limits", "motion", "noise", "quiet", "segment", "verdict"]
+__all__ = [
+    "angular_rate",
+    "by_hand",
+    "evenness",
+    "impacts",
+    "limits",
+    "motion",
+    "noise",
+    "quiet",
+    "segment",
+    "verdict",
+]

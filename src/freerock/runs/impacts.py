@@ -140,6 +140,23 @@ def restitution_from_peaks(
     return r, r / 2 * math.hypot(slope_0 / energy_0 * before_stderr, slope_1 / energy_1 * after_stderr)
 
 
+def restitution_covariance(impacts: Impacts, block: Block) -> Floats:
+    """Covariance of the restitutions, shape (n_impacts, n_impacts): neighbours share a peak."""
+    r, n = impacts.restitution, impacts.restitution.size
+    by_before, by_after = np.empty(n), np.empty(n)
+    columns = (
+        (by_before, impacts.peak_before_rad, impacts.peak_before_stderr_rad, -1),
+        (by_after, impacts.peak_after_rad, impacts.peak_after_stderr_rad, 1),
+    )
+    for by, peaks, stderrs, sign in columns:
+        for i, (peak, stderr) in enumerate(zip(peaks, stderrs, strict=True)):
+            energy, slope = _energy(abs(peak), block)
+            by[i] = sign * r[i] / 2 * slope / energy * stderr
+    shared = by_after[:-1] * by_before[1:]
+    covariance: Floats = np.diag(by_before**2 + by_after**2) + np.diag(shared, 1) + np.diag(shared, -1)
+    return covariance
+
+
 def _energy(height: float, block: Block | Rigid) -> tuple[float, float]:
     """cos φ - cos θ_cr of a peak, half the squared impact rate over p², and its derivative by the height."""
     if not 0 < height < block.theta_cr:

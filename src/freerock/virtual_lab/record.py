@@ -2,12 +2,12 @@
 
 A record begins at rest. For every release there follow a tilt by hand (the hand in the beam now and then), a
 hold by a finger, the finger's fading support, free rocking to rest, and a pause. For the laser the block
-turns by θ about its corner, which neither slides nor sinks (see `freerock.rotation.beam`). That is how a
-pivoting block and a rigid one move sideways; a guided one goes b(1 - cosθ) less far.
+turns by θ about its corner, which neither slides nor sinks (see `freerock.rotation.beam`) unless it is asked
+for. That is how a pivoting block and a rigid one move sideways; a guided one goes b(1 - cosθ) less far.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
+from freerock.models.ground import GroundMotion
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
-from freerock.models.simulate import Solver, simulate
-from freerock.rotation.beam import displacement_from_rotation
+from freerock.models.simulate import Response, Solver, simulate
+from freerock.rotation.beam import displacement_from_rotation, mirrored
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Disturbance, Noise, converted
 
@@ -38,6 +39,34 @@ VOLTS = (  # what the truth says of a laser: all its outputs are volts
 
 
 @dataclass(frozen=True)
+class Scene:
+    """A law, its parameters [SI], the block and the rules by which it moves."""
+
+    model: str
+    block: Block
+    parameters: Mapping[str, float]
+    rules: Rules = GEOMETRIC
+
+
+Moves = Callable[[Scene, Floats, State], Response]
+"""How a block moves once it is free: (scene, time since [s], state at the start) → motion."""
+
+
+def free_rocking(scene: Scene, since: Floats, start: State, ground: GroundMotion | None = None) -> Response:
+    """The law alone moves the block; for other motions see `freerock.virtual_lab.mishaps`."""
+    return simulate(
+        scene.model,
+        scene.block,
+        scene.parameters,
+        since,
+        theta0=start,
+        base_excitation=ground,
+        rules=scene.rules,
+        solver=EXACT,
+    )
+
+
+@dataclass(frozen=True)
 class Release:
     """One release: how the operator does it, and the parameters of the law on that occasion.
 
@@ -52,6 +81,8 @@ class Release:
         after the block has come to rest [s]. fade_s = 0 is a sudden release.
     blocked_s : sequence of (float, float)
         When, counted from the start of the tilt, a hand is in the beam [s].
+    moves : callable
+        How the block moves once the finger has left.
     """
 
     theta0: float
@@ -61,6 +92,7 @@ class Release:
     fade_s: float = 0.01
     pause_s: float = 2.0
     blocked_s: Sequence[tuple[float, float]] = ()
+    moves: Moves = free_rocking
 
 
 @dataclass(frozen=True)
@@ -78,6 +110,8 @@ class Recording:
     zero_v : float
         Sensor output at rest [V].
     noise : Noise
+    corner_sinks : bool
+        Whether a horizontal beam sees that the corner sinks into the foundation.
     """
 
     rate_hz: float = 2000.0
@@ -85,6 +119,7 @@ class Recording:
     longest_s: float = 20.0
     zero_v: float = 5.0
     noise: Noise = field(default_factory=Noise)
+    corner_sinks: bool = False
 
 
 @dataclass(frozen=True)
@@ -136,14 +171,20 @@ def simulate_record(
     VirtualRecord
     """
     rate_hz, noise = recording.rate_hz, recording.noise
-    clock, theta, runs = recording.rest_s, [np.zeros(math.ceil(recording.rest_s * rate_hz))], []
+    clock, runs = recording.rest_s, []
+    parts = [np.zeros((2, math.ceil(recording.rest_s * rate_hz)))]
     for number, release in enumerate(releases, 1):
-        part, truth, clock = _release(block, model, release, clock, recording, rules)
-        theta.append(part)
+        scene = Scene(model, block, release.parameters, rules)
+        part, truth, clock = _release(scene, release, clock, recording)
+        parts.append(part)
         runs.append({"run": number} | truth)
-    rotation: Floats = np.concatenate(theta).round(THETA_DECIMALS)
+    rotation, depth = np.hstack(parts)
+    rotation = rotation.round(THETA_DECIMALS)
     time_s = np.arange(rotation.size) / rate_hz
-    volts = _volts(block, laser, time_s, rotation, runs, recording.zero_v)
+    distance_m = displacement_from_rotation(rotation, block, laser)
+    if recording.corner_sinks and laser.beam == "horizontal":
+        distance_m += np.tan(-rotation if mirrored(laser) else rotation) * depth
+    volts = _volts(laser, time_s, distance_m, runs, recording.zero_v)
     counts = converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
         "origin": "simulated",
@@ -163,15 +204,10 @@ def simulate_record(
 
 
 def _volts(
-    block: Block,
-    laser: Laser,
-    time_s: Floats,
-    theta: Floats,
-    runs: Sequence[Mapping[str, Any]],
-    zero_v: float,
+    laser: Laser, time_s: Floats, distance_m: Floats, runs: Sequence[Mapping[str, Any]], zero_v: float
 ) -> Floats:
-    """What the sensor says of the rotation, and of the hands in its beam."""
-    volts: Floats = zero_v + displacement_from_rotation(theta, block, laser) / laser.metres_per()
+    """What the sensor says of its target's displacement, and of the hands in its beam."""
+    volts: Floats = zero_v + distance_m / laser.metres_per()
     volts[~((volts >= laser.valid_low_v) & (volts <= laser.valid_high_v))] = laser.error_level_v
     for start, end in (blocked for run in runs for blocked in run["blocked_s"]):
         volts[(time_s >= start) & (time_s < end)] = laser.error_level_v
@@ -179,14 +215,10 @@ def _volts(
 
 
 def _release(
-    block: Block,
-    model: str,
-    release: Release,
-    clock: float,
-    recording: Recording,
-    rules: Rules,
+    scene: Scene, release: Release, clock: float, recording: Recording
 ) -> tuple[Floats, dict[str, Any], float]:
-    """θ [rad] at the samples from the start of a tilt to the end of the pause, the truth, that end [s]."""
+    """θ [rad] and how deep the lower corner is [m] from the start of a tilt to the end of the pause, shape
+    (2, n_time); the truth; that end [s]."""
     rate_hz = recording.rate_hz
     hold, let_go = clock + release.tilt_s, clock + release.tilt_s + release.held_s
     free = let_go + release.fade_s
@@ -196,10 +228,15 @@ def _release(
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
     theta = release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
-    theta[fading], begin = _fade(block, model, release, grid[fading] - let_go, rules)
-    since = grid[rocking] - free
-    motion = simulate(model, block, release.parameters, since, theta0=begin, rules=rules, solver=EXACT)
+    theta[fading], begin = _fade(scene, release, grid[fading] - let_go)
+    motion = release.moves(scene, grid[rocking] - free, begin)
     theta[rocking] = motion.theta
+    depth = np.zeros(grid.size)
+    if recording.corner_sinks:
+        soil = Foundation.of(scene.parameters)
+        depth[~rocking] = [static_depth(scene.block, soil, each) for each in theta[~rocking]]
+        depth[rocking] = motion.z_cb
+        depth += scene.block.b * np.abs(np.sin(theta))
 
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
     rest = round(float(grid[moving[-1]]) + 1 / rate_hz, 6) if moving.size else free
@@ -218,26 +255,25 @@ def _release(
         "outcome": motion.outcome,
         "blocked_s": [[round(clock + t, 6) for t in blocked] for blocked in release.blocked_s],
     }
-    return theta[: math.ceil(end * rate_hz) - first], truth, end
+    return np.stack([theta, depth])[:, : math.ceil(end * rate_hz) - first], truth, end
 
 
-def _fade(
-    block: Block, model: str, release: Release, times: Floats, rules: Rules
-) -> tuple[Floats, float | State]:
-    """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it.
-
-    The state after a sudden release is rest at the release angle [rad].
-    """
+def _fade(scene: Scene, release: Release, times: Floats) -> tuple[Floats, State]:
+    """θ [rad] while the finger's holding moment fades as (1 + cos)/2, and the state at the end of it."""
     from scipy.integrate import solve_ivp
 
-    theta0 = release.theta0
+    block, rules, theta0 = scene.block, scene.rules, release.theta0
+    held = State(0.0, 0.0, theta0, 0.0)
+    if LAWS[scene.model].is_foundation:
+        foundation = Foundation.of(scene.parameters)
+        held = held._replace(z=static_depth(block, foundation, theta0))
     if release.fade_s == 0:
-        return np.empty(0), theta0
+        return np.empty(0), held
 
     def support(t: float) -> float:
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))
 
-    if not LAWS[model].is_foundation:
+    if not LAWS[scene.model].is_foundation:
         start = [theta0, 0.0]
 
         def rates(t: float, y: Floats) -> list[float]:
@@ -245,9 +281,8 @@ def _fade(
             return [y[1], (1 - support(t)) * fall]
 
     else:
-        foundation = Foundation.of(release.parameters)
-        start = [theta0, 0.0, static_depth(block, foundation, theta0), 0.0]
-        moment = contact_force(block, foundation, State(start[2], 0.0, theta0, 0.0), rules)[1]
+        start = [theta0, 0.0, held.z, 0.0]
+        moment = contact_force(block, foundation, held, rules)[1]
         moment -= block.mass_kg * GRAVITY * block.h * math.sin(theta0)  # what the finger bears at first
 
         def rates(t: float, y: Floats) -> list[float]:

@@ -1,0 +1,117 @@
+"""Does the restitution of a run go evenly from impact to impact?
+
+The restitution of a free block changes smoothly as its swings get lower, on any foundation. Where every other
+impact has more of it, or one impact falls out, something else acted on the block or on the reading.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.runs.impacts import Impacts, restitution_covariance
+from freerock.runs.verdict import Reason
+
+FIRST = 10  # impacts that are looked at: the restitution of low swings is uncertain
+SURE = 5.0  # standard errors, of which the scatter of clean runs is a part
+BENT = 0.05  # of how far the restitution goes from the second impact to the last: more scatter where it bends
+ALTERNATES = "level the base, and check sign and face of the laser"
+FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and leave the run out"
+
+
+class Even(NamedTuple):
+    """What is taken for even in a run of so many impacts.
+
+    Parameters
+    ----------
+    fewest : int
+        Impacts from which this holds.
+    degree : int
+        Of the polynomial in the number of the impact.
+    scatter : float
+        By how much, as a standard deviation, the restitutions of clean runs differ from it.
+    """
+
+    fewest: int
+    degree: int
+    scatter: float
+
+
+EVEN = (Even(8, 3, 1.5e-3), Even(5, 2, 2.5e-3), Even(3, 1, 4e-3))
+
+
+class Unevenness(NamedTuple):
+    """One number more than even: by how much one impact, or every other one, is off.
+
+    Parameters
+    ----------
+    impact : int
+        Which one, counted from 1; 0 for every other one.
+    size, stderr : float
+        Of the restitution; of every other one half the difference.
+    left : float
+        Sum of squares that it leaves, in standard deviations.
+    """
+
+    impact: int
+    size: float
+    stderr: float
+    left: float
+
+
+def doubt_about_evenness(impacts: Impacts, block: Block) -> list[Reason]:
+    """A warning where the restitutions do not follow a smooth curve.
+
+    The scatter was set on 1500 clean runs of the three laws, on foundations of any stiffness and damping, of
+    worn corners and of pivoting blocks; docs/signals.md counts the false alarms of others. With fewer than
+    eight impacts the two kinds can't be told apart; with fewer than five, one impact that falls out can't be
+    told from a curve.
+    """
+    n = min(impacts.restitution.size, FIRST)
+    r, covariance = impacts.restitution[:n], restitution_covariance(impacts, block)[:n, :n]
+    known = np.flatnonzero(np.isfinite(r) & np.isfinite(covariance.diagonal()))
+    even = next((each for each in EVEN if known.size >= each.fewest), None)
+    if even is None:
+        return []
+    found = unevennesses(known.astype(float), r[known], covariance[np.ix_(known, known)], even)
+    worst = found[0] if even is EVEN[-1] else min(found, key=lambda each: each.left)
+    if max(abs(each.size) / each.stderr for each in (found[0], worst)) < SURE:
+        return []
+    if even is not EVEN[0]:
+        text = f"restitution does not go evenly from impact to impact, by {abs(found[0].size):.2g}"
+        remedy = f"{ALTERNATES}, {FALLS_OUT}"
+        return [Reason("warn", "uneven_restitution", f"{text}: {remedy}")]
+    if worst.impact:
+        side = "above" if worst.size > 0 else "below"
+        text = f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} what its neighbours say"
+        return [Reason("warn", "outlying_restitution", f"{text}: {FALLS_OUT}")]
+    text = f"restitution alternates by ±{abs(worst.size):.2g} from impact to impact"
+    return [Reason("warn", "alternating_restitution", f"{text}: {ALTERNATES}")]
+
+
+def unevennesses(number: Floats, r: Floats, covariance: Floats, even: Even) -> list[Unevenness]:
+    """Every other impact, then each one alone, as what is off a smooth curve; by generalised least squares.
+
+    Parameters
+    ----------
+    number : ndarray, shape (n,)
+        Number of each impact, in which the curve is a polynomial.
+    r, covariance : ndarray, shapes (n,) and (n, n)
+        Restitutions, and how uncertain they are.
+    even : Even
+    """
+    scatter = math.hypot(even.scatter, BENT * (r[-1] - r[1]))
+    scale = np.linalg.cholesky(covariance + scatter**2 * np.eye(r.size))
+    smooth = np.vander(number - np.mean(number), even.degree + 1)
+    every_other = (-1.0) ** number
+    found = []
+    for i, column in enumerate([every_other, *np.eye(r.size)]):
+        design = np.linalg.solve(scale, np.column_stack([column, smooth]))
+        seen = np.linalg.solve(scale, r)
+        inverse = np.linalg.pinv(design)
+        size, stderr = float(inverse[0] @ seen), float(np.linalg.norm(inverse[0]))
+        left = float(np.sum((seen - design @ (inverse @ seen)) ** 2))
+        found.append(Unevenness(int(number[i - 1]) + 1 if i else 0, size, stderr, left))
+    return found

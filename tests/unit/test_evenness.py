@@ -1,0 +1,102 @@
+"""Restitutions that do not go evenly from impact to impact."""
+
+import math
+import re
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from freerock.models.block import Block
+from freerock.runs.evenness import BENT, EVEN, doubt_about_evenness, unevennesses
+from freerock.runs.impacts import Impacts, restitution_covariance, restitution_from_peaks
+
+BLOCK = Block(0.28, 0.07, 5.84)
+STDERR = 5e-5  # of a peak [rad]
+
+
+def run(r, stderr=STDERR, theta0=0.17, wrong=None):
+    """Impacts of a block with these restitutions; with errors of its peaks [rad], if `wrong`."""
+    peaks = [theta0]
+    for each in r:
+        energy = each**2 * (math.cos(BLOCK.theta_cr - peaks[-1]) - math.cos(BLOCK.theta_cr))
+        peaks.append(BLOCK.theta_cr - math.acos(energy + math.cos(BLOCK.theta_cr)))
+    peaks = np.array(peaks) + (0.0 if wrong is None else wrong)
+    found = [
+        restitution_from_peaks(before, stderr, after, stderr, BLOCK) for before, after in pairwise(peaks)
+    ]
+    seen, stderrs = np.array(found).T
+    n = len(seen)
+    sides = (-1.0) ** np.arange(n + 1)
+    empty, one = np.full(n, np.nan), np.full(n, stderr)
+    peaks = peaks * sides
+    return Impacts(empty, empty, peaks[:-1], one, peaks[1:], one, seen, stderrs, empty, empty, 0.0)
+
+
+def names(impacts):
+    return [(reason.verdict, reason.name) for reason in doubt_about_evenness(impacts, BLOCK)]
+
+
+EVENLY = 0.94 - 0.004 * np.arange(12) / 10 - 0.01 * 0.5 ** np.arange(12)
+
+
+def test_covariance_is_that_of_peaks_with_errors():
+    draw = np.random.default_rng(1)
+    drawn = np.array(
+        [run(EVENLY[:5], wrong=STDERR * draw.standard_normal(6)).restitution for _ in range(4000)]
+    )
+    known = restitution_covariance(run(EVENLY[:5]), BLOCK)
+    assert np.cov(drawn.T) == pytest.approx(known, rel=0.1, abs=0.05 * known.max())
+    assert known[0, 1] < 0 and known[0, 2] == 0
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 4, 6, 9, 12])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_smooth_curve_is_even(n, sign):
+    impacts = run((0.9 + sign * (EVENLY - 0.9))[:n]) if n else run([0.9, 0.9])
+    assert names(impacts) == []
+
+
+@pytest.mark.parametrize(
+    ("n", "by", "name"), [(12, 0.003, "alternating"), (6, 0.01, "uneven"), (3, 0.015, "uneven")]
+)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_every_other_impact_is_seen(n, by, name, sign):
+    impacts = run(EVENLY[:n] + sign * by * (-1) ** np.arange(n))
+    assert names(impacts) == [("warn", f"{name}_restitution")]
+
+
+@pytest.mark.parametrize("impact", [1, 2, 5, 8])
+def test_one_impact_is_seen_and_named(impact):
+    r = EVENLY.copy()
+    r[impact - 1] -= 0.02
+    (reason,) = doubt_about_evenness(run(r), BLOCK)
+    assert (reason.verdict, reason.name) == ("warn", "outlying_restitution")
+    said = re.match(r"restitution of impact (\d+) is (0\.\d+) below what its neighbours say: ", reason.text)
+    assert said and int(said[1]) == impact and float(said[2]) == pytest.approx(0.02, abs=0.002)
+    assert ";" not in reason.text
+
+
+def test_what_is_not_sure_is_not_said():
+    off = EVENLY + 0.003 * (-1) ** np.arange(12)
+    assert names(run(off, stderr=100 * STDERR)) == []
+
+
+def test_an_unknown_first_restitution_is_left_out():
+    found = run(EVENLY + 0.003 * (-1) ** np.arange(12))
+    r, peaks = found.restitution.copy(), found.peak_before_rad.copy()
+    r[0] = peaks[0] = np.nan
+    assert names(replace(found, restitution=r, peak_before_rad=peaks)) == [
+        ("warn", "alternating_restitution")
+    ]
+
+
+def test_size_and_error_of_an_alternation():
+    n = np.arange(10)
+    r = 0.9 + 0.001 * n + 0.005 * (-1.0) ** n
+    found = unevennesses(n, r, 4e-6 * np.eye(10), EVEN[0])
+    assert found[0].size == pytest.approx(0.005)
+    assert found[0].left < 1e-9 < min(each.left for each in found[1:])
+    variance = 4e-6 + EVEN[0].scatter ** 2 + (BENT * (r[-1] - r[1])) ** 2
+    assert found[0].stderr == pytest.approx(math.sqrt(variance / 10), rel=0.1)
