@@ -84,4 +84,5 @@ def test_every_reason_is_documented():
     table = (ROOT / "docs/signals.md").read_text(encoding="utf-8").partition("## Runs")[2]
     rows = re.findall(r"^\| \w+.*? \| (`.+?) \|", table, re.M)
     documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
-    assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS, "no_restitution"}
+    of_impacts = {f"{how}_restitution" for how in ("no", "alternating", "outlying", "uneven")}
+    assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts

@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,10 +22,10 @@ from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.by_hand import ByHand
-from freerock.runs.evenness import doubt_about_evenness
-from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.impacts import Impacts
+from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
-from freerock.runs.segment import Run, find_runs
+from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
@@ -114,15 +113,11 @@ def _process(settings: Settings, path: Path) -> _Processed:
         check_file(settings["raw"], settings["file"], settings["sha256"])
     block = Block(**settings["block"])
     record = _rotation(settings, path, block)
-    time_s, theta, sigma, flags = (record[name].values for name in ("time", "theta", "sigma_theta", "flags"))
-    quality = signal_quality(record)
+    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
-    runs = find_runs(time_s, theta, sigma, flags, block, quality, by_hand, RunLimits(**settings["runs"]))
-    limits = ImpactLimits(**settings["impacts"])
-    impacts = [_impacts(run, time_s, theta, sigma, block, limits) for run in runs]
-    doubts = [doubt_about(found, limits) + doubt_about_evenness(found, block) for found in impacts]
-    judged = [replace(run, verdict=run.verdict.adding(own)) for run, own in zip(runs, doubts, strict=True)]
-    return _Processed(record, judged, impacts)
+    limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
+    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits)
+    return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged])
 
 
 def _rotation(settings: Settings, path: Path, block: Block) -> xr.Dataset:
@@ -153,19 +148,3 @@ def _channel(path: Path, name: str) -> _Channel:
     (signal,) = read.data_vars.values()
     notes = {key: read.attrs[key] for key in READERS_NOTES if key in read.attrs}
     return _Channel(read["time"].values, signal.values, signal.attrs["units"], notes)
-
-
-def _impacts(
-    run: Run, time_s: Floats, theta: Floats, sigma: Floats, block: Block, limits: ImpactLimits
-) -> Impacts:
-    """The impacts of a run of the record."""
-    during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
-    return find_impacts(
-        time_s[during],
-        theta[during],
-        sigma[during],
-        block,
-        theta0=run.theta0,
-        theta0_stderr=run.theta0_stderr,
-        limits=limits,
-    )

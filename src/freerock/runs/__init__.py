@@ -6,8 +6,8 @@
 __all__ = [
     "angular_rate",
     "by_hand",
-    "evenness",
     "impacts",
+    "judged",
     "limits",
     "motion",
     "noise",

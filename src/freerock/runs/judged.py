@@ -1,0 +1,46 @@
+"""The runs of a record with their impacts, judged by all that is known before a model is fitted."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.rotation.faults import SignalQuality
+from freerock.runs.by_hand import NOTHING, ByHand
+from freerock.runs.evenness import doubt_about_evenness
+from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
+from freerock.runs.segment import Run, find_runs
+
+
+def judged_runs(
+    signal: Sequence[Floats],
+    block: Block,
+    quality: SignalQuality,
+    by_hand: ByHand = NOTHING,
+    of_runs: RunLimits = OF_RUNS,
+    of_impacts: ImpactLimits = OF_IMPACTS,
+) -> list[tuple[Run, Impacts]]:
+    """Each run of a record and its impacts.
+
+    `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
+    (n_time,) each; all else, and the errors, as in `segment.find_runs` and `impacts.find_impacts`.
+    """
+    time_s, theta, sigma, flags = signal
+    judged = []
+    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs):
+        during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
+        found = find_impacts(
+            time_s[during],
+            theta[during],
+            sigma[during],
+            block,
+            theta0=run.theta0,
+            theta0_stderr=run.theta0_stderr,
+            limits=of_impacts,
+        )
+        doubts = doubt_about(found, of_impacts) + doubt_about_evenness(found, block)
+        judged.append((replace(run, verdict=run.verdict.adding(doubts)), found))
+    return judged
