@@ -1,5 +1,7 @@
 """Starts of a fit, and the horizons over which they are followed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -37,6 +39,17 @@ def test_housners_r_is_found_by_the_scan_alone():
     run = motion("housner", [0.93])
     ((found,),) = scan(posed("housner", [BLOCK], [run], FitSettings()), np.inf)
     assert found == pytest.approx(0.93, abs=0.06 * (1 - 0.93))
+
+
+@pytest.mark.parametrize("share", [0.8, 0.9, 0.97])
+def test_worn_corners_are_found_by_the_scan_alone(share):
+    worn = replace(BLOCK, contact_width_m=share * BLOCK.width_m)
+    theta, _ = simulate_theta("housner", worn, {"r": 0.93}, TIME, theta0=0.17)
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, len(TIME))
+    run = Motion(TIME, theta + noise, 1e-3, 0.17, fit_start_s=0.03)
+    starts = scan(posed("housner_width", [BLOCK], [run], FitSettings()), growing_horizons(run)[0])
+    assert all(width == pytest.approx(share, abs=2e-3) for _, width in starts)
+    assert min(abs(r - 0.93) for r, _ in starts) < 7 * 0.06 * (1 - 0.93)
 
 
 def test_a_law_with_two_dampings_starts_from_its_cases():

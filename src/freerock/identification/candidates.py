@@ -1,6 +1,6 @@
 """Which candidates there are for a run: few freed numbers first; and where a fit of each starts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from freerock.identification.fit import Fit
 from freerock.identification.screening import Screening
 from freerock.identification.settings import freed
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, law_of
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, PER_RUN, law_of
 
 
 def candidates(
@@ -68,17 +68,29 @@ def start_for(model: str, ends: Mapping[str, Fit | Screening]) -> dict[str, floa
     return traces | found
 
 
-def start_of_runs(fits: Iterable[Fit]) -> dict[str, float] | None:
-    """Where the joint fit of a candidate starts: the means of what its usable fits of single runs found.
+def start_of_runs(fits: Sequence[Fit | None]) -> dict[str, float] | None:
+    """Where the joint fit of a candidate starts.
 
-    Those of the parameters and, where it was freed, of the width [SI]; None where no fit may be used.
+    Parameters
+    ----------
+    fits : sequence of Fit or None
+        The candidate's fit to each run alone, in the order of the runs.
+
+    Returns
+    -------
+    dict of str to float, or None
+        The means of what its usable fits found of the parameters and, where it was freed, of the width; the
+        release of each run as its own fit found it: theta0_1, t0_1 and so on [SI]. None where no fit may be
+        used.
     """
-    usable = [fit for fit in fits if fit.success]
+    usable = {i: fit for i, fit in enumerate(fits, 1) if fit is not None and fit.success}
     if not usable:
         return None
-    values = [dict(zip(fit.parameters, fit.value.tolist(), strict=True)) for fit in usable]
-    common = [name for name in (*MODELS[usable[0].model], "width") if name in values[0]]
-    return {name: float(np.mean([each[name] for each in values])) for name in common}
+    values = {i: fit.values for i, fit in usable.items()}
+    common = [name for name in (*MODELS[usable[min(usable)].model], "width") if name in values[min(usable)]]
+    means = {name: float(np.mean([each[name] for each in values.values()])) for name in common}
+    own = {f"{name}_{i}": each[name] for i, each in values.items() for name in PER_RUN if name in each}
+    return means | own
 
 
 def _extended(model: str) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, widths
+from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, width_range
 from freerock.identification.settings import FitSettings, freed
 from freerock.models.block import Block
 from freerock.models.laws import (
@@ -29,6 +29,7 @@ from freerock.models.simulate import Solver, simulate_fitted
 from freerock.runs.motion import Motion
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
+STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
 @dataclass(frozen=True)
@@ -177,6 +178,11 @@ class Problem:
             if name in values and name not in MODELS[self.model]:
                 x[i] = values[name] / (self.blocks[0].width_m if name == "width" else 1.0)
         return x
+
+    def rough(self) -> "Problem":
+        """The same problem with derivatives that are no more exact than the residual; those of a rigid
+        block are in closed form."""
+        return replace(self, fine=COARSE, stride=STRIDE) if law_of(self.model).is_foundation else self
 
     def alone(self) -> "Problem":
         """The same problem on the first run only."""
@@ -332,5 +338,5 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
 def _least_r(block: Block, motion: Motion, any_width: bool) -> float:
     """Least r with which the rigid block, or the narrowest that stands, rocks for half the measured time."""
     if any_width:
-        block = replace(block, contact_width_m=block.width_m * widths(block, motion)[0])
+        block = replace(block, contact_width_m=block.width_m * width_range(block, motion)[0])
     return rocking_for(block, motion, moving_s(motion) / 2)

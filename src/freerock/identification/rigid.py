@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Mask
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
 from freerock.models.laws import PARAMETERS
@@ -13,11 +13,11 @@ STANDS = 1.002  # times the width at which the block overturns
 R_CELL = 0.06  # spacing of the grid relative to 1 - r
 
 
-def widths(block: Block, motion: Motion) -> Floats:
-    """Contact widths to start from, as shares of the full one; under narrower ones the block overturns."""
-    low, high, n = PARAMETERS["width"].grid
+def width_range(block: Block, motion: Motion) -> tuple[float, float]:
+    """Least and largest contact width to start from, as shares of the full one; under less it overturns."""
+    low, high, _ = PARAMETERS["width"].grid
     stands = block.height_m / block.width_m * np.tan(abs(motion.theta0))
-    return np.geomspace(max(low, STANDS * stands), high, n)
+    return max(low, STANDS * float(stands)), high
 
 
 def rocking_for(block: Block, motion: Motion, time_s: float) -> float:
@@ -35,6 +35,14 @@ def rocking_for(block: Block, motion: Motion, time_s: float) -> float:
 def count_impacts(motion: Motion) -> int:
     """Changes of sign of θ while the block moves."""
     return int(np.count_nonzero(np.diff(np.sign(motion.theta[_moves(motion)]))))
+
+
+def first_impact_s(motion: Motion) -> float:
+    """First change of sign of θ [s]; an eighth of the run where there is none."""
+    counts = np.isfinite(motion.theta)
+    theta, time_s = motion.theta[counts], motion.time_s[counts]
+    crossings = time_s[1:][np.signbit(theta[1:]) != np.signbit(theta[:-1])]
+    return float(crossings[0] if len(crossings) else time_s[-1] / 8)
 
 
 def moving_s(motion: Motion) -> float:

@@ -6,17 +6,19 @@ from itertools import product
 
 import numpy as np
 from scipy.ndimage import minimum_filter
+from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples, fitted
-from freerock.identification.rigid import R_GRID, moving_s, rocking_for, widths
+from freerock.identification.rigid import R_GRID, first_impact_s, moving_s, rocking_for, width_range
 from freerock.models.laws import MODELS, PARAMETERS, alike, law_of
 
 SCAN_SAMPLES = 250  # per run
 SWING_SAMPLES = 1000  # among which the first impact is sought
 RTOL = 1e-4
 STARTS = 3
-R_STEP = 7  # of the grid of r, where the width is scanned beside it
+R_STEP = 7  # of the grid of r, where the width is sought beside it
+WIDTH_CELL = 1e-3  # of the full width
 
 
 def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
@@ -66,12 +68,19 @@ def _lowest(
 
 
 def _scan_r_and_width(problem: Problem, horizon_s: float) -> list[list[float]]:
-    """Restitution and contact width of a rigid block on the first swings: they give the width by their
-    duration, and r by their height. On the whole run the error has false minima in both."""
-    grid = R_GRID[problem.r_low <= R_GRID][::R_STEP]
-    wide = widths(problem.blocks[0], problem.motions[0])
-    points = [[r, width] for r in grid.tolist() for width in wide.tolist()]
-    return _lowest(problem, points, (len(grid), len(wide)), problem.samples(horizon_s, SCAN_SAMPLES))
+    """Restitution and contact width of a rigid block on the first swings: until the first impact the motion
+    is that of the width alone, the swings after it give r by their height. On the whole run the error has
+    false minima in both."""
+    grid = R_GRID[problem.r_low <= R_GRID][::R_STEP].tolist()
+    block, motion = problem.blocks[0], problem.motions[0]
+    fall = problem.samples(max(first_impact_s(motion), 2 * motion.fit_start_s), SCAN_SAMPLES)
+
+    def error(width: float) -> float:
+        return float(np.mean(problem.residual(problem.start([grid[0], width]), fall) ** 2))
+
+    width = minimize_scalar(error, bounds=width_range(block, motion), options={"xatol": WIDTH_CELL}).x
+    points = [[r, float(width)] for r in grid]
+    return _lowest(problem, points, [len(points)], problem.samples(horizon_s, SCAN_SAMPLES))
 
 
 def _first_swing_k(problem: Problem, horizon_s: float, others: Sequence[float]) -> float:

@@ -4,15 +4,16 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from freerock.arrays import Floats
-from freerock.identification.least_squares import least_squares
-from freerock.identification.problem import COARSE, Problem, posed
+from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.problem import Problem, posed
 from freerock.identification.search import GROWTH_SAMPLES, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 
-STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 ROUGH = 1e-2  # relative change of the sum of squares at which the first swings have given enough
 
 
@@ -57,7 +58,7 @@ def screen(
 ) -> Screening:
     """Least squares of a candidate at about a thousand samples, over growing horizons.
 
-    Where it may be given up, a quarter comes first. There are no standard errors.
+    Where it may be given up, the first swings and a quarter come first. There are no standard errors.
 
     Parameters
     ----------
@@ -78,13 +79,17 @@ def screen(
         As of `fit.fit_run`.
     """
     check(model, (block,), settings)
-    problem = replace(posed(model, (block,), (motion,), settings), fine=COARSE, stride=STRIDE)
+    problem = posed(model, (block,), (motion,), settings).rough()
     if start is None:
-        end, evaluations = approach(problem, None, beyond), 0
+        end = approach(problem, None, beyond)
+        evaluations = end.evaluations
     else:
         first, *horizons = growing_horizons(motion)
-        x, evaluations = _held(problem, start, first)
-        end = follow(problem, x, horizons[::-2][::-1] or [first], beyond)
+        end = _held(problem, start, first)
+        evaluations = end.evaluations
+        if end.mean_square <= beyond:
+            end = follow(problem, end.x, horizons[::-2][::-1] or [first], beyond)
+            evaluations += end.evaluations
     samples = problem.samples(most=GROWTH_SAMPLES)
     values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
     return Screening(
@@ -93,15 +98,16 @@ def screen(
         samples.time_s,
         problem.residual(end.x, samples),
         end.mean_square,
-        evaluations + end.evaluations,
+        evaluations,
         end.mean_square > beyond,
     )
 
 
-def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> tuple[Floats, int]:
-    """What the first swings make of a start with the release as measured, and the evaluations it took.
+def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> Solution:
+    """What the first swings make of a start with the release as measured.
 
-    They hardly tell k, width and release apart: with all of these free, least squares creep.
+    They hardly tell k, width and release apart: with all of these free, least squares creep. The mean square
+    is what they would leave, were the motion linear in all of them, and none bounded.
     """
     settings = replace(problem.settings, free=tuple(set(problem.settings.free) & {"width"}))
     held = replace(problem, settings=settings, n_impacts=0)
@@ -109,4 +115,6 @@ def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> tup
     end = least_squares(held, held.start_at(start), samples, ftol=ROUGH)
     x = problem.start_at(start)
     x[: len(held.common)] = end.x
-    return x, end.evaluations
+    jacobian, residual = problem.jacobian(x, samples), problem.residual(x, samples)
+    left = residual - jacobian @ np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+    return replace(end, x=x, mean_square=float(np.mean(left**2)))

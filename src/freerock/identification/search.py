@@ -9,6 +9,7 @@ from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem
 from freerock.identification.resolution import Resolution, find_resolution
+from freerock.identification.rigid import first_impact_s
 from freerock.identification.scan import scan
 from freerock.models.laws import PARAMETERS, law_of, parameter_of
 from freerock.runs.motion import Motion
@@ -53,7 +54,7 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
         Mean square residual [rad²] above which a horizon is not grown: no more is left at its end than a
         longer one would leave.
     """
-    horizons = growing_horizons(problem.motions[0])
+    problem, horizons = problem.rough(), growing_horizons(problem.motions[0])
     ends = []
     if start is not None:
         ends = [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:], beyond)]
@@ -85,12 +86,9 @@ def _r_first(problem: Problem, x: Floats) -> Floats:
 
 def growing_horizons(motion: Motion) -> list[float]:
     """Growing spans [s]: the first two swings, then doubled up to the whole run."""
-    counts = np.isfinite(motion.theta)
-    theta, time_s = motion.theta[counts], motion.time_s[counts]
-    crossings = time_s[1:][np.signbit(theta[1:]) != np.signbit(theta[:-1])]
-    first = crossings[0] if len(crossings) else time_s[-1] / 8
+    first, last = first_impact_s(motion), motion.time_s[np.isfinite(motion.theta)][-1]
     spans = [max(3.0 * first, motion.fit_start_s + first)]
-    while spans[-1] < time_s[-1]:
+    while spans[-1] < last:
         spans.append(2 * spans[-1])
     return spans
 

@@ -6,9 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from freerock.errors import FreerockError
+from freerock.identification.candidates import start_of_runs
 from freerock.identification.choice import Choice, choose
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.ladder import Identified, Ladder, identify_runs
@@ -98,22 +97,18 @@ def _jointly(
     ladder: Ladder,
     not_fitted: list[NotFitted],
 ) -> dict[str, Fit]:
-    """The laws that were fitted to any run, on all runs together; they start from the mean of these."""
+    """The laws that were fitted to any run, on all runs together; they start from these."""
     if len(motions) == 1:
         own = next(iter(fits.values()), {})
         return {model: replace(own[model], impacts=None) for model in ladder.models if model in own}
     pooled: dict[str, Fit] = {}
     for model in ladder.models:
-        alone = [each[model] for each in fits.values() if model in each]
-        if not alone:
+        alone = [fits.get(number, {}).get(model) for number in motions]
+        if not any(alone):
             continue
-        n = len(MODELS[model])
-        values = [fit.value[:n] for fit in alone if fit.success]
-        start = (sum(values, np.zeros(n)) / len(values)).tolist() if values else None
+        settings, start = ladder.settings(model), start_of_runs(alone)
         try:
-            pooled[model] = fit_record(
-                model, block, list(motions.values()), ladder.settings(model), start=start
-            )
+            pooled[model] = fit_record(model, block, list(motions.values()), settings, start=start)
         except FreerockError as error:
             log.error("all runs: %s: %s", model, error)
             not_fitted.append(NotFitted("pooled", f"{model} not fitted: {error}"))
