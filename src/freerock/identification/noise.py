@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from freerock.arrays import Floats
 from freerock.runs.motion import Motion
@@ -106,7 +106,7 @@ def _bands(residual: Floats, noise: Noise, taken: Floats, share: Floats) -> list
     with np.errstate(divide="ignore", invalid="ignore"):
         power = tapered_power(residual) / (expected_power(noise, n) - taken)
         ratio = np.bincount(band, power, n_bands) / count
-    p = f_distribution.sf(ratio / LOUDER**2, dof, noise.dof)
+    p = fdtrc(dof, noise.dof, np.maximum(ratio, 0.0) / LOUDER**2)
     ends_hz = noise.edges * noise.rate_hz
     return [
         AgainstRest(float(p[i]), float(ratio[i]), float(ends_hz[i]), float(ends_hz[i + 1]))
