@@ -121,8 +121,9 @@ def write_campaign(folder: Path, seed: int) -> Lab:
 
 
 def delete(lab, chance, other):
-    for path in chance.sample(lab.files(), chance.randint(1, 3)):
-        path.unlink()
+    files = lab.files()
+    for path in chance.sample(files, min(len(files), chance.randint(1, 3))):
+        path.unlink(missing_ok=True)
 
 
 def empty(lab, chance, other):
@@ -290,7 +291,10 @@ def _words(process: psutil.Process) -> list[str]:
 
 
 def kill_something(runs: list[subprocess.Popen], chance: random.Random) -> str:
-    """Wait for a random moment, of a job's first two seconds or any, and kill a run, a job or both."""
+    """Wait for a random moment, of a job's first two seconds or any, and kill a run, a job or both.
+
+    Returns what was killed; nothing where the run ended before.
+    """
     run, end = chance.choice(runs), time.monotonic() + 60
     kind = chance.choice(["run", "job", "run with its jobs"])
     if early := chance.random() < 0.7:
@@ -300,12 +304,13 @@ def kill_something(runs: list[subprocess.Popen], chance: random.Random) -> str:
     time.sleep(chance.uniform(0, 2 if early else 8))
     with suppress(psutil.Error, ProcessLookupError):
         if run.poll() is not None:  # its number may be another's by now
-            return "a run that had ended"
+            return ""
         if kind == "run with its jobs":
             os.killpg(run.pid, signal.SIGKILL)
         else:
             chance.choice((jobs_of(run) if kind == "job" else []) or [run]).send_signal(signal.SIGKILL)
-    return kind
+        return f"{kind}, early" if early else kind
+    return ""
 
 
 def kills(rounds: int, seed: int, scratch: Path) -> int:
@@ -318,17 +323,19 @@ def kills(rounds: int, seed: int, scratch: Path) -> int:
         chance = random.Random(f"{seed} {number}")
         lab = (finished if number % 2 else fresh).copied(scratch / f"round_{number}")
         change_a_setting(lab, chance, lab)
-        outs, runs = [], []
-        for _ in range(KILLS):
+        outs, runs, killed = [], [], []
+        while len(killed) < KILLS:
             runs = [run for run in runs if run.poll() is None]
+            if not runs:
+                delete(lab, chance, lab)  # there is always something to do
             for _ in range(chance.randint(1, AT_ONCE) - len(runs)):
                 run, out = lab.begin(cores=2)
                 runs.append(run)
                 outs.append(out)
                 time.sleep(chance.choice([0, 0, 0.5]))
-            if not runs:
-                continue
-            ends[kill_something(runs, chance)] += 1
+            if runs and (kind := kill_something(runs, chance)):
+                killed.append(kind)
+        ends.update(killed)
         for run in runs:
             run.wait()
         code, told = lab.run(cores=2)
@@ -344,7 +351,7 @@ def kills(rounds: int, seed: int, scratch: Path) -> int:
             wrong = "half files are left"
         faults += bool(wrong)
         print(f"round {number}: {f'{wrong}; kept in {lab.folder}' if wrong else 'same bytes'}", flush=True)
-    print(f"{rounds} rounds: {faults} wrong; " + ", ".join(f"{count} {end}" for end, count in ends.items()))
+    print(f"{rounds} rounds: {faults} wrong; " + "; ".join(f"{count} {end}" for end, count in ends.items()))
     return faults
 
 
