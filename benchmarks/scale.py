@@ -163,8 +163,7 @@ PARTS = {  # function of a step's module -> part of the cost
         "check_file": "reading",
         "read_record": "reading",
         "find_rotation": "processing",
-        "find_runs": "processing",
-        "find_impacts": "processing",
+        "judged_runs": "processing",
         "write_record": "writing",
     },
     "fit": {
