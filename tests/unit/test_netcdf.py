@@ -228,6 +228,15 @@ def test_failed_fit_is_written_as_such(tmp_path):
     assert np.isnan(node["value"].values).all()
 
 
+def test_what_the_fits_say_against_a_run_is_kept(tmp_path):
+    hit = Reason("warn", "disturbed", "something acted on the block")
+    fits = {number: {"housner": made_up_fit("housner")} for number in (1, 2)}
+    write_fits(tmp_path / "a.nc", fits, {}, ATTRS, doubts={1: [], 2: [hit]})
+    tree = open_fits(tmp_path / "a.nc")
+    assert "reasons" not in tree["run_1"].attrs
+    assert reasons_in(tree["run_2"].attrs) == (hit,)
+
+
 def test_fits_of_a_run_share_their_time(tmp_path):
     fits = {"housner": made_up_fit("housner"), "winkler": made_up_fit("winkler", time=np.arange(SAMPLES))}
     with pytest.raises(ValueError, match="run_1: the fits must share their time axis"):

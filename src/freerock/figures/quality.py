@@ -23,7 +23,8 @@ from freerock.figures.style import (
     thin,
 )
 from freerock.models.laws import MODELS
-from freerock.products.groups import reasons_in, runs_of
+from freerock.products.groups import Attrs, reasons_in, runs_of
+from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
 from freerock.tables.text import quantity
@@ -64,7 +65,10 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> tuple
     pages, parts = [], [whole]
     for number, run in runs.items():
         own = _run_series(record, number, run, fitted.get(number))
-        pages.append(_page(record, title, number, run, whole, own))
+        judged = verdict_of_run(number, run, fits)
+        reasons = in_one_line(judged.reasons)
+        attrs = run.attrs | {"verdict": judged.level, "reasons": reasons}
+        pages.append(_page(record, f"{title}, run {number}", attrs, run, whole, own))
         parts.append(own)
     return pages, pd.concat(parts, ignore_index=True)
 
@@ -138,13 +142,12 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
 
 
 def _page(
-    record: xr.DataTree, title: str, number: int, run: xr.DataTree, whole: pd.DataFrame, own: pd.DataFrame
+    record: xr.DataTree, title: str, attrs: Attrs, run: xr.DataTree, whole: pd.DataFrame, own: pd.DataFrame
 ) -> Figure:
     """The record with the run marked in it, then the run, then the residuals."""
     sigma_deg = float(np.degrees(run.dataset["sigma_theta"].item()))
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), **PAGE)
-    attrs = run.attrs | {"reasons": in_one_line(reasons_in(run.attrs))}
-    band = _header(figure, f"{title}, run {number}", attrs, _facts(run, sigma_deg), _faults(record))
+    band = _header(figure, title, attrs, _facts(run, sigma_deg), _faults(record))
     volts, angle, motion, residual = figure.subplots(
         4,
         height_ratios=[1, 1, 1.5, 1.2],

@@ -9,6 +9,7 @@ __all__ = [
     "choice",
     "cramer_rao",
     "discrepancy",
+    "doubts",
     "estimate",
     "fit",
     "holdout",

@@ -9,6 +9,7 @@ from typing import Any
 from freerock.errors import FreerockError
 from freerock.identification.candidates import start_of_runs
 from freerock.identification.choice import Choice, choose
+from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.ladder import Identified, Ladder, identify_runs
 from freerock.models.block import Block
@@ -46,9 +47,9 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
         that run's.
     """
     record = open_record(record_file)
-    usable = {run.number for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
+    runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     motions = {
-        number: motion for number, motion in motions_in(record, with_noise=True).items() if number in usable
+        number: motion for number, motion in motions_in(record, with_noise=True).items() if number in runs
     }
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
@@ -72,7 +73,14 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     }
     if pooled:
         choices["pooled"] = choose([evidence(fit) for fit in pooled.values()])
-    write_fits(output, fits, pooled, attributes, choices)
+    doubts = {
+        number: doubts_about(runs[number].verdict, block, motions[number], each, ladder)
+        for number, each in found.items()
+    }
+    for number, own in doubts.items():
+        for doubt in own:
+            log.info("run %d: %s", number, doubt.text)
+    write_fits(output, fits, pooled, attributes, choices, doubts)
 
 
 def _report(found: Mapping[int, Identified], ladder: Ladder, test: str) -> list[NotFitted]:

@@ -1,3 +1,13 @@
 """Datasets of a campaign: netCDF in and out, names of variables, what a dataset holds, provenance."""
 
-__all__ = ["choices", "estimates", "groups", "misfit_maps", "names", "netcdf", "provenance", "runs"]
+__all__ = [
+    "choices",
+    "estimates",
+    "groups",
+    "misfit_maps",
+    "names",
+    "netcdf",
+    "provenance",
+    "runs",
+    "verdicts",
+]

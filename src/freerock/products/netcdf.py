@@ -82,6 +82,7 @@ def write_fits(
     pooled: Mapping[str, "Fit"],
     attrs: Attrs,
     choices: Mapping[int | str, "Choice"] | None = None,
+    doubts: Mapping[int, Sequence[Reason]] | None = None,
 ) -> None:
     """Write identified models: a group per run and for all runs jointly, with a group per model in each.
 
@@ -98,6 +99,8 @@ def write_fits(
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
     choices : mapping of int or str to Choice, optional
         Which candidates explain a run, by run number, "pooled" for all runs jointly.
+    doubts : mapping of int to sequence of Reason, optional
+        What the fits of a run say against it, by run number.
 
     Raises
     ------
@@ -106,7 +109,8 @@ def write_fits(
     """
     groups = {"/": xr.Dataset(attrs=root_attributes("fits", "models identified", attrs))}
     for number, models in fits.items():
-        groups |= _fits(f"run_{number}", models, {"run": number})
+        reasons = {"reasons": list(doubts[number])} if doubts and doubts.get(number) else {}
+        groups |= _fits(f"run_{number}", models, {"run": number, **reasons})
     if pooled:
         several = bool(np.any(np.diff(next(iter(pooled.values())).time) < 0))  # it starts again with each run
         groups |= _fits("pooled", pooled, {"comment": "all runs jointly, one after the other"}, several)

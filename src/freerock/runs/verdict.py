@@ -42,6 +42,11 @@ class Verdict:
         """The reasons in words."""
         return tuple(reason.text for reason in self.reasons)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the reasons."""
+        return tuple(reason.name for reason in self.reasons)
+
     def adding(self, reasons: Iterable[Reason]) -> "Verdict":
         """The verdict with more reasons."""
         return Verdict((*self.reasons, *reasons))

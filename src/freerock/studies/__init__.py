@@ -11,6 +11,7 @@ __all__ = [
     "coverage",
     "faults",
     "methods",
+    "mishaps",
     "model_cost",
     "model_error",
     "naming",

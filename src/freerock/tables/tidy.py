@@ -10,9 +10,10 @@ import xarray as xr
 
 from freerock.models.laws import MODELS, unit_of
 from freerock.products.choices import NUMBERS, TESTS, choices_of
-from freerock.products.groups import fits_of, not_fitted_in, reasons_in, runs_of
-from freerock.runs.verdict import Level, Reason, Verdict, in_one_line
-from freerock.tables.candidates import Answer, answers, candidates_table
+from freerock.products.groups import fits_of, reasons_in, runs_of
+from freerock.products.verdicts import verdict_of_run
+from freerock.runs.verdict import in_one_line
+from freerock.tables.candidates import candidates_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [*IDENTITY, "origin", "theta0_deg", "release_s", "duration_s", "n_impacts", "sigma_theta_deg"]
@@ -35,8 +36,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     records : iterable of xarray.DataTree
         Record datasets.
     fits : iterable of xarray.DataTree, optional
-        Fit datasets; where a model could not be fitted to a usable run, its row says why; where none could,
-        the run is failed. Where no candidate explains it, it warns.
+        Fit datasets, whose reasons count too (`products.verdicts`).
 
     Returns
     -------
@@ -45,15 +45,12 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
         rest [s], angles in degrees. Failed and excluded runs are rows like any other, with their reasons.
     """
     rows = []
-    fits = list(fits)
     by_test = {tree.attrs["test"]: tree for tree in fits}
-    said = {(each.test, each.run): each for each in answers(choice_table(fits))}
     for tree in records:
         runs = runs_of(tree)
         for number, run in runs.items():
             release = run["release"].item()
-            verdict = _with_fits(number, run, by_test.get(tree.attrs["test"]))
-            verdict = _with_choice(verdict, said.get((tree.attrs["test"], str(number))))
+            verdict = verdict_of_run(number, run, by_test.get(tree.attrs["test"]))
             rows.append(
                 {
                     **_identity(tree, number),
@@ -240,22 +237,3 @@ def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
 
 def _identity(tree: xr.DataTree, run: object) -> dict[str, Any]:
     return {key: run if key == "run" else str(tree.attrs[key]) for key in IDENTITY}
-
-
-def _with_fits(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> Verdict:
-    """Verdict of a run, with the reasons of the models that could not be fitted to it."""
-    verdict = Verdict(reasons_in(run.attrs))
-    missed = not_fitted_in(fits.attrs) if fits is not None else ()
-    if fits is None or not missed or verdict.level == "fail" or run.attrs["excluded"]:
-        return verdict
-    lost: Level = "warn" if f"run_{number}" in fits.children else "fail"
-    of = {number: "", "pooled": "all runs: ", None: "not fitted: "}
-    texts = (of[each.run] + each.text for each in missed if each.run in of)
-    return verdict.adding(Reason(lost, "not_fitted", text) for text in texts)
-
-
-def _with_choice(verdict: Verdict, answer: Answer | None) -> Verdict:
-    """Verdict of a run, with a warning where no candidate explains it."""
-    if answer is None or answer.explained:
-        return verdict
-    return verdict.adding([Reason("warn", "unexplained", "no candidate explains the run down to its noise")])

@@ -101,6 +101,18 @@ def tone(frequency_hz: float, amplitude_v: float) -> Disturbance:
     return spoil
 
 
+def averaged(window_s: float) -> Disturbance:
+    """The sensor gives the mean over the time before."""
+
+    def spoil(time_s: Floats, volts: Floats, _: Any) -> Floats:
+        from scipy.ndimage import uniform_filter1d
+
+        n = max(1, round(window_s / (time_s[1] - time_s[0])))
+        return np.asarray(uniform_filter1d(volts, n, mode="nearest", origin=(n - 1) // 2))
+
+    return spoil
+
+
 def slid(at_s: float, by_v: float) -> Disturbance:
     """The block has slid or twisted: another reading from an instant on."""
     return lambda time_s, volts, _: np.where(time_s >= at_s, volts + by_v, volts)

@@ -1,0 +1,146 @@
+"""Is a run that no candidate explains free rocking from a later peak on?
+
+A block at a peak starts as one that is let go from rest there. What was done to it before leaves no trace but
+the height of the peak, so a part of the run tells what the whole of it can't: whether the law is wrong, or
+something else than the law acted on the block, and when.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.errors import FreerockError
+from freerock.identification.fit import Fit
+from freerock.identification.least_squares import least_squares
+from freerock.identification.noise import LEVEL, against_rest, noise_of
+from freerock.identification.problem import posed
+from freerock.identification.search import follow, growing_horizons
+from freerock.identification.settings import FitSettings
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES, MODELS
+from freerock.runs.motion import Motion
+
+LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
+CLEAR = 50.0  # standard deviations of the noise, likewise
+STANDS_OUT = 5.0  # and from here on a swing is one
+MIDDLE = 0.2  # of a swing on either side is left out where its top is looked for
+TOP_STDERR_S = 2e-3  # of the instant of a top
+TOP_STDERR = 2e-3  # of its height, as a share
+
+
+class Disturbance(NamedTuple):
+    """From when to when [s] since the release something else than the law acted on the block."""
+
+    start_s: float
+    end_s: float
+
+
+class Top(NamedTuple):
+    """The top of a swing: when [s], and how high with its sign [rad]."""
+
+    time_s: float
+    height: float
+
+
+def find_disturbance(
+    block: Block, motion: Motion, fits: Mapping[str, Fit], settings: Callable[[str], FitSettings]
+) -> Disturbance | None:
+    """What lies between two parts of a run that the same law explains, or before the first of them.
+
+    Parameters
+    ----------
+    block : Block
+    motion : Motion
+        The run.
+    fits : mapping of str to Fit
+        Of the whole run, by candidate; none of them explains it.
+    settings : callable
+        Those of the fit of a candidate.
+    """
+    nearest = sorted(fits, key=lambda model: np.nan_to_num(fits[model].epsilon_theta, nan=np.inf))
+    laws = [model for model in nearest if not CANDIDATES[model].is_rival]
+    tops = tops_of(motion)
+    for model in dict.fromkeys([*laws[:1], *nearest[:1]]):
+        found = fits[model].values
+        start = {name: found[name] for name in (*MODELS[model], "width") if name in found}
+        explained = partial(_leaves_noise, model, block, settings(model), start)
+        first = _first([_from_top(motion, top) for top in tops], explained)
+        if first == 0:
+            return Disturbance(0.0, tops[0].time_s)
+        if first is not None and explained(_until(motion, tops[first - 1].time_s)):
+            return Disturbance(tops[first - 1].time_s, tops[first].time_s)
+    return None
+
+
+def tops_of(motion: Motion) -> list[Top]:
+    """The tops of the swings after the first, as long as they are high."""
+    known = np.isfinite(motion.theta)
+    t, theta = motion.time_s[known], motion.theta[known]
+    clear = np.flatnonzero(np.abs(theta) > STANDS_OUT * motion.sigma_theta)
+    begins = clear[1:][np.diff(theta[clear] > 0)]
+    lowest = max(LEAST_PEAK * abs(motion.theta0), CLEAR * motion.sigma_theta)
+    found = []
+    for first, last in pairwise(begins):
+        margin = int(MIDDLE * (last - first))
+        time_s, arc = t[first + margin : last - margin], theta[first + margin : last - margin]
+        if time_s.size < 6:
+            break
+        fitted = np.polynomial.Polynomial.fit(time_s, arc, 4)(time_s)
+        top = int(np.argmax(np.abs(fitted)))
+        if abs(fitted[top]) < lowest:
+            break
+        found.append(Top(float(time_s[top]), float(fitted[top])))
+    return found
+
+
+def _first(parts: Sequence[Motion], explained: Callable[[Motion], bool]) -> int | None:
+    """The first part that is explained, as all later ones are; None where the last one is not."""
+    if not parts or not explained(parts[-1]):
+        return None
+    low, high = -1, len(parts) - 1  # that at low is not
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if explained(parts[middle]) else (middle, high)
+    return high
+
+
+def _from_top(motion: Motion, top: Top) -> Motion:
+    """The rest of a run from a peak on."""
+    later = motion.time_s >= top.time_s
+    return replace(
+        motion,
+        time_s=motion.time_s[later] - top.time_s,
+        theta=motion.theta[later],
+        theta0=top.height,
+        theta0_stderr=TOP_STDERR * abs(top.height),
+        t0_stderr=TOP_STDERR_S,
+        fit_start_s=0.0,
+    )
+
+
+def _until(motion: Motion, end_s: float) -> Motion:
+    """A run up to an instant [s]."""
+    before = motion.time_s < end_s
+    return replace(motion, time_s=motion.time_s[before], theta=motion.theta[before])
+
+
+def _leaves_noise(
+    model: str, block: Block, settings: FitSettings, start: Mapping[str, float], part: Motion
+) -> bool:
+    """Whether least squares from a start leave only the noise at rest of a part of a run."""
+    try:
+        problem = posed(model, (block,), (part,), settings)
+    except FreerockError:  # too few samples
+        return False
+    samples = problem.samples()
+    x = follow(problem, problem.start_at(start), growing_horizons(part)).x
+    x = least_squares(problem, x, samples).x
+    free = ~problem.at_bound(x)
+    jacobian: Floats = problem.jacobian(x, samples)[:, free]
+    rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, [noise_of(part)])
+    return rest.p > LEVEL

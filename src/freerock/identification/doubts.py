@@ -1,0 +1,52 @@
+"""What the fits of a run say against it, with its likely causes."""
+
+from freerock.identification.disturbance import find_disturbance
+from freerock.identification.ladder import Identified, Ladder
+from freerock.models.block import Block
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason, Verdict
+
+UNEXPLAINED = "no candidate explains the run down to its noise"
+CAUSES = "the base may be off level, the corners rounded, the sensor slow or its beam lower than stated"
+ALWAYS = "alternating_restitution"  # its cause acts all through the run: no part of it is undisturbed
+
+
+def doubts_about(
+    measured: Verdict, block: Block, motion: Motion, found: Identified, ladder: Ladder
+) -> list[Reason]:
+    """Nothing of a run that a candidate explains; else that none does, and what acted on the block when.
+
+    Parameters
+    ----------
+    measured : Verdict
+        On the run before it was fitted.
+    block : Block
+    motion : Motion
+        The run.
+    found : Identified
+        Its fits.
+    ladder : Ladder
+        That of the fits.
+    """
+    if found.explained or not found.fits:
+        return []
+    disturbance = None
+    if ALWAYS not in measured.names:
+        disturbance = find_disturbance(block, motion, found.fits, ladder.settings)
+    if disturbance is None:
+        known = any(name.endswith("_restitution") for name in measured.names)
+        text = UNEXPLAINED if known else f"{UNEXPLAINED}: {CAUSES}, or another law holds"
+        return [Reason("warn", "unexplained", text)]
+    start_s, end_s = disturbance
+    name, what = (
+        "disturbed",
+        f"something acted on the block between {start_s:.2f} and {end_s:.2f} s after its ",
+    )
+    what += "release: a hit, a hand, or a slip"
+    if start_s == 0:
+        name, what = (
+            "disturbed_release",
+            f"free rocking begins only {end_s:.2f} s after the release: the block ",
+        )
+        what += "was let go slowly, pushed, braked, or caught and let go again"
+    return [Reason("warn", name, f"{what}: leave the run out"), Reason("warn", "unexplained", UNEXPLAINED)]

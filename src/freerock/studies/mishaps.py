@@ -1,0 +1,264 @@
+"""Mishaps of a laboratory: how surely a run warns of each with its right name, and what stands under an ok.
+
+Records of the virtual laboratory with the noise of a laser, one release and one mishap each
+(`freerock.virtual_lab.mishaps`), go the whole way to verdict and fits, with the laws and rivals of a campaign
+by default. The truth is Hunt-Crossley's law of table 2, within 3 %.
+
+    python -m freerock.studies.mishaps results/studies/mishaps.csv full docs/signals.md
+
+measures (`small`: one record of each in minutes; `full`: hours of processor time) and renews the table in
+the documentation, where it is named.
+"""
+
+import math
+import sys
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freerock.errors import FreerockError
+from freerock.identification.doubts import doubts_about
+from freerock.identification.ladder import BY_DEFAULT, identify_run
+from freerock.models.block import Block
+from freerock.rotation.faults import signal_quality
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.judged import judged_runs
+from freerock.runs.motion import motion_of
+from freerock.runs.noise import noise_at_rest
+from freerock.runs.quiet import quiet_stretches
+from freerock.studies.truths import place
+from freerock.studies.virtual_run import Row
+from freerock.tables.csvfile import write_csv
+from freerock.virtual_lab import faults, mishaps
+from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+
+SIZES = {"small": 1, "full": 120}  # records of each mishap; six make a round of blocks and foundations
+NOISE = Noise(mains_v=0.0, drift_v=0.0)
+RATE_HZ = 2000.0
+SCATTER = 0.03
+ALTERNATES = ("alternating_restitution", "uneven_restitution", "touched")
+INTERRUPTED = ("outlying_restitution", "uneven_restitution", "touched", "disturbed")
+AT_RELEASE = ("disturbed_release", "pushed", "held_back", "release_not_timed", "hold_wanders")
+MARK = ("<!-- mishaps -->\n", "<!-- end of the mishaps -->\n")
+
+
+@dataclass(frozen=True)
+class Mishap:
+    """What goes wrong, and by what name it goes.
+
+    Parameters
+    ----------
+    quantity : str
+        What is set, with its unit.
+    value : float
+    spoil : callable
+        (value, half period [s], generator) → what differs: fields of `Release`; `corner_sinks`; `faults`;
+        `sign`, of the laser.
+    names : collection of str
+        Reasons that name it rightly.
+    """
+
+    quantity: str
+    value: float
+    spoil: Callable[[float, float, Any], dict[str, Any]]
+    names: Collection[str] = ()
+
+
+def _either(generator: Any) -> float:
+    return float(generator.choice([-1, 1]))
+
+
+MISHAPS = {
+    "none": Mishap("", math.nan, lambda value, swing_s, draw: {}),
+    **{
+        f"base off level, {tilt:g}": Mishap(
+            "tilt [deg]",
+            tilt,
+            lambda value, swing_s, draw: {"moves": mishaps.off_level(math.radians(value) * _either(draw))},
+            ALTERNATES,
+        )
+        for tilt in (0.05, 0.2)
+    },
+    "sign of the laser": Mishap("sign", -1, lambda value, swing_s, draw: {"sign": value}, ALTERNATES),
+    **{
+        f"hit during a run, {rate:g}": Mishap(
+            "rate [rad/s]",
+            rate,
+            lambda value, swing_s, draw: {
+                "moves": mishaps.hit(swing_s * draw.uniform(1.0, 3.0), value * _either(draw))
+            },
+            INTERRUPTED,
+        )
+        for rate in (0.02, 0.05)
+    },
+    **{
+        f"caught and let go again, {pause:g}": Mishap(
+            "pause [s]",
+            pause,
+            lambda value, swing_s, draw: {"moves": mishaps.caught(swing_s * draw.uniform(0.2, 0.4), value)},
+            (*INTERRUPTED, *AT_RELEASE),
+        )
+        for pause in (0.1, 0.5)
+    },
+    "braked": Mishap(
+        "share of the rate",
+        0.3,
+        lambda value, swing_s, draw: {"moves": mishaps.braked(swing_s * draw.uniform(0.2, 0.4), value)},
+        (*INTERRUPTED, *AT_RELEASE),
+    ),
+    "finger leaves slowly": Mishap(
+        "time [s]", 0.08, lambda value, swing_s, draw: {"fade_s": value}, AT_RELEASE
+    ),
+    **{
+        f"pushed, {rate:g}": Mishap(
+            "rate [rad/s]",
+            rate,
+            lambda value, swing_s, draw: {"moves": mishaps.pushed(value * _either(draw))},
+            AT_RELEASE,
+        )
+        for rate in (0.03, 0.06)
+    },
+    **{
+        f"rounded edges, {radius * 1e3:g}": Mishap(
+            "radius [m]",
+            radius,
+            lambda value, swing_s, draw: {"moves": mishaps.rounded(value)},
+            ("unexplained",),
+        )
+        for radius in (7e-4, 2e-3)
+    },
+    "sensor averages": Mishap(
+        "time [s]",
+        4e-3,
+        lambda value, swing_s, draw: {"faults": [faults.averaged(value)]},
+        ("unexplained",),
+    ),
+    "corner sinks": Mishap(
+        "", math.nan, lambda value, swing_s, draw: {"corner_sinks": True}, ("unexplained",)
+    ),
+}
+COLUMNS = ["mishap", "quantity", "value", "block", "foundation", "level", "names", "named", "model"]
+COLUMNS += ["explained", "k_error_percent", "k_error_stderrs"]
+
+
+def run(size: str = "full") -> pd.DataFrame:
+    """Every mishap on blocks and foundations in turn.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per record: mishap, quantity and value of what is set; block, foundation; level and names (of
+        the reasons, joined by blanks) of the run's verdict; named (a right name is among them); model chosen,
+        explained; k_error_percent and k_error_stderrs of k under it, NaN where it has none.
+    """
+    rows = [one(name, i) for i in range(SIZES[size]) for name in MISHAPS]
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def one(name: str, i: int) -> Row:
+    """The i-th record with a mishap."""
+    mishap, (configuration, foundation) = MISHAPS[name], place(i)
+    block, angle, laser = CONFIGURATIONS[configuration]
+    draw = np.random.RandomState([list(MISHAPS).index(name), i])
+    parameters = {
+        key: value * (1 + draw.uniform(-SCATTER, SCATTER)) for key, value in FOUNDATIONS[foundation].items()
+    }
+    angle *= _either(draw) * draw.uniform(0.6, 1.0)
+    how = mishap.spoil(mishap.value, math.pi / 2 / block.p, draw)
+    record = _record(block, laser, parameters, angle, how, i)
+    read = replace(laser, sign=int(how.get("sign", laser.sign)))
+    row: Row = {"mishap": name, "quantity": mishap.quantity, "value": mishap.value}
+    row |= {"block": configuration, "foundation": foundation} | _judged(record, read, block, parameters["k"])
+    named = row["names"].split()
+    return row | {"named": row["level"] != "ok" and any(each in mishap.names for each in named)}
+
+
+def _record(
+    block: Block, laser: Laser, parameters: dict[str, float], angle: float, how: dict[str, Any], seed: int
+) -> VirtualRecord:
+    """A record of one release as it should not be."""
+    release = Release(
+        angle,
+        parameters,
+        tilt_s=1.0,
+        held_s=1.5,
+        **{key: how[key] for key in ("moves", "fade_s") if key in how},
+    )
+    recording = Recording(
+        rate_hz=RATE_HZ, longest_s=16.0, noise=NOISE, corner_sinks=how.get("corner_sinks", False)
+    )
+    return simulate_record(
+        block, laser, "hunt_crossley", [release], seed=seed, recording=recording, faults=how.get("faults", ())
+    )
+
+
+def _judged(record: VirtualRecord, laser: Laser, block: Block, k: float) -> Row:
+    """Verdict and parameters of the first run of a record."""
+    try:
+        found = find_rotation(record.time_s, record.volts, laser, block)
+        signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+        measured, _ = judged_runs(signal, block, signal_quality(found))[0]
+    except FreerockError as error:
+        return {"level": "fail", "names": "not_processed", "model": str(error.what), "explained": False}
+    verdict, fitted = measured.verdict, {}
+    if verdict.level != "fail":
+        time_s, theta, sigma, _ = signal
+        noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), RATE_HZ)
+        motion = motion_of(measured, time_s, theta, sigma, noise)
+        identified = identify_run(block, motion, BY_DEFAULT)
+        choice, fitted = identified.choice(BY_DEFAULT), identified.fits
+        verdict = verdict.adding(doubts_about(verdict, block, motion, identified, BY_DEFAULT))
+    row = {"level": verdict.level, "names": " ".join(verdict.names), "model": "", "explained": False}
+    if fitted and choice.selected:
+        fit = fitted[choice.selected]
+        row |= {"model": choice.selected, "explained": choice.explained}
+        if "k" in fit.parameters:
+            at = fit.parameters.index("k")
+            off = float(fit.value[at]) - k
+            row |= {"k_error_percent": 100 * off / k, "k_error_stderrs": off / float(fit.stderr[at])}
+    return row
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per mishap: shares warned of and named, the greatest errors of k, and those under an ok."""
+    lines = [
+        "| mishap | set | records | not ok | its right name | error of k [%] | at most under ok [stderr] |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for name, rows in frame.groupby("mishap", sort=False):
+        first, ok = rows.iloc[0], rows[rows["level"] == "ok"]
+        what = f"{first['quantity']} {first['value']:g}" if first["quantity"] else ""
+        low, high = rows["k_error_percent"].min(), rows["k_error_percent"].max()
+        worst = ok["k_error_stderrs"].abs().max()
+        cells = [
+            str(name).partition(",")[0],
+            what,
+            str(len(rows)),
+            f"{(rows['level'] != 'ok').mean():.0%}",
+            f"{rows['named'].mean():.0%}" if MISHAPS[str(name)].names else "",
+            f"{low:+.1f} … {high:+.1f}",
+            f"{worst:.1f}" if math.isfinite(worst) else "",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(product: str, size: str, document: str = "") -> None:
+    """Measure, write the product, and renew the table of a document."""
+    frame = run(size)
+    write_csv(frame, Path(product))
+    if document:
+        before, rest = Path(document).read_text(encoding="utf-8").split(MARK[0])
+        after = rest.split(MARK[1])[1]
+        Path(document).write_text(before + MARK[0] + markdown(frame) + MARK[1] + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,103 @@
+"""A run that something else than the law acted on, told from one under another law."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from freerock.identification.disturbance import find_disturbance, tops_of
+from freerock.identification.doubts import UNEXPLAINED, doubts_about
+from freerock.identification.ladder import BY_DEFAULT, Identified
+from freerock.identification.settings import FitSettings
+from freerock.models.contact import Foundation, State, static_depth
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason, Verdict
+from freerock.virtual_lab import mishaps
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import Scene, free_rocking
+
+BLOCK, ANGLE, _ = CONFIGURATIONS["config2"]
+SIGMA = math.radians(0.01)
+RATE_HZ = 1000
+
+
+def fitted(foundation, off=1.03):
+    """What the whole run made of the law: parameters that are a little off."""
+    values = {name: off * value for name, value in FOUNDATIONS[foundation].items()}
+    return {"hunt_crossley": SimpleNamespace(epsilon_theta=0.01, values=values)}
+
+
+def run(moves, foundation="aerstop"):
+    """A measured run of 3 s, that began with these moves."""
+    parameters = FOUNDATIONS[foundation]
+    since = np.arange(3 * RATE_HZ) / RATE_HZ
+    start = State(static_depth(BLOCK, Foundation.of(parameters), ANGLE), 0.0, ANGLE, 0.0)
+    motion = moves(Scene("hunt_crossley", BLOCK, parameters), since, start)
+    noise = SIGMA * np.random.default_rng(5).standard_normal(since.size)
+    return Motion(since, motion.theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
+
+
+def found(motion, foundation="aerstop"):
+    return find_disturbance(BLOCK, motion, fitted(foundation), lambda model: FitSettings())
+
+
+def test_tops_are_those_of_the_motion():
+    motion = run(free_rocking)
+    tops = tops_of(motion)
+    assert len(tops) >= 4
+    assert [math.copysign(1, top.height) for top in tops[:4]] == [-1, 1, -1, 1]
+    for top in tops:
+        near = np.abs(motion.time_s - top.time_s) < 0.04
+        assert abs(top.height) == pytest.approx(np.abs(motion.theta[near]).max(), abs=5 * SIGMA)
+
+
+@pytest.mark.parametrize("at_s", [0.6, 0.9])
+def test_a_blow_is_found_between_the_tops_beside_it(at_s):
+    disturbance = found(run(mishaps.hit(at_s, 0.04)))
+    assert disturbance.start_s <= at_s <= disturbance.end_s
+    assert disturbance.end_s - disturbance.start_s < 0.5
+
+
+@pytest.mark.parametrize("moves", [mishaps.pushed(0.06), mishaps.braked(0.1, 0.5), mishaps.caught(0.1, 0.1)])
+def test_what_comes_before_the_first_top_is_of_the_release(moves):
+    motion = run(moves)
+    disturbance = found(motion)
+    assert disturbance.start_s == 0 < disturbance.end_s == tops_of(motion)[0].time_s
+
+
+@pytest.mark.parametrize("moves", [mishaps.off_level(math.radians(0.3)), mishaps.rounded(2e-3)])
+def test_what_acts_all_the_time_is_no_disturbance(moves):
+    assert found(run(moves)) is None
+
+
+def doubts(motion, *measured):
+    whole = SimpleNamespace(fits=fitted("aerstop"), explained=False)
+    return doubts_about(Verdict(measured), BLOCK, motion, whole, BY_DEFAULT)
+
+
+def test_the_doubts_are_named_and_say_when():
+    hit, unexplained = doubts(run(mishaps.hit(0.6, 0.04)))
+    assert (hit.verdict, hit.name, unexplained.name) == ("warn", "disturbed", "unexplained")
+    assert "something acted on the block between 0.5" in hit.text and ";" not in hit.text
+    released, _ = doubts(run(mishaps.pushed(0.06)))
+    assert released.name == "disturbed_release" and "free rocking begins only 0.5" in released.text
+
+
+def test_other_causes_are_told_only_where_none_is_known():
+    tilted = run(mishaps.off_level(math.radians(0.3)))
+    (alone,) = doubts(tilted)
+    assert alone.name == "unexplained" and "the corners rounded" in alone.text
+    (beside,) = doubts(tilted, Reason("warn", "alternating_restitution", "restitution alternates"))
+    assert beside.text == UNEXPLAINED
+
+
+def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
+    for whole in (SimpleNamespace(fits={"winkler": None}, explained=True), Identified()):
+        assert doubts_about(Verdict(), BLOCK, run(free_rocking), whole, BY_DEFAULT) == []
+
+
+def test_a_run_that_ends_at_once_has_no_tops():
+    motion = run(free_rocking)
+    short = Motion(motion.time_s[:50], motion.theta[:50], SIGMA, ANGLE)
+    assert tops_of(short) == [] and found(short) is None
