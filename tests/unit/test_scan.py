@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.identification import search
 from freerock.identification.problem import posed
 from freerock.identification.scan import scan
-from freerock.identification.search import growing_horizons
+from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
@@ -70,3 +71,16 @@ def test_horizons_double_from_the_first_swings_to_the_whole_run():
     assert horizons[-2] < TIME[-1] <= horizons[-1]
     late = Motion(**{**vars(run), "fit_start_s": 1.0})
     assert growing_horizons(late)[0] == pytest.approx(1.0 + first, rel=0.01)
+
+
+def test_starts_that_come_to_the_same_end_are_followed_once(monkeypatch):
+    run = motion("winkler", [4.5e6, 4.05e4])
+    problem = posed("winkler", [BLOCK], [run], FitSettings())
+    starts = scan(problem, growing_horizons(run)[0])[:1]
+    near = [[k + step, ratio] for k, ratio in starts for step in (0.0, 0.02, -0.02)]
+    followed = []
+    monkeypatch.setattr(search, "scan", lambda *given: near)
+    monkeypatch.setattr(search, "follow", lambda *given: followed.append(given[2]) or follow(*given))
+    end = search.approach(problem)
+    assert len([horizons for horizons in followed if len(horizons) > 1]) == 1
+    assert end.x[0] == pytest.approx(np.log(4.5e6), abs=1e-4)

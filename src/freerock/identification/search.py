@@ -16,6 +16,7 @@ from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
+SAME = 3e-3  # of fitted numbers, such as logarithms, in which two ends after the first swings are one
 POOR = 1.1  # times the noise: a given start that ends above it may be in a false minimum
 
 
@@ -70,9 +71,18 @@ def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list
     if not law_of(problem.model).is_foundation and "width" not in problem.common:
         horizons = horizons[-1:]  # already scanned on the whole run
     ends = [follow(problem, _r_first(problem, problem.start(values)), horizons[:1]) for values in starts]
-    promising = PROMISING * min(end.mean_square for end in ends)
-    ends = [end for end in ends if end.mean_square <= promising]
+    ends = _different(sorted(ends, key=lambda end: end.mean_square), len(problem.common))
+    ends = [end for end in ends if end.mean_square <= PROMISING * ends[0].mean_square]
     return [follow(problem, end.x, horizons[1:], beyond) for end in ends] if horizons[1:] else ends
+
+
+def _different(ends: Sequence[Solution], n_common: int) -> list[Solution]:
+    """Ends without those that have come to the same parameters as an earlier one."""
+    found: list[Solution] = []
+    for end in ends:
+        if not any(np.abs(end.x - other.x)[:n_common].max() < SAME for other in found):
+            found.append(end)
+    return found
 
 
 def _r_first(problem: Problem, x: Floats) -> Floats:
