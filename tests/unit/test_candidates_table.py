@@ -22,8 +22,10 @@ def test_counts_and_medians():
     choice, parameters = scene(*RUNS)
     rows = np.flatnonzero((parameters["model"] == "hunt_crossley") & (parameters["parameter"] == "k"))
     parameters.loc[rows, "value"] = [6e6, 8e6, 1e9]  # of the third run it is rejected
+    choice.loc[choice["status"] == "not_fitted", "epsilon_theta"] = 0.5  # that of a quick fit
     table = candidates_table(choice, parameters)
     assert list(table) == COLUMNS
+    assert not (table["epsilon_theta"] == 0.5).any()
     assert table["model"].tolist() == list(CANDIDATES)
     row = table.set_index("model").loc["hunt_crossley"]
     assert row[["n_runs", "n_selected", "n_also_possible", "n_rejected", "n_explains"]].tolist() == [

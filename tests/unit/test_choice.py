@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from freerock.identification.choice import TELLS, Evidence, choose, holds
+from freerock.identification.choice import TELLS, Evidence, choose, holds, plainly
 
 N = {
     "housner": 3,
@@ -138,3 +138,19 @@ def test_what_holds_what():
     assert holds("general_pivoting_width", "winkler_pivoting")
     assert not holds("hunt_crossley_pivoting_width", "hunt_crossley")
     assert not holds("hunt_crossley", "general") and not holds("hunt_crossley", "housner")
+
+
+@pytest.mark.parametrize(
+    "value, text",
+    [
+        (9774.0, "9770"),
+        (2.0, "2"),
+        (0.03214, "0.0321"),
+        (3.2e-6, "0.0000032"),
+        (9.77e7, "97.7 million"),
+        (math.nan, "nan"),
+        (math.inf, "inf"),
+    ],
+)
+def test_reasons_have_plain_figures(value, text):
+    assert plainly(value) == text

@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from freerock.identification.noise import LEVEL
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, law_of
 
@@ -84,10 +86,10 @@ class Evidence:
         if not self.fitted or not self.success:
             return self.message or "the fit may not be used"
         if self.held_out > 1:
-            return f"held-out ε_θ = {100 * self.held_out:.3g} %: worse than a block at rest"
+            return f"held-out ε_θ = {plainly(100 * self.held_out)} %: worse than a block at rest"
         if not self.noise_p > LEVEL:
-            where = f"{self.noise_low_hz:.3g} to {self.noise_high_hz:.3g} Hz"
-            return f"more than noise is left: {self.noise_ratio:.3g} times the power at rest, {where}"
+            where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
+            return f"more than noise is left: {plainly(self.noise_ratio)} times the power at rest, {where}"
         if self.added_damping > TRACE:
             return f"a trace of the damping that it lacks, {self.added_damping:.1f} standard errors"
         return ""
@@ -176,6 +178,13 @@ def holds(larger: str, smaller: str) -> bool:
     )
 
 
+def plainly(value: float) -> str:
+    """A positive number in three figures without a power of ten: "9770", "0.0321", "97.7 million"."""
+    if 1e6 <= value < math.inf:
+        return f"{plainly(value / 1e6)} million"
+    return np.format_float_positional(value, precision=3, unique=False, fractional=False, trim="-")
+
+
 def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: float) -> Judged:
     """What becomes of a candidate beside the one that is selected."""
     if each is chosen:
@@ -210,7 +219,7 @@ def _least_bad(evidence: Sequence[Evidence]) -> Choice:
         return Choice("", False, why, judged)
     reason = "no candidate explains the run; "
     if known:
-        reason += f"held-out ε_θ = {100 * chosen.held_out:.3g} %, the lowest"
+        reason += f"held-out ε_θ = {plainly(100 * chosen.held_out)} %, the lowest"
         reason += f" BIC of {len(close)} within a tenth of the best" if len(close) > 1 else ""
     else:
         reason += "the lowest BIC"

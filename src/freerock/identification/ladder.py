@@ -15,7 +15,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.candidates import candidates, n_freed, start_for
-from freerock.identification.choice import NEAR, Choice, Evidence, choose
+from freerock.identification.choice import NEAR, Choice, Evidence, choose, plainly
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
 from freerock.identification.screening import Screening, screen
@@ -179,7 +179,8 @@ def _climb(rivals: Sequence[str], block: Block, motion: Motion, ladder: Ladder, 
 
 def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
     """What a quick fit leaves, beside the least mean square of its rung."""
-    reason = f"a quick fit leaves {math.sqrt(end.mean_square / least):.3g} times the residual of the best"
+    times = plainly(math.sqrt(end.mean_square / least))
+    reason = f"a quick fit leaves {times} times the residual of the best"
     if end.given_up:
         return LeftOut(reason, math.nan)
     return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))

@@ -70,14 +70,15 @@ def scenes_of(
 
 
 def _row(scene: Scene, model: str) -> list[Cell]:
-    """A candidate's cells: medians over the runs."""
+    """A candidate's cells: medians over the runs with a full fit."""
     run = [scene.choice["test"], scene.choice["run"]]
     named = scene.choice["bic"].where(scene.choice["status"] == "selected").groupby(run).transform("max")
     mine = scene.choice["model"] == model
     own = scene.choice[mine].assign(above=(scene.choice["bic"] - named)[mine])
     summed, status = scene.summary[model], _status(own)
     kind = "named" if "named" in status or "possible" in status else "warn" if "nearest" in status else ""
-    medians = own[["epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs"]].median()
+    fitted = own[own["status"] != "not_fitted"]
+    medians = fitted[["epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs"]].median()
     return [
         Cell(MODEL_LABELS[model], kind=kind),
         Cell(status),

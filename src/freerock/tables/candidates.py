@@ -84,9 +84,10 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     pandas.DataFrame
         Columns `COLUMNS`, one row per block, foundation and candidate, of single runs. n_runs: those with a
         choice; n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate
-        leaves no more than the noise at rest. epsilon_theta, epsilon_holdout: medians (fractions). r, k_n_m2
-        [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m: medians over the runs in which the
-        candidate is named or also possible, NaN where there is none or it has no such parameter.
+        leaves no more than the noise at rest. epsilon_theta, epsilon_holdout: medians over the runs with a
+        full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m:
+        medians over the runs in which the candidate is named or also possible, NaN where there is none or it
+        has no such parameter.
     """
     runs = single_runs(choice)
     possible = runs[runs["status"].isin(POSSIBLE)]
@@ -102,7 +103,8 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {"n_freed": each["n_freed"].max(), "n_runs": len(each)}
             row |= {name: int((each["status"] == status).sum()) for name, status in COUNTS.items()}
             row["n_explains"] = int(each["explains"].sum())
-            row |= {name: each[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
+            fitted = each[each["status"] != "not_fitted"]
+            row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
     return pd.DataFrame(rows, columns=COLUMNS).astype({"n_freed": "Int64"})
