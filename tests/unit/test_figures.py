@@ -151,6 +151,14 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
     assert "ok" in texts(pages[0])
     assert "warn, excluded" in texts(pages[2])
     assert any("slid" in text for text in texts(pages[2]))
+    shades = [
+        each.get_color()
+        for page in pages
+        for each in page.texts
+        if each.get_text().startswith(("ok", "warn"))
+    ]
+    assert [quality.VERDICT_COLOURS["ok"], quality.VERDICT_COLOURS["excluded"]] == [shades[0], shades[2]]
+    assert any("4 impacts seen, " in text and " with a restitution" in text for text in texts(pages[0]))
     assert "not fitted" in texts(pages[2])
     assert "not fitted" not in texts(pages[0])
     assert {"voltage", "theta", "error_level"} <= set(data[data["run"].isna()]["series"])

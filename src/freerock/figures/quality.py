@@ -23,7 +23,7 @@ from freerock.figures.style import (
     thin,
 )
 from freerock.models.laws import MODELS
-from freerock.products.groups import Attrs, reasons_in, runs_of
+from freerock.products.groups import Attrs, impacts_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
@@ -33,7 +33,7 @@ from freerock.units import BASE
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
-VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020"}
+VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
 
 @styled()
@@ -238,7 +238,7 @@ def _facts(run: xr.DataTree, sigma_deg: float) -> str:
         f"θ₀ = {quantity(*np.degrees([run['theta0'].item(), run['theta0_stderr'].item()]))} °",
         f"σ = {quantity(sigma_deg, digits=2)} °",
         f"release at {quantity(run['release'].item(), run['release_stderr'].item())} s",
-        f"{run.sizes.get('impact', 0)} impacts",
+        impacts_of(run),
     ]
     return "    ".join(facts)
 
@@ -261,8 +261,9 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     """Title, verdict, facts, faults and reasons at the top of a page; returns their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
     lines = [(line, "0.3") for line in textwrap.wrap(faults, 115)]
-    lines += [(line, VERDICT_COLOURS[attrs["verdict"]]) for line in textwrap.wrap(attrs["reasons"], 115)]
-    colour, height = VERDICT_COLOURS[attrs["verdict"]], figure.get_figheight()
+    colour = VERDICT_COLOURS["excluded" if attrs.get("excluded") else attrs["verdict"]]
+    lines += [(line, colour) for line in textwrap.wrap(attrs["reasons"], 115)]
+    height = figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **style: Any) -> None:
         figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **style)

@@ -47,6 +47,12 @@ def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:
     return dict(sorted((int(number), node) for number, node in numbered if number.isdigit()))
 
 
+def impacts_of(run: xr.DataTree) -> str:
+    """How many impacts of a run of a record were seen, and how many have a restitution, in words."""
+    seen, measured = run["n_impacts"].item(), run.sizes.get("impact", 0)
+    return f"{seen} impact{'' if seen == 1 else 's'} seen, {measured} with a restitution"
+
+
 def fits_of(tree: xr.DataTree) -> Iterator[tuple[int | str, str, xr.Dataset]]:
     """Fits of a dataset: those of each run in order, then the joint fit of all runs ("pooled").
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.laws import MODEL_LABELS, SYMBOLS, law_of
-from freerock.products.groups import fits_of, reasons_in, runs_of
+from freerock.products.groups import fits_of, impacts_of, reasons_in, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.text import fixed, quantity, unit_text
@@ -116,11 +116,11 @@ def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) ->
     return {
         "number": number,
         "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
-        "kind": verdict,
+        "kind": "excluded" if run.attrs["excluded"] else verdict,
         "reasons": reasons,
         "theta0": quantity(theta0, stderr),
         "sigma": quantity(sigma, digits=2),
-        "impacts": run.sizes.get("impact", 0),
+        "impacts": impacts_of(run),
         "instants": [fixed(instant, 3) for instant in known.values()],
         "samples": [int(time.searchsorted(instant)) for instant in known.values()],
     }

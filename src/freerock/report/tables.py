@@ -78,7 +78,11 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
                 Cell(run),
                 Cell(labels.get(row.block, row.block)),
                 Cell(labels.get(row.foundation, row.foundation)),
-                Cell(row.verdict, -VERDICTS.index(row.verdict), kind=row.verdict),
+                Cell(
+                    row.verdict,
+                    -VERDICTS.index(row.verdict),
+                    kind="excluded" if row.excluded else row.verdict,
+                ),
                 number(fixed(row.theta0_deg, 3), row.theta0_deg),
                 number(fixed(row.release_s, 3), row.release_s),
                 number(fixed(row.duration_s, 2), row.duration_s),
@@ -89,6 +93,7 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
         )
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
+    note += "Impacts: those with a restitution. "
     note += "Model: what explains the run with as few numbers as the data allow, see Model choice."
     return Sortable([*heads, "Impacts", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
