@@ -102,6 +102,17 @@ def test_a_louder_residual_does_not_pass_but_within_a_tenth():
     assert against_rest(0.5 * residual, jacobian, [len(residual)], [at_rest]).is_noise
 
 
+@pytest.mark.parametrize("kind", ["correlated 20 ms", "correlated 200 ms"])
+def test_a_short_rest_lets_no_swing_pass_that_is_far_above_it(kind):
+    """It has one or two values in its lowest octave, which say next to nothing of that octave alone."""
+    slow = 40 * SIGMA * np.sin(np.pi * np.arange(8000) / RATE_HZ)
+    for seed in range(6):
+        stretches, residual, jacobian, _ = run(kind, seed)
+        at_rest = noise_at_rest([stretches[0][:800]], RATE_HZ)
+        assert against_rest(residual, jacobian, [8000], [at_rest]).is_noise
+        assert not against_rest(residual + slow, jacobian, [8000], [at_rest]).is_noise
+
+
 def test_without_a_rest_the_noise_is_white():
     _, residual, jacobian, _ = run("white", 1)
     motion = Motion(np.arange(8000) / RATE_HZ, residual, SIGMA, 0.1)

@@ -22,6 +22,7 @@ from freerock.runs.noise import (
 
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
 LEVEL = 1e-3  # chance of noise as at rest to be taken for more
+LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest
 SINGULAR = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
 
 
@@ -33,9 +34,10 @@ class AgainstRest:
     ----------
     p : float
         Chance of noise as at rest, and up to `LOUDER` times as loud, to leave as loud a residual: that of the
-        most telling band times the number of bands (Bonferroni), at most 1.
+        most telling band, of which one holds all frequencies, times the number of bands (Bonferroni), at
+        most 1. 0 where the power of all frequencies is over `LOUDEST` times that at rest.
     ratio : float
-        Power of the residual over that at rest in that band.
+        Power of the residual over that at rest: in the most telling octave, where it alone tells enough.
     low_hz, high_hz : float
         Ends of that band [Hz].
     """
@@ -64,7 +66,9 @@ def against_rest(
     """Whether a residual is the noise at rest, band by band: level and shape.
 
     In each band the power of the residual over that of the noise at rest follows Fisher's F, with the
-    degrees of freedom of both; what the fitted parameters have taken of the noise is accounted for.
+    degrees of freedom of both; what the fitted parameters have taken of the noise is accounted for. So does
+    the power of all bands, by the degrees of freedom of a sum (Welch and Satterthwaite, doi:10.2307/3002019):
+    a rest tells little of the slowest noise, and more of all of it.
 
     Parameters
     ----------
@@ -83,12 +87,16 @@ def against_rest(
     through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
     inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
     found = [
-        band
+        _bands(own, noise, *power_taken(taking, passed, inner))
         for own, taking, passed, noise in zip(residuals, basis, through, noises, strict=True)
-        for band in _bands(own, noise, *power_taken(taking, passed, inner))
     ]
-    most = min(found, key=lambda each: (each.p, -each.ratio))
-    return replace(most, p=min(1.0, most.p * len(found)))
+    n = sum(map(len, found))
+    octave, every = (
+        min(bands, key=lambda band: (band.p, -band.ratio))
+        for bands in ([band for run in found for band in run[:-1]], [run[-1] for run in found])
+    )
+    most = octave if n * octave.p <= LEVEL or octave.p <= every.p else every
+    return replace(most, p=min(1.0, n * min(octave.p, every.p)))
 
 
 def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]) -> list[Floats]:
@@ -98,20 +106,24 @@ def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | Non
 
 
 def _bands(residual: Floats, noise: Noise, taken: Floats, share: Floats) -> list[AgainstRest]:
-    """A residual against the noise in each band; p is that of the band alone."""
+    """A residual against the noise in each band, at last in all together; p is that of the band alone."""
     n, n_bands = len(residual), len(noise.ratio)
     band = noise.band(frequencies(n))
     count = np.bincount(band, minlength=n_bands)
     dof = np.maximum(degrees_of_freedom(band, share, n, n_bands), 1.0)
+    power, expected = tapered_power(residual), expected_power(noise, n) - taken
+    some, whole = np.flatnonzero(count), max(float(expected.sum()), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        power = tapered_power(residual) / (expected_power(noise, n) - taken)
-        ratio = np.bincount(band, power, n_bands) / count
-    p = fdtrc(dof, noise.dof, np.maximum(ratio, 0.0) / LOUDER**2)
-    ends_hz = noise.edges * noise.rate_hz
-    return [
-        AgainstRest(float(p[i]), float(ratio[i]), float(ends_hz[i]), float(ends_hz[i + 1]))
-        for i in np.flatnonzero(count)
-    ]
+        ratio = (np.bincount(band, power / expected, n_bands) / count)[some]
+        part = np.bincount(band, expected, n_bands)[some] / whole if whole else count[some] / n
+        every = float(power.sum() / whole) if whole else np.inf
+    both_dof = np.array([dof[some], noise.dof[some]])
+    p = fdtrc(*both_dof, np.maximum(ratio, 0.0) / LOUDER**2)
+    chance = float(fdtrc(*(1 / np.sum(part**2 / both_dof, axis=1)), every / LOUDER**2))
+    ends_hz = np.array([noise.edges[some], noise.edges[some + 1]]) * noise.rate_hz
+    found = zip(p.tolist(), ratio.tolist(), *ends_hz.tolist(), strict=True)
+    all_of_them = 0.0 if every > LOUDEST else chance, every, float(ends_hz[0, 0]), float(ends_hz[1, -1])
+    return [AgainstRest(*each) for each in (*found, all_of_them)]
 
 
 def _orthonormal(jacobian: Floats) -> Floats:
