@@ -22,10 +22,14 @@ SIGMA = math.radians(0.01)
 RATE_HZ = 1000
 
 
-def fitted(foundation, off=1.03):
+def fitted(foundation, off=1.03, louder=5.0):
     """What the whole run made of the law: parameters that are a little off."""
     values = {name: off * value for name, value in FOUNDATIONS[foundation].items()}
-    return {"hunt_crossley": SimpleNamespace(epsilon_theta=0.01, values=values)}
+    return {
+        "hunt_crossley": SimpleNamespace(
+            epsilon_theta=0.01, values=values, diagnostics={"residual_over_sigma": louder}
+        )
+    }
 
 
 def run(moves, foundation="aerstop"):
@@ -95,6 +99,11 @@ def test_other_causes_are_told_only_where_none_is_known():
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
     for whole in (SimpleNamespace(fits={"winkler": None}, explained=True), Identified()):
         assert doubts_about(Verdict(), BLOCK, run(free_rocking), whole, BY_DEFAULT) == []
+
+
+def test_what_is_hardly_more_than_noise_is_not_searched():
+    whole = fitted("aerstop", louder=1.1)
+    assert find_disturbance(BLOCK, run(mishaps.hit(0.6, 0.04)), whole, lambda model: FitSettings()) is None
 
 
 def test_a_run_that_ends_at_once_has_no_tops():

@@ -9,11 +9,11 @@ from freerock.studies.mishaps import COLUMNS, MISHAPS, SIZES, main, markdown, on
 
 pytestmark = pytest.mark.slow
 
-AEROSTOP_2 = 4  # of six scenes: configuration 2 on Aerstop
+AERSTOP_2 = 4  # of six scenes: configuration 2 on Aerstop
 
 
 def test_a_clean_record_is_ok_and_gives_the_truth():
-    row = one("none", AEROSTOP_2)
+    row = one("none", AERSTOP_2)
     assert (row["level"], row["names"], row["model"], row["named"]) == ("ok", "", "hunt_crossley", False)
     assert abs(row["k_error_percent"]) < 1 and abs(row["k_error_stderrs"]) < 4
 
@@ -23,21 +23,33 @@ def test_a_clean_record_is_ok_and_gives_the_truth():
     [
         ("base off level, 0.2", "uneven_restitution"),
         ("hit during a run, 0.05", "disturbed"),
-        ("braked", "disturbed_release"),
+        ("braked, 0.5", "disturbed_release"),
     ],
 )
 def test_a_mishap_is_warned_of_with_its_name(name, says):
-    row = one(name, AEROSTOP_2)
+    row = one(name, AERSTOP_2)
     assert row["level"] == "warn" and row["named"] and says in row["names"].split()
     assert {*row} <= {*COLUMNS}
 
 
 def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
-    some = {"none": MISHAPS["none"], "braked": MISHAPS["braked"]}
+    some = {"none": MISHAPS["none"], "braked, 0.5": MISHAPS["braked, 0.5"]}
     rows = [
         {"mishap": "none", "level": "ok", "k_error_percent": 0.5, "k_error_stderrs": -1.5, "named": False},
-        {"mishap": "braked", "level": "warn", "k_error_percent": 20, "k_error_stderrs": 90.0, "named": True},
-        {"mishap": "braked", "level": "ok", "k_error_percent": -7, "k_error_stderrs": -6.0, "named": False},
+        {
+            "mishap": "braked, 0.5",
+            "level": "warn",
+            "k_error_percent": 20,
+            "k_error_stderrs": 90.0,
+            "named": True,
+        },
+        {
+            "mishap": "braked, 0.5",
+            "level": "ok",
+            "k_error_percent": -7,
+            "k_error_stderrs": -6.0,
+            "named": False,
+        },
     ]
     known = [
         row | {"quantity": some[row["mishap"]].quantity, "value": some[row["mishap"]].value} for row in rows
@@ -45,7 +57,7 @@ def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     lines = markdown(pd.DataFrame(known, columns=COLUMNS)).splitlines()
     assert lines[2:] == [
         "| none |  | 1 | 0% |  | +0.5 … +0.5 | 1.5 |",
-        "| braked | share of the rate 0.3 | 2 | 50% | 50% | -7.0 … +20.0 | 6.0 |",
+        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7.0 … +20.0 | 6.0 |",
     ]
     monkeypatch.setattr("freerock.studies.mishaps.MISHAPS", {"none": MISHAPS["none"]})
     monkeypatch.setitem(SIZES, "small", 1)

@@ -25,6 +25,7 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
 
+LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
 LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
 CLEAR = 50.0  # standard deviations of the noise, likewise
 STANDS_OUT = 5.0  # and from here on a swing is one
@@ -50,7 +51,7 @@ class Top(NamedTuple):
 def find_disturbance(
     block: Block, motion: Motion, fits: Mapping[str, Fit], settings: Callable[[str], FitSettings]
 ) -> Disturbance | None:
-    """What lies between two parts of a run that the same law explains, or before the first of them.
+    """What lies between two parts of a run that one set of parameters explains, or before the first of them.
 
     Parameters
     ----------
@@ -63,6 +64,8 @@ def find_disturbance(
         Those of the fit of a candidate.
     """
     nearest = sorted(fits, key=lambda model: np.nan_to_num(fits[model].epsilon_theta, nan=np.inf))
+    if not fits[nearest[0]].diagnostics["residual_over_sigma"] > LOUDER:
+        return None
     laws = [model for model in nearest if not CANDIDATES[model].is_rival]
     tops = tops_of(motion)
     for model in dict.fromkeys([*laws[:1], *nearest[:1]]):
@@ -72,7 +75,9 @@ def find_disturbance(
         first = _first([_from_top(motion, top) for top in tops], explained)
         if first == 0:
             return Disturbance(0.0, tops[0].time_s)
-        if first is not None and explained(_until(motion, tops[first - 1].time_s)):
+        if first is not None and explained(
+            _until(motion, tops[first - 1].time_s), _from_top(motion, tops[first])
+        ):
             return Disturbance(tops[first - 1].time_s, tops[first].time_s)
     return None
 
@@ -130,17 +135,17 @@ def _until(motion: Motion, end_s: float) -> Motion:
 
 
 def _leaves_noise(
-    model: str, block: Block, settings: FitSettings, start: Mapping[str, float], part: Motion
+    model: str, block: Block, settings: FitSettings, start: Mapping[str, float], *parts: Motion
 ) -> bool:
-    """Whether least squares from a start leave only the noise at rest of a part of a run."""
+    """Whether the law with one set of parameters leaves only the noise at rest of parts of a run."""
     try:
-        problem = posed(model, (block,), (part,), settings)
+        problem = posed(model, [block] * len(parts), parts, settings)
     except FreerockError:  # too few samples
         return False
     samples = problem.samples()
-    x = follow(problem, problem.start_at(start), growing_horizons(part)).x
+    x = follow(problem, problem.start_at(start), growing_horizons(parts[0])).x
     x = least_squares(problem, x, samples).x
     free = ~problem.at_bound(x)
     jacobian: Floats = problem.jacobian(x, samples)[:, free]
-    rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, [noise_of(part)])
+    rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, list(map(noise_of, parts)))
     return rest.p > LEVEL

@@ -7,7 +7,10 @@ from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
 
 UNEXPLAINED = "no candidate explains the run down to its noise"
-CAUSES = "the base may be off level, the corners rounded, the sensor slow or its beam lower than stated"
+CAUSES = (
+    "the base may be off level, sign or face of the laser wrong, the corners rounded, the sensor slow or its "
+    "beam lower than stated, or another law holds"
+)
 ALWAYS = "alternating_restitution"  # its cause acts all through the run: no part of it is undisturbed
 
 
@@ -35,7 +38,7 @@ def doubts_about(
         disturbance = find_disturbance(block, motion, found.fits, ladder.settings)
     if disturbance is None:
         known = any(name.endswith("_restitution") for name in measured.names)
-        text = UNEXPLAINED if known else f"{UNEXPLAINED}: {CAUSES}, or another law holds"
+        text = UNEXPLAINED if known else f"{UNEXPLAINED}: {CAUSES}"
         return [Reason("warn", "unexplained", text)]
     start_s, end_s = disturbance
     name, what = (
@@ -48,5 +51,5 @@ def doubts_about(
             "disturbed_release",
             f"free rocking begins only {end_s:.2f} s after the release: the block ",
         )
-        what += "was let go slowly, pushed, braked, or caught and let go again"
+        what += "was let go slowly, pushed, hit, braked, or caught and let go again"
     return [Reason("warn", name, f"{what}: leave the run out"), Reason("warn", "unexplained", UNEXPLAINED)]

@@ -44,7 +44,7 @@ NOISE = Noise(mains_v=0.0, drift_v=0.0)
 RATE_HZ = 2000.0
 SCATTER = 0.03
 ALTERNATES = ("alternating_restitution", "uneven_restitution", "touched")
-INTERRUPTED = ("outlying_restitution", "uneven_restitution", "touched", "disturbed")
+INTERRUPTED = ("outlying_restitution", "uneven_restitution", "touched", "disturbed", "disturbed_release")
 AT_RELEASE = ("disturbed_release", "pushed", "held_back", "release_not_timed", "hold_wanders")
 MARK = ("<!-- mishaps -->\n", "<!-- end of the mishaps -->\n")
 
@@ -107,12 +107,15 @@ MISHAPS = {
         )
         for pause in (0.1, 0.5)
     },
-    "braked": Mishap(
-        "share of the rate",
-        0.3,
-        lambda value, swing_s, draw: {"moves": mishaps.braked(swing_s * draw.uniform(0.2, 0.4), value)},
-        (*INTERRUPTED, *AT_RELEASE),
-    ),
+    **{
+        f"braked, {share:g}": Mishap(
+            "share of the rate",
+            share,
+            lambda value, swing_s, draw: {"moves": mishaps.braked(swing_s * draw.uniform(0.2, 0.4), value)},
+            (*INTERRUPTED, *AT_RELEASE),
+        )
+        for share in (0.2, 0.5)
+    },
     "finger leaves slowly": Mishap(
         "time [s]", 0.08, lambda value, swing_s, draw: {"fade_s": value}, AT_RELEASE
     ),
