@@ -57,7 +57,7 @@ def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     lines = markdown(pd.DataFrame(known, columns=COLUMNS)).splitlines()
     assert lines[2:] == [
         "| none |  | 1 | 0% |  | +0.5 … +0.5 | 1.5 |",
-        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7.0 … +20.0 | 6.0 |",
+        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7 … +20 | 6.0 |",
     ]
     monkeypatch.setattr("freerock.studies.mishaps.MISHAPS", {"none": MISHAPS["none"]})
     monkeypatch.setitem(SIZES, "small", 1)

@@ -246,7 +246,7 @@ def markdown(frame: pd.DataFrame) -> str:
             str(len(rows)),
             f"{(rows['level'] != 'ok').mean():.0%}",
             f"{rows['named'].mean():.0%}" if MISHAPS[str(name)].names else "",
-            f"{low:+.1f} … {high:+.1f}",
+            f"{low:+.2g} … {high:+.2g}",
             f"{worst:.1f}" if math.isfinite(worst) else "",
         ]
         lines.append(f"| {' | '.join(cells)} |")
