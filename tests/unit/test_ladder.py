@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.identification.fit import evidence
 from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
@@ -31,6 +32,16 @@ def test_what_housner_explains_costs_no_foundation_but_the_papers():
     assert (choice.selected, choice.explained) == ("housner", True)
     assert list(found.fits) == PAPER
     assert not any(law_of(model).is_foundation for model in found.left_out)
+
+
+def test_a_small_candidate_that_a_law_of_the_paper_surpasses_does_not_end_the_search():
+    """A foundation near to rigid under a coarse sensor: Housner leaves only noise, a guided law far less."""
+    stiff = {"k": 3.1e8, "lambda": 1.5e10}
+    truth = replace(released("hunt_crossley_pivoting", SQUAT, stiff, 20), sigma_theta=math.radians(2))
+    for seed in (1, 2):
+        found = identify_run(SQUAT, motion_of(truth, seed), BY_DEFAULT)
+        assert evidence(found.fits["housner"]).explains
+        assert found.possible == ["hunt_crossley", "hunt_crossley_pivoting"]
 
 
 def test_worn_corners_are_found_before_any_larger_candidate():

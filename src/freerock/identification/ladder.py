@@ -1,8 +1,8 @@
 """As many candidates as a run asks for: rungs by the numbers they free, few first.
 
 The laws named in the campaign are fitted to every run as the paper has them. A rung of their rivals is
-fitted only while nothing smaller explains the run; first each of its candidates is screened by a quick fit,
-and only those that come near the best are fitted in full.
+fitted only while nothing smaller explains the run, or what does is surpassed by one of those laws; first each
+of its candidates is screened by a quick fit, and only those that come near the best are fitted in full.
 """
 
 import math
@@ -15,7 +15,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.candidates import candidates, n_freed, start_for
-from freerock.identification.choice import NEAR, Choice, Evidence, choose, plainly
+from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
 from freerock.identification.screening import Screening, screen
@@ -96,6 +96,13 @@ class Identified:
         """Whether some candidate leaves only noise."""
         return any(evidence(fit).explains for fit in self.fits.values())
 
+    @property
+    def possible(self) -> list[str]:
+        """Candidates that leave only noise, and that no other that does surpasses by the BIC."""
+        explaining = {name: known for name, fit in self.fits.items() if (known := evidence(fit)).explains}
+        least = min((known.bic for known in explaining.values()), default=math.inf)
+        return [name for name, known in explaining.items() if known.bic <= least + TELLS]
+
     def choice(self, ladder: Ladder) -> Choice:
         """The candidates that explain the run, and what became of all others."""
         return choose([self._evidence(model, ladder) for model in ladder.candidates])
@@ -130,7 +137,7 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
         if not CANDIDATES[model].is_rival and not law_of(model).cases:
             _fit(model, block, motion, ladder, found)
     for n, rung in groupby(ladder.candidates, key=ladder.n_freed):
-        if any(evidence(fit).explains for model, fit in found.fits.items() if ladder.n_freed(model) < n):
+        if any(ladder.n_freed(model) < n for model in found.possible):
             break
         rivals = [model for model in rung if model not in found.fits and model not in found.errors]
         _climb(rivals, block, motion, ladder, found)
