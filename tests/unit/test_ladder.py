@@ -73,6 +73,17 @@ def test_both_dampings_are_fitted_where_no_smaller_law_leaves_noise_only():
     assert "general" not in alone.fits
 
 
+def test_far_from_all_candidates_one_rival_at_most_is_fitted_in_full():
+    motion = motion_of(released("hunt_crossley", BLOCK, MARBLE, 8))
+    bent = replace(motion, theta=motion.theta * (1 + 0.1 * np.sin(3 * motion.time_s)))
+    found = identify_run(BLOCK, bent, BY_DEFAULT)
+    assert not found.explained
+    assert len([model for model in found.fits if model not in PAPER]) <= 1
+    assert {*found.fits, *found.left_out, *found.errors} == {*BY_DEFAULT.candidates}
+    choice = found.choice(BY_DEFAULT)
+    assert choice.selected and not choice.explained
+
+
 def test_without_kinematics_there_is_no_rival():
     ladder = replace(BY_DEFAULT, kinematics=())
     found = identify_run(SQUAT, motion_of(released("hunt_crossley_pivoting", SQUAT, MARBLE, 15)), ladder)

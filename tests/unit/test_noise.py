@@ -130,6 +130,13 @@ def test_several_runs_each_with_its_noise():
     assert not against_rest(residual, jacobian, [8000, 8000], noises[::-1]).is_noise
 
 
+@pytest.mark.parametrize("kind", ["white", "correlated 2 ms", "correlated 20 ms", "hum"])
+def test_variance_of_one_sample(kind):
+    whole = [noise(kind, 8000, np.random.default_rng(seed)) for seed in range(8)]
+    found = [noise_at_rest([SIGMA * each], RATE_HZ).variance for each in whole]
+    assert np.mean(found) == pytest.approx(np.mean(np.square(whole)) * SIGMA**2, rel=0.35)
+
+
 def test_the_spectrum_of_a_rest():
     generator = np.random.default_rng(2)
     stretches = [SIGMA * noise("correlated 20 ms", 8000, generator) for _ in range(20)]

@@ -26,6 +26,7 @@ from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
 
 LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
+HOPELESS = 30.0  # times the power of the noise, from which a quick fit tells that a part is not explained
 LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
 CLEAR = 50.0  # standard deviations of the noise, likewise
 STANDS_OUT = 5.0  # and from here on a swing is one
@@ -142,9 +143,11 @@ def _leaves_noise(
         problem = posed(model, [block] * len(parts), parts, settings)
     except FreerockError:  # too few samples
         return False
+    quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
+    if quick.mean_square > HOPELESS * max(noise_of(part).variance for part in parts):
+        return False
     samples = problem.samples()
-    x = follow(problem, problem.start_at(start), growing_horizons(parts[0])).x
-    x = least_squares(problem, x, samples).x
+    x = least_squares(problem, quick.x, samples).x
     free = ~problem.at_bound(x)
     jacobian: Floats = problem.jacobian(x, samples)[:, free]
     rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, list(map(noise_of, parts)))

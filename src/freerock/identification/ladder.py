@@ -18,12 +18,14 @@ from freerock.identification.candidates import candidates, n_freed, start_for
 from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
+from freerock.identification.noise import noise_of
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
 
+HOPELESS = 30.0  # times the power of the noise, from which a quick fit tells that nothing on a rung explains
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
 BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
 
@@ -132,7 +134,7 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     -------
     Identified
     """
-    found = Identified()
+    found, quick = Identified(), dict[str, Screening]()
     for model in ladder.candidates:
         if not CANDIDATES[model].is_rival and not law_of(model).cases:
             _fit(model, block, motion, ladder, found)
@@ -140,7 +142,9 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
         if any(ladder.n_freed(model) < n for model in found.possible):
             break
         rivals = [model for model in rung if model not in found.fits and model not in found.errors]
-        _climb(rivals, block, motion, ladder, found)
+        quick |= _climb(rivals, block, motion, ladder, found)
+    if not found.explained:
+        _nearest(quick, block, motion, ladder, found)
     return found
 
 
@@ -162,8 +166,13 @@ def _contends(model: str, found: Identified) -> bool:
     return model in found.fits and (evidence(found.fits[model]).explains or not found.explained)
 
 
-def _climb(rivals: Sequence[str], block: Block, motion: Motion, ladder: Ladder, found: Identified) -> None:
-    """One rung: quick fits of all rivals, full ones of those that come near the best."""
+def _climb(
+    rivals: Sequence[str], block: Block, motion: Motion, ladder: Ladder, found: Identified
+) -> dict[str, Screening]:
+    """One rung: quick fits of all rivals, full ones of those that come near the best.
+
+    Where the best is far above the noise, none is fitted in full; all quick fits are given back.
+    """
     explaining = [_mean_square(fit, motion) for fit in found.fits.values() if evidence(fit).explains]
     beyond = BEATEN * max(explaining, default=math.inf)
     rigid = max(beyond, NEAR * float(np.nanmean(motion.theta**2)))  # how near a rigid block comes is told
@@ -176,12 +185,28 @@ def _climb(rivals: Sequence[str], block: Block, motion: Motion, ladder: Ladder, 
         except FreerockError as error:
             found.errors[model] = error
     least = min([*explaining, *(end.mean_square for end in quick.values())], default=math.inf)
+    hopeless = not explaining and least > HOPELESS * noise_of(motion).variance
     for model, end in sorted(quick.items(), key=lambda item: item[1].mean_square):
         first_hope = not explaining and end.mean_square == least
-        if first_hope or end.mean_square <= CONTENDS * least:
+        if not hopeless and (first_hope or end.mean_square <= CONTENDS * least):
             _fit(model, block, motion, ladder, found, end.values)
         else:
             found.left_out[model] = _left_out(end, motion, least)
+    return quick
+
+
+def _nearest(
+    quick: Mapping[str, Screening], block: Block, motion: Motion, ladder: Ladder, found: Identified
+) -> None:
+    """Where nothing explains a run: the smallest candidate that comes near the best, in full."""
+    fitted = [_mean_square(fit, motion) for fit in found.fits.values() if fit.success]
+    least = min([*fitted, *(end.mean_square for end in quick.values())], default=math.inf)
+    near = [model for model, end in quick.items() if end.mean_square <= CONTENDS * least]
+    if near and not any(mean_square <= CONTENDS * least for mean_square in fitted):
+        model = min(near, key=lambda name: (ladder.n_freed(name), quick[name].mean_square))
+        _fit(model, block, motion, ladder, found, quick[model].values)
+        if model in found.fits:
+            found.left_out.pop(model)
 
 
 def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:

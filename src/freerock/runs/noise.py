@@ -26,6 +26,7 @@ LINE = 8.0  # times the median of its neighbours: tapered power above it is a li
 SHORTEST = 64  # samples of a stretch that says something of a spectrum
 SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
 RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
+VARIANCE_STEPS = 4096  # frequencies at which a density is summed
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
@@ -75,6 +76,13 @@ class Noise:
     def band(self, frequency: Floats) -> Indices:
         """Number of the band in which each frequency lies."""
         return np.clip(np.searchsorted(self.edges, frequency, "right") - 1, 0, len(self.ratio) - 1)
+
+    @property
+    def variance(self) -> float:
+        """Of a sample that is not averaged [rad²]."""
+        frequency = np.arange(0.5, VARIANCE_STEPS) / (2 * VARIANCE_STEPS)
+        slow = float(np.mean(self.density(frequency))) - self.white
+        return self.white + max(slow, 0.0) / self.averaged
 
     def scaled(self, factor: float) -> "Noise":
         """The same noise with its standard deviation times a factor."""
