@@ -69,7 +69,7 @@ def find_disturbance(
         return None
     laws = [model for model in nearest if not CANDIDATES[model].is_rival]
     tops = tops_of(motion)
-    for model in dict.fromkeys([*laws[:1], *nearest[:1]]):
+    for model in dict.fromkeys([*laws, *nearest[:1]]):
         found = fits[model].values
         start = {name: found[name] for name in (*MODELS[model], "width") if name in found}
         explained = partial(_leaves_noise, model, block, settings(model), start)
