@@ -170,20 +170,18 @@ def simulate_record(
     -------
     VirtualRecord
     """
-    rate_hz, noise = recording.rate_hz, recording.noise
-    clock, runs = recording.rest_s, []
-    parts = [np.zeros((2, math.ceil(recording.rest_s * rate_hz)))]
+    rate_hz, noise, clock = recording.rate_hz, recording.noise, recording.rest_s
+    runs, parts = [], [np.zeros((2, math.ceil(clock * rate_hz)))]
     for number, release in enumerate(releases, 1):
-        scene = Scene(model, block, release.parameters, rules)
-        part, truth, clock = _release(scene, release, clock, recording)
+        part, truth, clock = _release(
+            Scene(model, block, release.parameters, rules), release, clock, recording
+        )
         parts.append(part)
         runs.append({"run": number} | truth)
     rotation, depth = np.hstack(parts)
     rotation = rotation.round(THETA_DECIMALS)
     time_s = np.arange(rotation.size) / rate_hz
-    distance_m = displacement_from_rotation(rotation, block, laser)
-    if recording.corner_sinks and laser.beam == "horizontal":
-        distance_m += np.tan(-rotation if mirrored(laser) else rotation) * depth
+    distance_m = _displacement(rotation, depth if recording.corner_sinks else None, block, laser)
     volts = _volts(laser, time_s, distance_m, runs, recording.zero_v)
     counts = converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
@@ -195,12 +193,19 @@ def simulate_record(
         "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
         "noise": asdict(noise),
         "zero_v": recording.zero_v,
-        "seed": seed,
-        "sampling_rate_hz": rate_hz,
+        **{"seed": seed, "sampling_rate_hz": rate_hz},
         "duration_s": rotation.size / rate_hz,
         "runs": runs,
     }
     return VirtualRecord(time_s, rotation, counts, noise.volts_per_count, truth)
+
+
+def _displacement(rotation: Floats, depth: Floats | None, block: Block, laser: Laser) -> Floats:
+    """Displacement that the laser sees [m]; a horizontal beam meets a sunken block at a higher point."""
+    distance_m = displacement_from_rotation(rotation, block, laser)
+    if depth is not None and laser.beam == "horizontal":
+        distance_m += np.tan(-rotation if mirrored(laser) else rotation) * depth
+    return distance_m
 
 
 def _volts(
