@@ -11,7 +11,7 @@ from openpyxl import Workbook
 
 from freerock.cli import subcommands as cli
 from freerock.cli.inspect import look_into, look_text
-from freerock.config.campaign import load_campaign
+from freerock.config.campaign import load_campaign, read_campaign
 from freerock.config.mistakes import FILL_IN, ConfigError
 from freerock.files import listed_checksums, sha256
 
@@ -92,6 +92,17 @@ def test_a_channel_whose_name_has_two_lines_stays_in_its_comment(folder):
     assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
     text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
     assert "\n# lines.tdms: upper laser (V, 1000 Hz, 0.0 s)\nlines,lines.tdms,,block1," in text
+
+
+def test_a_quote_in_a_comment_begins_no_cell(folder):
+    (folder / "gauge.tdms").rename(folder / ',"gauge.tdms')
+    assert cli.main(["new-campaign", "lab", "--from", str(folder)]) == 0
+    text = Path("config/campaigns/lab.csv").read_text(encoding="utf-8")
+    assert '\n# ,"gauge.tdms: ' in text
+    assert all(
+        "is still to be filled in" in str(each)
+        for each in read_campaign(Path("config/campaigns/lab.yaml")).problems
+    )
 
 
 def test_names_that_are_not_utf8_or_steer_a_terminal_stop_no_other(folder, capsys):

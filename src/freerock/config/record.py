@@ -3,7 +3,7 @@
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -164,7 +164,7 @@ def _in_line(line: str, loc: Key) -> str:
 
 def _read_table(path: Path) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
-    rows = csv.reader(io.StringIO(read_text(path), newline=""), strict=True)
+    rows = csv.reader(_blanked(io.StringIO(read_text(path), newline="")), strict=True)
     try:
         table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
     except csv.Error as error:
@@ -180,6 +180,15 @@ def _read_table(path: Path) -> list[tuple[int, list[str]]]:
     if len(header) == 1 and ";" in header[0]:
         raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
     return table
+
+
+def _blanked(lines: Iterable[str]) -> Iterator[str]:
+    """Lines of a CSV file, those of comments empty: a quote in a comment begins no cell."""
+    in_quotes = False
+    for line in lines:
+        comment = not in_quotes and line.lstrip().startswith("#")
+        in_quotes ^= not comment and line.count('"') % 2 == 1
+        yield "\n" if comment else line
 
 
 def _header_faults(header: Sequence[str]) -> Iterator[tuple[str, str, str]]:
