@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.fit import evidence
+from freerock.identification import ladder
+from freerock.identification.fit import evidence, fit_record
 from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
@@ -82,6 +83,22 @@ def test_far_from_all_candidates_one_rival_at_most_is_fitted_in_full():
     assert {*found.fits, *found.left_out, *found.errors} == {*BY_DEFAULT.candidates}
     choice = found.choice(BY_DEFAULT)
     assert choice.selected and not choice.explained
+
+
+def test_a_rival_whose_full_fit_fails_is_not_fitted_again(monkeypatch):
+    fitted = []
+
+    def failing(model, *given, **options):
+        fitted.append(model)
+        fit = fit_record(model, *given, **options)
+        return replace(fit, success=False) if CANDIDATES[model].is_rival else fit
+
+    monkeypatch.setattr(ladder, "fit_record", failing)
+    motion = motion_of(released("hunt_crossley_pivoting", SQUAT, MARBLE, 18))
+    bent = replace(motion, theta=motion.theta * (1 + 1e-3 * np.sin(3 * motion.time_s)))
+    found = identify_run(SQUAT, bent, BY_DEFAULT)
+    assert not found.explained
+    assert len(fitted) == len(set(fitted)) > len(PAPER)
 
 
 def test_without_kinematics_there_is_no_rival():

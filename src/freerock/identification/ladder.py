@@ -201,7 +201,9 @@ def _nearest(
     """Where nothing explains a run: the smallest candidate that comes near the best, in full."""
     fitted = [_mean_square(fit, motion) for fit in found.fits.values() if fit.success]
     least = min([*fitted, *(end.mean_square for end in quick.values())], default=math.inf)
-    near = [model for model, end in quick.items() if end.mean_square <= CONTENDS * least]
+    near = [
+        model for model in found.left_out if model in quick and quick[model].mean_square <= CONTENDS * least
+    ]
     if near and not any(mean_square <= CONTENDS * least for mean_square in fitted):
         model = min(near, key=lambda name: (ladder.n_freed(name), quick[name].mean_square))
         _fit(model, block, motion, ladder, found, quick[model].values)
