@@ -17,7 +17,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
-from freerock.identification.noise import LEVEL, against_rest, noise_of
+from freerock.identification.noise import LEVEL, against_rest, is_hopeless, noise_of
 from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -26,7 +26,6 @@ from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
 
 LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
-HOPELESS = 30.0  # times the power of the noise, from which a quick fit tells that a part is not explained
 LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
 CLEAR = 50.0  # standard deviations of the noise, likewise
 STANDS_OUT = 5.0  # and from here on a swing is one
@@ -144,7 +143,7 @@ def _leaves_noise(
     except FreerockError:  # too few samples
         return False
     quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
-    if quick.mean_square > HOPELESS * max(noise_of(part).variance for part in parts):
+    if is_hopeless(quick.mean_square, parts):
         return False
     samples = problem.samples()
     x = least_squares(problem, quick.x, samples).x

@@ -18,14 +18,13 @@ from freerock.identification.candidates import candidates, n_freed, start_for
 from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
-from freerock.identification.noise import noise_of
+from freerock.identification.noise import is_hopeless
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
 
-HOPELESS = 30.0  # times the power of the noise, from which a quick fit tells that nothing on a rung explains
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
 BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
 
@@ -185,7 +184,7 @@ def _climb(
         except FreerockError as error:
             found.errors[model] = error
     least = min([*explaining, *(end.mean_square for end in quick.values())], default=math.inf)
-    hopeless = not explaining and least > HOPELESS * noise_of(motion).variance
+    hopeless = not explaining and is_hopeless(least, [motion])
     for model, end in sorted(quick.items(), key=lambda item: item[1].mean_square):
         first_hope = not explaining and end.mean_square == least
         if not hopeless and (first_hope or end.mean_square <= CONTENDS * least):
@@ -201,9 +200,7 @@ def _nearest(
     """Where nothing explains a run: the smallest candidate that comes near the best, in full."""
     fitted = [_mean_square(fit, motion) for fit in found.fits.values() if fit.success]
     least = min([*fitted, *(end.mean_square for end in quick.values())], default=math.inf)
-    near = [
-        model for model in found.left_out if model in quick and quick[model].mean_square <= CONTENDS * least
-    ]
+    near = [model for model in found.left_out if quick[model].mean_square <= CONTENDS * least]
     if near and not any(mean_square <= CONTENDS * least for mean_square in fitted):
         model = min(near, key=lambda name: (ladder.n_freed(name), quick[name].mean_square))
         _fit(model, block, motion, ladder, found, quick[model].values)

@@ -21,6 +21,7 @@ from freerock.runs.noise import (
 )
 
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
+HOPELESS = 30.0  # times the power of the noise: a quick fit beyond it tells that a full one won't do
 LEVEL = 1e-3  # chance of noise as at rest to be taken for more
 LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest
 SINGULAR = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
@@ -58,6 +59,14 @@ def noise_of(motion: Motion) -> Noise:
     if motion.noise is not None:
         return motion.noise
     return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
+
+
+def is_hopeless(mean_square: float, motions: Sequence[Motion]) -> bool:
+    """Whether a quick fit that leaves this mean square [rad²] is far above noise: a full one won't do.
+
+    `motions` are those that were fitted together.
+    """
+    return mean_square > HOPELESS * max(noise_of(motion).variance for motion in motions)
 
 
 def against_rest(

@@ -54,7 +54,8 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     found = identify_runs(block, motions, ladder)
-    not_fitted = _report(found, ladder, settings["attributes"]["test"])
+    choices: dict[int | str, Choice] = {number: each.choice(ladder) for number, each in found.items()}
+    not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {
         number: {
@@ -68,9 +69,7 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     if not_fitted:
         attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
-    choices: dict[int | str, Choice] = {
-        number: each.choice(ladder) for number, each in found.items() if number in fits
-    }
+    choices = {number: choice for number, choice in choices.items() if number in fits}
     if pooled:
         choices["pooled"] = choose([evidence(fit) for fit in pooled.values()])
     doubts = {
@@ -83,7 +82,9 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     write_fits(output, fits, pooled, attributes, choices, doubts)
 
 
-def _report(found: Mapping[int, Identified], ladder: Ladder, test: str) -> list[NotFitted]:
+def _report(
+    found: Mapping[int, Identified], choices: Mapping[int | str, Choice], test: str
+) -> list[NotFitted]:
     """Log what was found of each run; the laws of the campaign to which the data allow no fit."""
     missed = []
     for number, each in found.items():
@@ -93,7 +94,7 @@ def _report(found: Mapping[int, Identified], ladder: Ladder, test: str) -> list[
             if not CANDIDATES[model].is_rival:
                 log.error("%s: %s: %s", test, model, error)
                 missed.append(NotFitted(number, f"{model} not fitted: {error}"))
-        choice = each.choice(ladder)
+        choice = choices[number]
         log.info("run %d: %s: %s", number, choice.selected or "no candidate", choice.reason)
     return missed
 

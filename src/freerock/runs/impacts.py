@@ -142,19 +142,15 @@ def restitution_from_peaks(
 
 def restitution_covariance(impacts: Impacts, block: Block) -> Floats:
     """Covariance of the restitutions, shape (n_impacts, n_impacts): neighbours share a peak."""
-    r, n = impacts.restitution, impacts.restitution.size
-    by_before, by_after = np.empty(n), np.empty(n)
-    columns = (
-        (by_before, impacts.peak_before_rad, impacts.peak_before_stderr_rad, -1),
-        (by_after, impacts.peak_after_rad, impacts.peak_after_stderr_rad, 1),
-    )
-    for by, peaks, stderrs, sign in columns:
-        for i, (peak, stderr) in enumerate(zip(peaks, stderrs, strict=True)):
-            energy, slope = _energy(abs(peak), block)
-            by[i] = sign * r[i] / 2 * slope / energy * stderr
-    shared = by_after[:-1] * by_before[1:]
-    covariance: Floats = np.diag(by_before**2 + by_after**2) + np.diag(shared, 1) + np.diag(shared, -1)
-    return covariance
+
+    def by(peaks: Floats, stderrs: Floats) -> Floats:
+        energy, slope = np.reshape([_energy(abs(peak), block) for peak in peaks], (-1, 2)).T
+        return np.asarray(impacts.restitution / 2 * slope / energy * stderrs)
+
+    before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
+    after = by(impacts.peak_after_rad, impacts.peak_after_stderr_rad)
+    shared = -after[:-1] * before[1:]
+    return np.asarray(np.diag(before**2 + after**2) + np.diag(shared, 1) + np.diag(shared, -1))
 
 
 def _energy(height: float, block: Block | Rigid) -> tuple[float, float]:

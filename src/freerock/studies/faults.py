@@ -25,6 +25,7 @@ from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
+from freerock.studies.document import renew
 from freerock.virtual_lab import faults as spoil
 from freerock.virtual_lab.noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
@@ -214,7 +215,4 @@ def markdown(frame: pd.DataFrame) -> str:
 
 if __name__ == "__main__":
     product, document = map(Path, sys.argv[1:])
-    before, rest = document.read_text(encoding="utf-8").split(MARK[0])
-    after = rest.split(MARK[1])[1]
-    table = markdown(pd.read_csv(product))
-    document.write_text(before + MARK[0] + table + MARK[1] + after, encoding="utf-8")
+    renew(document, MARK, markdown(pd.read_csv(product)))

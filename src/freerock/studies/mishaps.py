@@ -31,6 +31,7 @@ from freerock.runs.judged import judged_runs
 from freerock.runs.motion import motion_of
 from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches
+from freerock.studies.document import renew
 from freerock.studies.truths import place
 from freerock.studies.virtual_run import Row
 from freerock.tables.csvfile import write_csv
@@ -258,9 +259,7 @@ def main(product: str, size: str, document: str = "") -> None:
     frame = run(size)
     write_csv(frame, Path(product))
     if document:
-        before, rest = Path(document).read_text(encoding="utf-8").split(MARK[0])
-        after = rest.split(MARK[1])[1]
-        Path(document).write_text(before + MARK[0] + markdown(frame) + MARK[1] + after, encoding="utf-8")
+        renew(document, MARK, markdown(frame))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ import xarray as xr
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import usable_runs
+from freerock.tables.candidates import single_runs
 
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
 
@@ -139,17 +140,14 @@ def _rejected(fits: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
     """Whether the model of each fit is rejected by its run; of a joint fit, by most runs of the record."""
     if choice is None or choice.empty:
         return [False] * len(fits)
-    rejected = choice["status"] == "rejected"
-    of_run = rejected.groupby([choice["test"], choice["run"].astype(str), choice["model"]]).any()
-    single = of_run[of_run.index.get_level_values("run") != "pooled"]
-    of_record = single.groupby(["test", "model"]).mean() > 0.5
+    runs = single_runs(choice)
+    rejected = runs[["test", "model"]].assign(run=runs["run"].astype(str), share=runs["status"] == "rejected")
+    of_run = rejected.groupby(["test", "run", "model"])["share"].mean().to_dict()
+    of_record = rejected.groupby(["test", "model"])["share"].mean().to_dict()
+    keys = fits[["test", "run", "model"]].astype(str).itertuples(index=False, name=None)
     return [
-        bool(
-            of_record.get((fit.test, fit.model), False)
-            if fit.run == "pooled"
-            else of_run.get((fit.test, str(fit.run), fit.model), False)
-        )
-        for fit in fits.itertuples()
+        (of_record.get((test, model), 0) if run == "pooled" else of_run.get((test, run, model), 0)) > 0.5
+        for test, run, model in keys
     ]
 
 

@@ -185,19 +185,23 @@ def simulate_record(
     volts = _volts(laser, time_s, distance_m, runs, recording.zero_v)
     counts = converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
-        "origin": "simulated",
-        "model": model,
-        "debonding": rules.debonding,
-        "kinematics": KINEMATICS[rules.kinematics if LAWS[model].is_foundation else "pivoting"],
+        **_law(model, rules),
         "block": {key: value for key, value in asdict(block).items() if value is not None},
         "laser": {key: value for key, value in asdict(laser).items() if key in VOLTS},
         "noise": asdict(noise),
         "zero_v": recording.zero_v,
-        **{"seed": seed, "sampling_rate_hz": rate_hz},
+        "seed": seed,
+        "sampling_rate_hz": rate_hz,
         "duration_s": rotation.size / rate_hz,
         "runs": runs,
     }
     return VirtualRecord(time_s, rotation, counts, noise.volts_per_count, truth)
+
+
+def _law(model: str, rules: Rules) -> dict[str, str]:
+    """What the truth says of the law; a rigid block has no choice of kinematics."""
+    kinematics = KINEMATICS[rules.kinematics if LAWS[model].is_foundation else "pivoting"]
+    return {"origin": "simulated", "model": model, "debonding": rules.debonding, "kinematics": kinematics}
 
 
 def _displacement(rotation: Floats, depth: Floats | None, block: Block, laser: Laser) -> Floats:
