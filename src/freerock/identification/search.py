@@ -16,7 +16,8 @@ from freerock.runs.motion import Motion
 
 GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
-SAME = 3e-3  # of fitted numbers, such as logarithms, in which two ends after the first swings are one
+SAME = 3e-3  # of the first fitted number, in which two ends of a horizon are one
+ALIKE = 1.1  # times the mean square, likewise
 POOR = 1.1  # times the noise: a given start that ends above it may be in a false minimum
 
 
@@ -66,21 +67,31 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
 
 
 def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list[Solution]:
-    """Ends of the scan's starts that promise something."""
+    """Ends of the scan's starts that promise something, each followed on as long as it does so."""
     starts = scan(problem.alone(), horizons[0])
     if not law_of(problem.model).is_foundation and "width" not in problem.common:
         horizons = horizons[-1:]  # already scanned on the whole run
     ends = [follow(problem, _r_first(problem, problem.start(values)), horizons[:1]) for values in starts]
-    ends = _different(sorted(ends, key=lambda end: end.mean_square), len(problem.common))
-    ends = [end for end in ends if end.mean_square <= PROMISING * ends[0].mean_square]
-    return [follow(problem, end.x, horizons[1:], beyond) for end in ends] if horizons[1:] else ends
+    for horizon in horizons[1:]:
+        ends = _different(sorted(ends, key=lambda end: end.mean_square))
+        near = [end for end in ends if end.mean_square <= min(PROMISING * ends[0].mean_square, beyond)]
+        if not near:
+            break
+        ends = [follow(problem, end.x, [horizon], beyond) for end in near]
+    return ends
 
 
-def _different(ends: Sequence[Solution], n_common: int) -> list[Solution]:
-    """Ends without those that have come to the same parameters as an earlier one."""
+def _different(ends: Sequence[Solution]) -> list[Solution]:
+    """Ends, the best first, without those that have come to the same minimum as an earlier one.
+
+    The first number, k or r, tells minima apart; others may be hardly determined as yet.
+    """
     found: list[Solution] = []
     for end in ends:
-        if not any(np.abs(end.x - other.x)[:n_common].max() < SAME for other in found):
+        if not any(
+            abs(end.x[0] - other.x[0]) < SAME and end.mean_square < ALIKE * other.mean_square
+            for other in found
+        ):
             found.append(end)
     return found
 
