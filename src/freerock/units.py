@@ -51,6 +51,19 @@ SPELLINGS = {  # what files write besides, in lower case
     "degree": "deg",
     "degrees": "deg",
 }
+# What else files give, in lower case: no sensor of displacement or rotation gives it, or no unit above is it.
+OTHER_UNITS = {
+    "temperature": ("°c", "degc", "deg c", "celsius", "°f", "degf", "k", "kelvin"),
+    "force": ("n", "mn", "kn", "dan", "kgf", "lbf", "nm"),
+    "mass": ("kg",),
+    "stress": ("pa", "hpa", "kpa", "mpa", "bar", "mbar", "psi", "n/mm²", "n/mm2"),
+    "acceleration": ("g", "mg", "m/s²", "m/s2", "m/s^2", "mm/s²", "mm/s2", "mm/s^2"),
+    "rate": ("m/s", "mm/s", "rad/s", "deg/s", "°/s", "1/s", "hz", "khz", "rpm"),
+    "time": ("s", "ms", "us", "µs", "μs", "min", "h"),
+    "strain": ("strain", "µm/m", "μm/m", "um/m", "µε", "με"),
+    "share": ("%", "% rh", "%rh"),
+    "length": ("in", "inch", "ft"),
+}
 SPELLINGS |= {unit.lower(): unit for unit in CHANNEL_UNITS if unit.lower() not in ("mv", "ma")} | {"v": "V"}
 
 
@@ -69,6 +82,12 @@ def understood(unit: str) -> str | None:
     if unit in CHANNEL_UNITS:
         return unit
     return None if unit in ("MV", "MA") else SPELLINGS.get(unit.lower())
+
+
+def quantity_of_other(unit: str) -> str:
+    """What a unit of `OTHER_UNITS` measures; "" for any other text."""
+    found = (quantity for quantity, units in OTHER_UNITS.items() if unit.strip().lower() in units)
+    return next(found, "")
 
 
 def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDArray[np.float64], str]":
@@ -99,7 +118,7 @@ def in_base_units(values: "ArrayLike", declared: str, stated: str) -> "tuple[NDA
     read, where = understood(stated), "lasers: units"
     if declared and declared not in CHANNEL_UNITS:
         raise FreerockError(where, f"{declared!r} is unknown", f"use one of {', '.join(CHANNEL_UNITS)}")
-    if declared and read and CHANNEL_UNITS[declared] != CHANNEL_UNITS[read]:
+    if declared and (quantity_of_other(stated) or (read and CHANNEL_UNITS[declared] != CHANNEL_UNITS[read])):
         what = f"{declared!r} is declared and the file states {stated!r}"
         raise FreerockError(where, what, "correct the one that is wrong, or name the channel that is meant")
     if not (declared or read):

@@ -127,6 +127,17 @@ def test_blocks_in_another_unit(doubts, old, new):
     assert any("as deep as it is high, the block would have" in each for each in found)
 
 
+def test_milliamperes_that_are_declared_as_volts(doubts):
+    volts = 12 + (swings() - 5) * 1.6
+    assert doubts(volts=volts, unit="mA") == []
+    (doubt,) = doubts(("range_m: 0.5", "units: V, range_m: 0.5"), volts=volts, unit="")
+    assert doubt == (
+        "config/campaigns/lab.csv:2: a: the signal, "
+        f"{volts.min():.3g} to {volts.max():.3g} V, looks like mA; "
+        "declare units: mA of the laser, or name its channel"
+    )
+
+
 def test_a_doubt_is_printed_and_no_error(doubts, capsys):
     doubts(step=2.0)
     assert cli.main(["check"]) == 0

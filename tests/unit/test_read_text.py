@@ -1,3 +1,5 @@
+from datetime import datetime, timedelta
+
 import numpy as np
 import pytest
 from reading import refusal
@@ -255,3 +257,149 @@ def test_a_cell_that_is_no_time(tmp_path):
 def test_a_temperature_is_no_time(tmp_path):
     path = table(tmp_path / "a.csv", "time [s];T [°C];laser [V]", columns=(TIME, VOLTS, VOLTS))
     assert list(read_record(path).data_vars) == ["T", "laser"]
+
+
+def clocked(path, stamps, head="when;laser [V]"):
+    rows = [f"{stamp};{v:.6f}" for stamp, v in zip(stamps, VOLTS, strict=False)]
+    path.write_text("\n".join([head, *rows]) + "\n")
+    return path
+
+
+def stamps(begin, form):
+    """Times of a logger, each millisecond, written out as its form says."""
+    times = [begin + timedelta(milliseconds=i) for i in range(len(VOLTS))]
+    return [form(t).replace("FFF", f"{t.microsecond // 1000:03}") for t in times]
+
+
+def german(t):
+    return f"{t:%d.%m.%Y %H:%M:%S},FFF"
+
+
+def american(t):
+    return f"{t.month}/{t.day}/{t.year} {t.hour % 12 or 12}:{t:%M:%S}.FFF {'PM' if t.hour > 11 else 'AM'}"
+
+
+def with_slashes(t):
+    return f"{t:%d/%m/%Y %H:%M:%S}.FFF"
+
+
+AFTERNOON = datetime(2026, 11, 22, 13, 5, 7, 123000)
+
+
+@pytest.mark.parametrize(
+    ("begin", "form", "start", "order"),
+    [
+        (AFTERNOON, german, "2026-11-22T13:05:07.123", "day, month, year"),
+        (AFTERNOON, lambda t: f"{t:%d.%m.%y %H:%M:%S}.FFF", "2026-11-22T13:05:07.123", "day, month, year"),
+        (AFTERNOON, lambda t: f"{t:%d.%m.%Y, %H:%M:%S},FFF", "2026-11-22T13:05:07.123", "day, month, year"),
+        (AFTERNOON, american, "2026-11-22T13:05:07.123", "month, day, year"),
+        (datetime(2026, 11, 22, 12, 59, 59, 980000), american, "2026-11-22T12:59:59.980", "month, day, year"),
+        (datetime(2026, 11, 22), american, "2026-11-22T00:00:00.000", "month, day, year"),
+        (datetime(2026, 11, 22, 23, 59, 59, 980000), american, "2026-11-22T23:59:59.980", "month, day, year"),
+        (AFTERNOON, with_slashes, "2026-11-22T13:05:07.123", "day, month, year"),
+        (
+            datetime(2026, 12, 31, 23, 59, 59, 980000),
+            with_slashes,
+            "2026-12-31T23:59:59.980",
+            "day, month, year",
+        ),
+        (datetime(2026, 4, 30, 23, 59, 59, 980000), german, "2026-04-30T23:59:59.980", "day, month, year"),
+    ],
+)
+def test_dates_of_loggers(tmp_path, begin, form, start, order):
+    dataset = read_record(clocked(tmp_path / "a.txt", stamps(begin, form)))
+    assert dataset.attrs["start_time"] == start
+    assert dataset.attrs["reading"].endswith(f"; dates are read as {order}")
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+    np.testing.assert_array_equal(dataset["laser"], VOLTS)
+
+
+def test_times_of_twelve_hours_without_a_date(tmp_path):
+    noon = datetime(2026, 11, 22, 11, 59, 59, 980000)
+    path = clocked(tmp_path / "a.txt", stamps(noon, lambda t: american(t).partition(" ")[2]))
+    dataset = read_record(path)
+    assert "start_time" not in dataset.attrs
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+
+
+def test_the_order_of_a_date_that_does_not_tell_it_does_not_matter_within_a_day(tmp_path):
+    dataset = read_record(clocked(tmp_path / "a.txt", stamps(datetime(2026, 4, 3, 22), with_slashes)))
+    assert "start_time" not in dataset.attrs
+    assert dataset.attrs["reading"] == (
+        "columns between semicolons, decimal point, utf-8; "
+        "the date 03/04/2026 may begin with the day or the month and is left out"
+    )
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+
+
+@pytest.mark.parametrize("form", [with_slashes, american])
+def test_two_days_of_one_recording_tell_their_order(tmp_path, form):
+    night = datetime(2026, 4, 3, 23, 59, 59, 980000)
+    dataset = read_record(clocked(tmp_path / "a.txt", stamps(night, form)))
+    assert dataset.attrs["start_time"] == "2026-04-03T23:59:59.980"
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+
+
+def test_a_date_and_a_time_in_columns_of_their_own(tmp_path):
+    cells = [stamp.replace(" ", ";") for stamp in stamps(AFTERNOON, german)]
+    dataset = read_record(clocked(tmp_path / "a.csv", cells, "Datum;Uhrzeit;U / V"), "U")
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-9)
+    assert dataset["U"].attrs["units"] == "V"
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        (
+            "03/04/2026 23:59:59.0",
+            "05/06/2026 00:00:00.0",
+            "the dates 03/04/2026 and 05/06/2026 may begin with the day or the month",
+        ),
+        ("22/11/2026 13:05:07.1", "11/22/2026 13:05:07.2", "11/22/2026 is no date of day, month, year"),
+        (
+            "03.04.2026 23:59:59.0",
+            "03/05/2026 00:00:00.0",
+            "the dates 03.04.2026 and 03/05/2026 may begin with the day or the month",
+        ),
+        ("31.02.2026 13:05:07.1", "31.02.2026 13:05:07.2", "31.02.2026 is no date of day, month, year"),
+        (
+            "22.11.2026 13:05:07.1",
+            "2026-11-22 13:05:07.2",
+            "'2026-11-22 13:05:07.2' is written otherwise than '22.11.2026 13:05:07.1'",
+        ),
+    ],
+)
+def test_dates_that_can_not_be_read(tmp_path, first, second, message):
+    path = clocked(tmp_path / "a.csv", [first, second, second, second])
+    assert refusal(path) == f"column 1: {message}; export the dates as 2026-11-22"
+
+
+@pytest.mark.parametrize("second", ["13:05:07.2 PM", "1:05:07.2"])
+def test_times_that_are_not_of_twelve_hours(tmp_path, second):
+    path = clocked(tmp_path / "a.csv", ["1:05:07.1 PM", second, second])
+    assert refusal(path) == (
+        f"column 1: {second!r} is no time of a clock of 12 hours; export the times with 24 hours"
+    )
+
+
+def test_a_cell_that_is_no_time_below_dates(tmp_path):
+    path = clocked(tmp_path / "a.csv", [*stamps(AFTERNOON, german)[:40], "soon"])
+    assert refusal(path) == (
+        "line 42, column 1: 'soon' is not a time; correct the line, or export the file again"
+    )
+
+
+def test_a_clock_with_a_decimal_comma_between_commas(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = [f"13:05:07,{i:03d},5,{i:03d}" for i in range(50)]
+    path.write_text("\n".join(["time,laser", *rows]) + "\n")
+    assert refusal(path) == (
+        "line 2 may hold 4 columns, or decimal commas; export with tabs or semicolons between the columns"
+    )
+
+
+def test_headings_of_quantity_over_unit(tmp_path):
+    path = table(tmp_path / "a.csv", "t / ms;U / V;T / °C", columns=(1000 * TIME, VOLTS, VOLTS))
+    dataset = read_record(path)
+    assert {name: dataset[name].attrs["units"] for name in dataset} == {"U": "V", "T": "°C"}
+    np.testing.assert_allclose(dataset["time"], TIME, atol=1e-12)

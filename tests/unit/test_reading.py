@@ -117,6 +117,16 @@ def test_target_lost_is_flagged():
             "check the channel, the cable and the sensor's range",
         ),
         (
+            12 + np.sin(np.arange(4000) / 100),
+            "laser signal: 100 % of the samples are beyond 10.1 V: 11 to 13 looks like mA; "
+            "declare units: mA of the laser, or name its channel",
+        ),
+        (
+            9 + np.clip(np.arange(4000) / 1000, 1, 3),
+            "laser signal: 72.5 % of the samples are beyond 10.1 V: 10 to 12 looks like mA; "
+            "declare units: mA of the laser, or name its channel",
+        ),
+        (
             5 + np.sin(np.arange(4000) / 100),
             "laser signal: the block never stands still, so θ = 0 is unknown; "
             "record the block at rest before the first or after the last release",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.units import CHANNEL_UNITS, in_base_units, understood
+from freerock.units import CHANNEL_UNITS, OTHER_UNITS, in_base_units, quantity_of_other, understood
 
 
 @pytest.mark.parametrize(
@@ -58,6 +58,10 @@ def test_values_come_in_the_unit_used_inside(declared, stated, quantity, factor)
         ("V", "mV", "'V' is declared and the file states 'mV'; correct the one that is wrong"),
         ("mm", "cm", "'mm' is declared and the file states 'cm'; correct the one that is wrong"),
         ("V", "kV", "'V' is declared and the file states 'kV'; correct the one that is wrong"),
+        ("V", "°C", "'V' is declared and the file states '°C'; correct the one that is wrong, or name the"),
+        ("V", "N", "'V' is declared and the file states 'N'; correct the one that is wrong, or name the"),
+        ("mm", "µε", "'mm' is declared and the file states 'µε'; correct the one that is wrong, or name"),
+        ("deg", "deg/s", "'deg' is declared and the file states 'deg/s'; correct the one that is wrong"),
         ("volts", "", "'volts' is unknown; use one of V, mV"),
     ],
 )
@@ -70,3 +74,12 @@ def test_units_are_not_guessed(declared, stated, what):
 
 def test_every_unit_names_itself():
     assert all(understood(unit) == unit for unit in CHANNEL_UNITS)
+
+
+def test_no_unit_is_one_of_a_sensor_and_of_something_else():
+    others = [unit for units in OTHER_UNITS.values() for unit in units]
+    assert len(others) == len(set(others))
+    assert not any(understood(unit) for unit in others)
+    assert not any(quantity_of_other(unit) for unit in CHANNEL_UNITS)
+    assert quantity_of_other(" kN ") == "force"
+    assert quantity_of_other("arbitrary") == ""

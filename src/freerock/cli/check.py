@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from freerock.arrays import Floats
     from freerock.records.channels import Channel
     from freerock.rotation.calibration import Calibration
+    from freerock.rotation.sensor import Laser
 
     Contents = dict[str, Channel] | FreerockError
 
@@ -278,14 +279,24 @@ def _channel(
     where: str, path: Path, channel: str, block: BlockSection, laser: LaserSection, raw: str
 ) -> Iterator[FreerockError]:
     """Doubts about the rate, the length and the size of one channel of a record."""
+    import numpy as np
+
     from freerock.records.read import read_record
+    from freerock.rotation.sensor import looks_like_current
 
     try:
         read = read_record(path, channel or None)
         (signal,) = read.data_vars.values()
-        swept = math.degrees(_swept_angle(signal.values, str(signal.attrs["units"]), laser, block, raw))
+        sensor = _sensor(laser, raw)
+        values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
+        swept = math.degrees(_swept_angle(values, quantity, sensor, block))
     except (FreerockError, ValueError):
         return  # the job of the record says why
+    if quantity == "voltage" and looks_like_current(values, sensor):
+        seen = values[np.isfinite(values)]
+        what = f"the signal, {seen.min():.3g} to {seen.max():.3g} V, looks like mA"
+        yield FreerockError(where, what, "declare units: mA of the laser, or name its channel")
+        return
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
     critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
     if rate < USUAL.samples * p:
@@ -302,17 +313,20 @@ def _channel(
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
 
 
-def _swept_angle(signal: "Floats", stated: str, laser: LaserSection, block: BlockSection, raw: str) -> float:
+def _sensor(laser: LaserSection, raw: str) -> "Laser":
+    from freerock.rotation.calibration import read_calibration
+    from freerock.rotation.sensor import Laser
+
+    table = laser.calibration and read_calibration(Path(raw, laser.calibration))
+    return Laser(**{**plain(laser), "calibration": table})
+
+
+def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:
     """About what angle a signal sweeps [rad], but for a thousandth of its samples at either end."""
     import numpy as np
 
-    from freerock.rotation.calibration import read_calibration
-    from freerock.rotation.sensor import Laser, distance_from_output
-    from freerock.units import in_base_units
+    from freerock.rotation.sensor import distance_from_output
 
-    table = laser.calibration and read_calibration(Path(raw, laser.calibration))
-    sensor = Laser(**{**plain(laser), "calibration": table})
-    values, quantity = in_base_units(signal, laser.units, stated)
     if limits := sensor.limits(quantity):
         values = values[(values >= limits.low) & (values <= limits.high)]
     distance, _ = distance_from_output(values, sensor, quantity)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from freerock.errors import FreerockError
 from freerock.records.channels import LONGEST_S, SECONDS, SHORTEST_S, Channel, Even, Stamps, one_rate
+from freerock.units import quantity_of_other, understood
 
 KNOWN_UNITS = (
     {unit for unit in SECONDS if unit}
@@ -18,6 +19,7 @@ KNOWN_UNITS = (
     | {"hz", "khz", "n", "kn", "g", "m/s", "m/s2", "m/s^2", "m/s²", "rad/s", "-", "1"}
 )
 IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]$")
+OVER = re.compile(r"\s/\s")  # quantity over unit, as of DIN 1313 and ISO 80000: U / V
 BLANK = f"_{string.whitespace}\N{NO-BREAK SPACE}\N{THIN SPACE}"
 HERTZ = {  # units of a sampling rate
     prefix + unit: factor
@@ -43,10 +45,14 @@ STEPS = {
 
 
 def split_unit(text: str) -> tuple[str, str]:
-    """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "t/ms" or "laser"."""
+    """Name and unit of a heading such as "Time [s]", "volts (V)", "theta_deg", "U / V", "t/ms" or "laser"."""
     text = " ".join(line.strip() for line in text.splitlines()).strip('" ')
     if bracketed := IN_BRACKETS.search(text):
-        return text[: bracketed.start()].rstrip(BLANK).strip(), bracketed[1].strip()
+        name = text[: bracketed.start()].rstrip(BLANK).strip()
+        return name.removesuffix("/").rstrip(BLANK), bracketed[1].strip()
+    parts = OVER.split(text)
+    if len(parts) > 1 and parts[0].strip() and _is_quotient(unit := parts[-1].strip()):
+        return text[: -len(parts[-1])].rstrip(BLANK).removesuffix("/").rstrip(BLANK), unit
     unit = re.split(r"[_/\s]", text)[-1]
     name = text.removesuffix(unit) if unit else text
     if name.endswith(("_", "/")):
@@ -226,6 +232,13 @@ def _float(text: str) -> float | None:
         return float(text)
     except ValueError:
         return None
+
+
+def _is_quotient(unit: str) -> bool:
+    """Whether what stands below a quantity is a unit; numbers and signs may be part of a name: laser / 1."""
+    if unit in ("1", "-"):
+        return False
+    return unit.casefold() in KNOWN_UNITS or bool(understood(unit) or quantity_of_other(unit))
 
 
 def _bare(cell: str) -> str:

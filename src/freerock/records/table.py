@@ -16,14 +16,13 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Samples
+from freerock.records.dates import CLOCK, DATE, seconds
 
 HEAD = 1 << 16  # characters in which encoding and layout are found
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "spaces"}
 LINES_AT_ONCE = 4096
 DECIMALS = {".": "point", ",": "comma"}
 NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?nan|[-+]?inf", re.IGNORECASE | re.ASCII)
-DATE = re.compile(r"\d{4}([-/])\d\d\1\d\d", re.ASCII)
-CLOCK = re.compile(rf"(?:{DATE.pattern}[ T])?\d\d:\d\d:\d\d(?:[.,]\d+)?Z?", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -125,22 +124,13 @@ def _numbers(path: Path, encoding: str, layout: Layout, lines: _Lines) -> dict[i
             dtype={i: float if i in layout.numeric else str for i in range(layout.width)},
             skipinitialspace=True,
         )
-        clocks = {i: _seconds(table[i]) for i in layout.clocks}
+        clocks = {i: seconds(f"{path}: column {i + 1}", table[i]) for i in layout.clocks}
     except (ValueError, pd.errors.ParserError) as error:
         raise _fault(path, encoding, layout) or error from None
     last = table.iloc[-1, list(layout.numeric)]
     if layout.rows is None and last.isna().any() and not _ends_a_line(path):
         raise FreerockError(path, "the file is truncated: its last line is incomplete", COPY_AGAIN)
     return {i: table[i].to_numpy() for i in layout.numeric} | clocks
-
-
-def _seconds(column: "pd.Series[str]") -> Samples:
-    """Seconds since the first of a column of dates and times."""
-    text = column.str.strip().str.replace("/", "-").str.replace(",", ".")
-    dated = DATE.match(text.iloc[0])
-    stamps = pd.to_datetime(text, format="ISO8601") if dated else pd.to_timedelta(text)
-    seconds: Samples = ((stamps - stamps.iloc[0]) / pd.Timedelta(1, "s")).to_numpy()
-    return seconds
 
 
 def kind_of(cell: str, decimal: str) -> str:

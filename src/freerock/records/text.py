@@ -10,9 +10,9 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.records import lvm
 from freerock.records.channels import Contents, Samples
+from freerock.records.dates import CLOCK, start
 from freerock.records.headings import columns, headed, rises, states_rate
 from freerock.records.table import (
-    DATE,
     DECIMALS,
     DELIMITERS,
     HEAD,
@@ -58,8 +58,10 @@ def contents(path: Path) -> Iterator[Contents]:
         (table,) = tables(path, encoding, [layout])
         return {i: table[i] for i in wanted}
 
-    notes.insert(0, described(layout, encoding))
-    yield Contents(channels, read, {"format": FORMAT} | _start_time(sample[0], layout), notes)
+    dated = [start(row[i] for row in sample if len(row) == layout.width) for i in layout.clocks]
+    begun, of_dates = next((each for each in dated if any(each)), ("", ""))
+    notes = [described(layout, encoding), *notes, *([of_dates] if of_dates else [])]
+    yield Contents(channels, read, {"format": FORMAT} | ({"start_time": begun} if begun else {}), notes)
 
 
 def _layout(path: Path, lines: Sequence[str]) -> Layout:
@@ -92,12 +94,16 @@ def _refuse_another_mark_above(path: Path, layout: Layout, found: Sequence[Layou
 def _refuse_ambiguous(path: Path, lines: Sequence[str], layout: Layout) -> None:
     """Refuse whole numbers between commas under half as many headings, or none: maybe decimal commas."""
     row = next(line for line in lines[layout.first :] if line.strip())
-    whole = all(re.fullmatch(r"[-+]?\d*", cell) for cell in cells_of(row, ","))
+    whole = all(re.fullmatch(r"[-+]?\d*", cell) or _whole_second(cell) for cell in cells_of(row, ","))
     above = lines[layout.first - 1] if layout.first else ""
     headings = len(cells_of(above, ",")) if above.strip() else 0
     if whole and headings in (0, layout.width // 2):
         what = f"line {layout.first + 1} may hold {layout.width} columns, or decimal commas"
         raise FreerockError(path, what, "export with tabs or semicolons between the columns")
+
+
+def _whole_second(cell: str) -> bool:
+    return bool(CLOCK.fullmatch(cell)) and not re.search(r":\d\d[.,]", cell)
 
 
 def _table(lines: Sequence[str], delimiter: str, decimal: str) -> Layout | None:
@@ -125,13 +131,6 @@ def _alike(first: Sequence[str], other: Sequence[str]) -> bool:
         and "n" in first
         and len(first) == len(other)
         and all(not a or not b or a == b for a, b in zip(first, other, strict=True))
-    )
-
-
-def _start_time(row: Sequence[str], layout: Layout) -> dict[str, str]:
-    stamps = [row[i] for i in layout.clocks if DATE.match(row[i])]
-    return (
-        {"start_time": re.sub("[ T]", "T", stamps[0]).replace("/", "-").replace(",", ".")} if stamps else {}
     )
 
 

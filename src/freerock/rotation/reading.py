@@ -24,7 +24,7 @@ from freerock.rotation.rests import (
     still_signal,
     wrong_rate,
 )
-from freerock.rotation.sensor import Laser, distance_from_output
+from freerock.rotation.sensor import Laser, distance_from_output, looks_like_current
 from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"
@@ -185,6 +185,10 @@ def _flagged(recorded: Floats, step: float, laser: Laser, quantity: str) -> Flag
             "set the channel to DC coupling and record again",
         )
     flags = flag_samples(recorded, limits, step=step)
+    if limits and quantity == "voltage" and looks_like_current(recorded, laser):
+        share = f"{100 * np.count_nonzero(recorded > limits.high) / recorded.size:.3g} % of the samples"
+        what = f"{share} are beyond {limits.high:g} V: {low:.3g} to {high:.3g} looks like mA"
+        raise FreerockError("laser signal", what, "declare units: mA of the laser, or name its channel")
     if flags.all():
         wanted = f"within {limits.low:g} to {limits.high:g} {unit}" if limits else "valid"
         raise FreerockError("laser signal", f"no sample {wanted} ({shares(flags)})", CHECK)

@@ -145,6 +145,7 @@ class Laser:
         return self.sign * self.range_m / span
 
 
+SEVERAL_LEVELS = 0.2  # V: so much apart, and samples are not of one level with its noise
 SCALES = ("range_m", "sensitivity_per_mm", "calibration")
 _CHOICES = {
     "beam": (None, "horizontal", "vertical"),
@@ -153,6 +154,21 @@ _CHOICES = {
     "release_side": ("positive", "negative"),
     "units": ("", *CHANNEL_UNITS),
 }
+
+
+def looks_like_current(volts: Floats, laser: Laser) -> bool:
+    """Whether samples said to be volts are milliamperes, which are within other limits.
+
+    More than one in a hundred is beyond the volts of the sensor, none beyond its milliamperes, and those
+    beyond the volts are more than one level, which a sensor may have that sees no target.
+    """
+    blind = np.abs(volts - laser.error_level_v) <= laser.error_tolerance_v
+    beyond = volts[(volts > laser.valid_high_v) & ~blind]
+    if beyond.size <= 0.01 * volts.size:
+        return False
+    low, high = float(np.nanmin(volts)), float(np.nanmax(volts))
+    within = laser.valid_low_ma <= low and high <= laser.valid_high_ma
+    return within and float(np.ptp(beyond)) > SEVERAL_LEVELS
 
 
 def distance_from_output(
