@@ -6,7 +6,7 @@ of its candidates is screened by a quick fit, and only those that come near the 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -147,12 +147,18 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     return found
 
 
-def identify_runs(block: Block, motions: Mapping[int, Motion], ladder: Ladder) -> dict[int, Identified]:
+def identify_runs(
+    block: Block,
+    motions: Mapping[int, Motion],
+    ladder: Ladder,
+    alone: Callable[[Block, Motion, Ladder], Identified] = identify_run,
+) -> dict[int, Identified]:
     """The candidates that each run of a record asks for, held against its other runs.
 
-    `motions` are the runs by number; all else as in `identify_run`.
+    `motions` are the runs by number; `alone` identifies a run by itself; all else as in `identify_run`.
     """
-    found = {number: identify_run(block, motion, ladder) for number, motion in motions.items()}
+    singly = {number: alone(block, motion, ladder) for number, motion in motions.items()}
+    found = {number: replace(each, fits={**each.fits}) for number, each in singly.items()}
     for model in ladder.candidates:
         fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
         for number, epsilon in of_other_runs(model, block, motions, fits, ladder.settings(model)).items():

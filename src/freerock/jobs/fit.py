@@ -1,7 +1,7 @@
 """The models identified on each run of one record, and on all its runs jointly."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,12 @@ def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> Non
     write_fits(output, {}, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
 
 
-def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str | Path) -> None:
+def make_fits(
+    settings: Mapping[str, Any],
+    record_file: str | Path,
+    output: str | Path,
+    identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] = identify_runs,
+) -> None:
     """Write the fits of a record.
 
     Parameters
@@ -45,6 +50,9 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     output : path
         netCDF file to write; without groups where no run can be fitted. The joint fit of a single run is
         that run's.
+    identify : callable, optional
+        What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
+        the work on runs that have not changed.
     """
     record = open_record(record_file)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
@@ -53,7 +61,7 @@ def make_fits(settings: Mapping[str, Any], record_file: str | Path, output: str 
     }
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
-    found = identify_runs(block, motions, ladder)
+    found = identify(block, motions, ladder)
     choices: dict[int | str, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])

@@ -1,7 +1,7 @@
 """A record file to θ(t), runs and impacts."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,7 +56,9 @@ def give_up(settings: Settings, output: str | Path, reason: str) -> None:
     write_failure(output, Reason("fail", "not_processed", reason), settings["attributes"])
 
 
-def make_record(settings: Settings, output: str | Path) -> None:
+def make_record(
+    settings: Settings, output: str | Path, rotate: Callable[[Settings], xr.Dataset] | None = None
+) -> None:
     """Write the dataset of a record; of one that can't be processed, with the verdict fail and the reason.
 
     Parameters
@@ -66,12 +68,15 @@ def make_record(settings: Settings, output: str | Path) -> None:
         overrides, exclusions, excluded (a reason, or empty): sections of the configuration as plain values.
     output : path
         netCDF file to write.
+    rotate : callable, optional
+        Gives θ(t) of the record, as `rotation_of` does, which it is by default: one that remembers spares the
+        work while only release and end of runs change.
     """
     path = Path(settings["raw"], settings["file"])
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
     try:
         attributes["provenance"] = provenance([file for file in _files(settings) if file.exists()], settings)
-        processed = None if settings["excluded"] else _process(settings, path)
+        processed = None if settings["excluded"] else _process(settings, rotate or rotation_of)
     except FreerockError as error:
         if of_the_machine(error):
             raise
@@ -107,12 +112,9 @@ def _files(settings: Settings) -> list[Path]:
     return [Path(settings["raw"], file) for file in [settings["file"], *tables]]
 
 
-def _process(settings: Settings, path: Path) -> _Processed:
+def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _Processed:
     """Volts to impacts."""
-    if settings["sha256"]:
-        check_file(settings["raw"], settings["file"], settings["sha256"])
-    block = Block(**settings["block"])
-    record = _rotation(settings, path, block)
+    block, record = Block(**settings["block"]), rotate(settings)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
     limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
@@ -120,15 +122,29 @@ def _process(settings: Settings, path: Path) -> _Processed:
     return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged])
 
 
-def _rotation(settings: Settings, path: Path, block: Block) -> xr.Dataset:
-    """θ(t) of the record, with what its reader found out."""
+def rotation_of(settings: Settings) -> xr.Dataset:
+    """θ(t) of a record, with what its reader found out.
+
+    Parameters
+    ----------
+    settings : mapping
+        As for `make_record`, without what is set by hand.
+
+    Raises
+    ------
+    FreerockError
+        The file is not the one listed, can't be read, or its signal can't become a rotation.
+    """
+    path = Path(settings["raw"], settings["file"])
+    if settings["sha256"]:
+        check_file(settings["raw"], settings["file"], settings["sha256"])
     lasers = [_sensor(section, settings["raw"]) for section in settings["lasers"]]
     channels = [_channel(path, name) for name in settings["channels"]]
     first = channels[0]
     if not all(np.array_equal(channel.time_s, first.time_s) for channel in channels):
         raise FreerockError(path, "the two channels differ in their times", "name two of one group")
     signals, units = [channel.signal for channel in channels], [channel.unit for channel in channels]
-    options = RotationOptions(**settings["rotation"])
+    block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
     record = find_rotation(first.time_s, signals, lasers, block, units, options)
     return record.assign_attrs(first.notes)
 
