@@ -10,7 +10,7 @@ from freerock.identification.problem import Samples, posed
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
-from freerock.models.simulate import simulate_theta
+from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
@@ -70,6 +70,26 @@ def test_derivatives_are_those_of_the_curve():
         assert error < 0.01 * np.std(jacobian[:, j]), own.names[j]
 
 
+def test_the_runs_of_a_record_share_the_tilt_of_their_base():
+    joint = problem(n_runs=2, free=("theta0", "t0", "tilt", "width"))
+    assert joint.names[:4] == ("k", "lambda", "width", "tilt")
+    x = joint.start(joint.fitted(TRUTH["hunt_crossley"]))
+    assert abs(x[3]) < 1e-3  # as the swings on a level base have it
+    x[3] = 2e-3
+    first, second = np.split(joint.curve(x, joint.samples(), 1e-11), 2)
+    values = {"k": 6.88e6, "lambda": 1.30e8, "tilt": 2e-3}
+    tilted, _ = simulate_theta("hunt_crossley", BLOCK, values, TIME, theta0=0.17, solver=Solver(1e-11))
+    np.testing.assert_allclose(first, tilted, atol=1e-9)
+    assert np.array_equal(first, second)
+    own = problem(free=("tilt",))
+    x = own.start_at(values)
+    samples = own.samples()
+    column = own.jacobian(x, samples, central=True)[:, 2]
+    step = np.array([0.0, 0.0, 1e-5])
+    quotient = (own.curve(x + step, samples, 1e-11) - own.curve(x - step, samples, 1e-11)) / 2e-5
+    assert np.std(column - quotient) < 0.01 * np.std(column)
+
+
 def test_samples_start_when_the_finger_has_left_and_are_thinned():
     late = posed("hunt_crossley", [BLOCK], [motion(fit_start_s=0.5)], FitSettings())
     assert late.samples().time_s[0] == pytest.approx(0.5)
@@ -99,6 +119,15 @@ def test_a_restitution_per_impact_belongs_to_one_rigid_run(model, n_runs):
     assert str(error.value) == (
         f"fits.free.{model}: a restitution per impact belongs to one run of the Housner model; "
         "remove r_per_impact or set fits.pooled: false"
+    )
+
+
+def test_a_restitution_per_impact_is_not_worked_out_on_a_tilted_base():
+    with pytest.raises(FreerockError) as error:
+        check("housner", [BLOCK], FitSettings(free=("tilt", "r_per_impact")))
+    assert str(error.value) == (
+        "fits.free.housner: a restitution per impact is not worked out on a base off level; "
+        "remove r_per_impact or tilt"
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from freerock.identification.fit import Fit
 from freerock.identification.screening import Screening
 from freerock.identification.settings import freed
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, OF_RECORD, PARAMETERS, PER_RUN, law_of
 
 
 def candidates(
@@ -79,16 +79,19 @@ def start_of_runs(fits: Sequence[Fit | None]) -> dict[str, float] | None:
     Returns
     -------
     dict of str to float, or None
-        The means of what its usable fits found of the parameters and, where it was freed, of the width; the
-        release of each run as its own fit found it: theta0_1, t0_1 and so on [SI]. None where no fit may be
-        used.
+        The means of what its usable fits found of the parameters and, where they were freed, of width and
+        tilt; the release of each run as its own fit found it: theta0_1, t0_1 and so on [SI]. None where no
+        fit may be used.
     """
     usable = {i: fit for i, fit in enumerate(fits, 1) if fit is not None and fit.success}
     if not usable:
         return None
     values = {i: fit.values for i, fit in usable.items()}
-    common = [name for name in (*MODELS[usable[min(usable)].model], "width") if name in values[min(usable)]]
-    means = {name: float(np.mean([each[name] for each in values.values()])) for name in common}
+    found = {
+        name: [each[name] for each in values.values() if name in each]
+        for name in (*MODELS[usable[min(usable)].model], *OF_RECORD)
+    }
+    means = {name: float(np.mean(each)) for name, each in found.items() if each}
     own = {f"{name}_{i}": each[name] for i, each in values.items() for name in PER_RUN if name in each}
     return means | own
 

@@ -50,7 +50,8 @@ def standard_errors(
     sigma_theta : float
         Standard deviation of the white noise of one sample [rad].
     free : sequence of str
-        What is fitted besides the parameters, of "theta0", "t0" and "width" (of the corners it rocks about).
+        What is fitted besides the parameters, of "theta0", "t0", "width" (of the corners it rocks about),
+        "tilt" (of the base).
     debonding : str
         "geometric" or "tensionless".
 
@@ -70,7 +71,7 @@ def standard_errors(
     if len(time_s) <= len(names):
         return dict.fromkeys(names, np.inf)
     width = block.contact_width_m or block.width_m
-    values = {**parameters, "width": width, "theta0": theta0, "t0": 0.0}
+    values = {**parameters, "width": width, "tilt": 0.0, "theta0": theta0, "t0": 0.0}
 
     def derivative(name: str) -> Floats:
         row = PARAMETERS[name]
@@ -99,7 +100,7 @@ def _rotation(
     theta, outcome = simulate_theta(
         CANDIDATES[model].law,
         block,
-        {name: values[name] for name in MODELS[model]},
+        {name: values[name] for name in (*MODELS[model], *(["tilt"] if "tilt" in free else []))},
         time_s - values["t0"],
         theta0=values["theta0"],
         rules=CANDIDATES[model].rules(debonding),

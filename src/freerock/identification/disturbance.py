@@ -8,7 +8,6 @@ something else than the law acted on the block, and when.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +20,12 @@ from freerock.identification.noise import LEVEL, against_rest, is_hopeless, nois
 from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
+from freerock.identification.swings import Top, tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
 
 LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
-LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
-CLEAR = 50.0  # standard deviations of the noise, likewise
-STANDS_OUT = 5.0  # and from here on a swing is one
-MIDDLE = 0.2  # of a swing on either side is left out where its top is looked for
 TOP_STDERR_S = 2e-3  # of the instant of a top
 TOP_STDERR = 2e-3  # of its height, as a share
 
@@ -39,13 +35,6 @@ class Disturbance(NamedTuple):
 
     start_s: float
     end_s: float
-
-
-class Top(NamedTuple):
-    """The top of a swing: when [s], and how high with its sign [rad]."""
-
-    time_s: float
-    height: float
 
 
 def find_disturbance(
@@ -80,27 +69,6 @@ def find_disturbance(
         ):
             return Disturbance(tops[first - 1].time_s, tops[first].time_s)
     return None
-
-
-def tops_of(motion: Motion) -> list[Top]:
-    """The tops of the swings after the first, as long as they are high."""
-    known = np.isfinite(motion.theta)
-    t, theta = motion.time_s[known], motion.theta[known]
-    clear = np.flatnonzero(np.abs(theta) > STANDS_OUT * motion.sigma_theta)
-    begins = clear[1:][np.diff(theta[clear] > 0)]
-    lowest = max(LEAST_PEAK * abs(motion.theta0), CLEAR * motion.sigma_theta)
-    found = []
-    for first, last in pairwise(begins):
-        margin = int(MIDDLE * (last - first))
-        time_s, arc = t[first + margin : last - margin], theta[first + margin : last - margin]
-        if time_s.size < 6:
-            break
-        fitted = np.polynomial.Polynomial.fit(time_s, arc, 4)(time_s)
-        top = int(np.argmax(np.abs(fitted)))
-        if abs(fitted[top]) < lowest:
-            break
-        found.append(Top(float(time_s[top]), float(fitted[top])))
-    return found
 
 
 def _first(parts: Sequence[Motion], explained: Callable[[Motion], bool]) -> int | None:

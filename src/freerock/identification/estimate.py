@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.models.laws import MODELS
+from freerock.models.laws import COMMON_NUISANCES, MODELS
 
 NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval
 
@@ -46,8 +46,8 @@ class Estimate:
 
     @property
     def release(self) -> dict[str, float]:
-        """What was freed of the release and of the width the block rocks about [rad, s, m]."""
-        return {name: self.values[name] for name in ("theta0", "t0", "width") if name in self.values}
+        """What was freed besides, of the release, of the width the block rocks about and of the base [SI]."""
+        return {name: self.values[name] for name in COMMON_NUISANCES if name in self.values}
 
     @property
     def correlation(self) -> float:

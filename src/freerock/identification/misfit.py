@@ -10,7 +10,7 @@ from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODELS
+from freerock.models.laws import CANDIDATES, MODELS, PER_RUN
 from freerock.models.simulate import Solver, simulate_fitted
 
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
@@ -56,7 +56,7 @@ def misfit_map(
     candidate, (x, y) = CANDIDATES[model], MODELS[model]
     rules = candidate.rules(debonding)
     time_s, theta = _thinned(*_first_run(time_s, theta))
-    release = {name: values[f"{name}_1"] for name in ("theta0", "t0") if f"{name}_1" in values}
+    release = {name: values[f"{name}_1"] for name in PER_RUN if f"{name}_1" in values}
     known = {"theta0": theta[0], **release, **values}
     share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
     first, second = values[x] * share, values[y] * share

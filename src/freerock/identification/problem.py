@@ -14,10 +14,12 @@ from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, width_range
 from freerock.identification.settings import FitSettings, freed
+from freerock.identification.swings import tilt_of_swings
 from freerock.models.block import Block
 from freerock.models.laws import (
     CANDIDATES,
     MODELS,
+    OF_RECORD,
     PARAMETERS,
     PER_RUN,
     Rules,
@@ -87,6 +89,8 @@ class Problem:
         Loosest rtol of the derivatives.
     stride : float
         Times the steps of the difference quotients, which a looser `fine` asks for.
+    tilt : float
+        Of the base, to the right, from which a fit starts that frees it [rad].
     """
 
     model: str
@@ -98,11 +102,12 @@ class Problem:
     rtol: float = COARSE
     fine: float = FINE
     stride: float = 1.0
+    tilt: float = 0.0
 
     @cached_property
     def common(self) -> tuple[str, ...]:
         """Parameters that all runs share."""
-        return (*MODELS[self.model], *(name for name in ("width",) if name in self.settings.free))
+        return (*MODELS[self.model], *(name for name in OF_RECORD if name in self.settings.free))
 
     @cached_property
     def own(self) -> tuple[str, ...]:
@@ -163,7 +168,8 @@ class Problem:
 
     def start(self, common: Sequence[float]) -> Floats:
         """All fitted numbers to start from, with the parameters given, and perhaps the width."""
-        as_given = [2 * self.blocks[0].b / self.blocks[0].width_m] * (len(self.common) - len(common))
+        width = 2 * self.blocks[0].b / self.blocks[0].width_m
+        as_given = [{"width": width, "tilt": self.tilt}[name] for name in self.common[len(common) :]]
         own = [
             {"theta0": motion.theta0, "t0": 0.0}.get(name, common[0])  # else r of a further impact
             for motion in self.motions
@@ -238,14 +244,15 @@ class Problem:
     ) -> Floats:
         """Modelled θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2.
 
-        `added` is a damping that the law lacks [SI]; `rate`, if given, receives θ̇ [rad/s].
+        `added` is what neither the law nor the fit has: a damping, or the tilt [SI]; `rate`, if given,
+        receives θ̇ [rad/s].
         """
         value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
         values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
-        wider = extended_by(self.model) if added else None
+        wider = extended_by(self.model) if added and "tilt" not in added else None
         return simulate_fitted(
             CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],
@@ -327,6 +334,10 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
         settings,
         r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if rigid else 0.0,
     )
+    if "tilt" in settings.free:
+        low, high = PARAMETERS["tilt"].bounds
+        tilt = tilt_of_swings(blocks[0], motions[0])
+        problem = replace(problem, tilt=float(np.clip(tilt, 0.9 * low, 0.9 * high)))
     if min(problem.samples().lengths, default=0) <= len(problem.names):
         what = "fewer valid samples than parameters"
         raise FreerockError("fit", what, "exclude the run or widen it by an override")

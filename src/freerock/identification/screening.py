@@ -12,6 +12,7 @@ from freerock.identification.problem import Problem, posed
 from freerock.identification.search import GROWTH_SAMPLES, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
+from freerock.models.laws import OF_RECORD
 from freerock.runs.motion import Motion
 
 ROUGH = 1e-2  # relative change of the sum of squares at which the first swings have given enough
@@ -109,7 +110,7 @@ def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> Sol
     They hardly tell k, width and release apart: with all of these free, least squares creep. The mean square
     is what they would leave, were the motion linear in all of them, and none bounded.
     """
-    settings = replace(problem.settings, free=tuple(set(problem.settings.free) & {"width"}))
+    settings = replace(problem.settings, free=tuple(set(problem.settings.free) & {*OF_RECORD}))
     held = replace(problem, settings=settings, n_impacts=0)
     samples = held.samples(horizon_s, GROWTH_SAMPLES)
     end = least_squares(held, held.start_at(start), samples, ftol=ROUGH)

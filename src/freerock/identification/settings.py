@@ -19,7 +19,8 @@ class FitSettings:
     free : sequence of str
         What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
         was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
-        rocks about; "r_per_impact" of one run of the Housner model: r, r_2, r_3 and so on.
+        rocks about; "tilt" of the base; "r_per_impact" of one run of the Housner model: r, r_2, r_3 and so
+        on.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
@@ -72,3 +73,6 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if "r_per_impact" in settings.free and ("r_per_impact" not in law.nuisances or len(blocks) > 1):
         what = "a restitution per impact belongs to one run of the Housner model"
         raise FreerockError(key, what, "remove r_per_impact or set fits.pooled: false")
+    if {"r_per_impact", "tilt"} <= {*settings.free}:
+        what = "a restitution per impact is not worked out on a base off level"
+        raise FreerockError(key, what, "remove r_per_impact or tilt")

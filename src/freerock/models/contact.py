@@ -200,6 +200,17 @@ def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
     return math.sqrt(2 * block.mass_kg * GRAVITY * s / foundation.k) - block.b * s
 
 
+def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
+    """Angle to the base [rad] at which a block at rest stands on one that is off level by τ, positive to the
+    right.
+
+    The linearised no-uplift equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) at rest:
+    m g h sin τ / (2/3 b³ k - m g h cos τ).
+    """
+    weight = block.mass_kg * GRAVITY * block.h
+    return weight * math.sin(tilt_rad) / (2 / 3 * block.b**3 * foundation.k - weight * math.cos(tilt_rad))
+
+
 def energy(
     block: Block,
     foundation: Foundation,

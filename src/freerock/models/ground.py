@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.models.block import GRAVITY
 
 INTERPOLATIONS = ("linear", "cubic")
 PULSES = ("sine", "half_sine", "cosine")
@@ -96,6 +97,18 @@ def accelerogram(
 
             coefficients[:, column : column + 4] = CubicSpline(time, values).c[::-1].T
     return GroundMotion(time, coefficients)
+
+
+def tilted(tilt_rad: float, until_s: float) -> GroundMotion:
+    """What gravity does on a base off level, from before the release up to an instant [s] and beyond.
+
+    Along a base that leans to the right by τ, and so sees the block tilted clockwise, gravity is g sin τ,
+    across it g cos τ.
+    """
+    coefficients = np.zeros((1, 14))
+    coefficients[0, 0] = GRAVITY * math.sin(tilt_rad)
+    coefficients[0, 7] = -2 * GRAVITY * math.sin(tilt_rad / 2) ** 2
+    return GroundMotion(np.array([-1.0, max(until_s, 0.0) + 1.0]), coefficients)
 
 
 def pulse(

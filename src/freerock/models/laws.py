@@ -88,12 +88,14 @@ PARAMETERS = {
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
+    "tilt": Parameter("rad", "τ", "value", 1e-6, bounds=(-0.03, 0.03)),  # of the base, to the right
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
 }
 
 PER_RUN = ("theta0", "t0")
-COMMON_NUISANCES = ("width", *PER_RUN)
+OF_RECORD = ("width", "tilt")  # what the runs of a record share besides the law
+COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 
 
 @dataclass(frozen=True)

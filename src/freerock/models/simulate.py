@@ -12,8 +12,8 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.models.checks import check_scene
-from freerock.models.contact import Foundation, State, static_depth
-from freerock.models.ground import GroundMotion
+from freerock.models.contact import Foundation, State, lean, static_depth
+from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.kernel import integrate
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
@@ -156,7 +156,8 @@ def simulate_theta(
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
-    `theta_rate`, shape (n_time,), receives θ̇ [rad/s] if given.
+    `parameters` may hold the tilt of the base besides [rad]: angles then count from where the block stands at
+    rest. `theta_rate`, shape (n_time,), receives θ̇ [rad/s] if given.
 
     Returns
     -------
@@ -181,14 +182,16 @@ def simulate_fitted(
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
-    clock of `time` [s] and the width of the corners [m]. All else as in `simulate_theta`, which fits share.
+    clock of `time` [s], the width of the corners [m] and the tilt of the base [rad]. All else as in
+    `simulate_theta`, which fits share.
     """
     if "width" in values:
         block = replace(block, contact_width_m=float(values["width"]))
     theta, _ = simulate_theta(
         model,
         block,
-        {name: values[name] for name in MODELS[model]},
+        {name: values[name] for name in MODELS[model]}
+        | {name: values[name] for name in ("tilt",) if name in values},
         time - values.get("t0", 0.0),
         theta0=values["theta0"],
         rules=rules,
@@ -305,11 +308,11 @@ class _Scene:
         state = tuple(map(float, start))
         time = np.require(time, float, ["C", "W"])
         amplitude = block.theta_cr
-        if motion is None:
+        if motion is None or "tilt" in self.parameters:
             _, z_rate0, theta0, theta_rate0 = state
             moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
             amplitude = min(amplitude, moved) or amplitude
-            motion = STILL
+            motion = motion or STILL
         if self.law.is_foundation and not foundation.is_damped:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
@@ -332,20 +335,24 @@ def _released(
     scene: _Scene, theta0: float, time: Floats, theta_rate: Floats | None = None
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, and how its motion ends; fills theta_rate if given."""
-    block, closed = scene.block, scene.motion is None and not scene.law.is_foundation
-    if closed:
+    block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
+    if tilt:
+        scene = replace(scene, motion=tilted(tilt, float(time[-1])))
+    if scene.motion is None and not scene.law.is_foundation:
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=theta_rate is not None)
         if theta_rate is not None:
             theta_rate[:] = rate
         return theta, _housner_outcome(swings, time)
-    depth = static_depth(block, scene.foundation, theta0) if scene.law.is_foundation else 0.0
+    depth = stands = 0.0
+    if scene.law.is_foundation:
+        depth, stands = static_depth(block, scene.foundation, theta0), lean(block, scene.foundation, tilt)
     theta = np.empty(time.size)
     rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
-    outcome, *_ = scene.integrate(State(depth, 0.0, theta0, 0.0), time, theta, rates)
+    outcome, *_ = scene.integrate(State(depth, 0.0, theta0 + stands, 0.0), time, theta, rates)
     if theta_rate is not None:
         theta_rate[:] = rates[:, 2]
-    return theta, OUTCOMES[outcome]
+    return theta - stands if tilt else theta, OUTCOMES[outcome]
 
 
 def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int) -> Response:

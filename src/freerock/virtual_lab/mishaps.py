@@ -13,8 +13,8 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, sideways, static_depth
-from freerock.models.ground import accelerogram
+from freerock.models.contact import Foundation, State, lean, sideways, static_depth
+from freerock.models.ground import tilted
 from freerock.models.laws import LAWS
 from freerock.models.simulate import Response
 from freerock.virtual_lab.record import Moves, Scene, free_rocking
@@ -24,15 +24,15 @@ KNOTS, WEIGHTS = np.polynomial.legendre.leggauss(24)  # over the part of the bas
 
 
 def off_level(tilt_rad: float) -> Moves:
-    """The base is off level, positive where it leans to the right: a horizontal acceleration g sin τ.
+    """The base is off level, positive where it leans to the right.
 
     Angles count from where the block stands at rest. The finger fades as on a level base.
     """
 
     def moves(scene: Scene, since: Floats, start: State) -> Response:
-        pull = GRAVITY * math.sin(tilt_rad)
-        ground = accelerogram([-1.0, since[-1] + 1.0], [pull, pull])
-        stands = _leans(scene, pull)
+        ground, stands = tilted(tilt_rad, since[-1]), 0.0
+        if LAWS[scene.model].is_foundation:
+            stands = lean(scene.block, Foundation.of(scene.parameters), tilt_rad)
         motion = free_rocking(scene, since, start._replace(theta=start.theta + stands), ground)
         return replace(motion, theta=motion.theta - stands)
 
@@ -155,17 +155,6 @@ def _at_rest(scene: Scene, theta: float) -> State:
     if not LAWS[scene.model].is_foundation:
         return State(0.0, 0.0, theta, 0.0)
     return State(static_depth(scene.block, Foundation.of(scene.parameters), theta), 0.0, theta, 0.0)
-
-
-def _leans(scene: Scene, pull: float) -> float:
-    """Angle [rad] at which a block stands on its whole base under a horizontal acceleration [m/s²].
-
-    The linearised no-uplift equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) at rest.
-    """
-    if not LAWS[scene.model].is_foundation:
-        return 0.0
-    block, weight = scene.block, scene.block.mass_kg * GRAVITY * scene.block.h
-    return scene.block.mass_kg * block.h * pull / (2 / 3 * block.b**3 * scene.parameters["k"] - weight)
 
 
 def _on_rounded(block: Block, soil: Foundation, state: State, radius_m: float) -> tuple[float, float]:
