@@ -57,7 +57,7 @@ def test_accepted_campaign(campaign):
     assert (lab.name, lab.raw, lab.file("b")) == ("lab", "raw/lab", "raw/lab/day1/b.tdms")
     assert [record.test for record in lab.records] == ["a", "b", "c"]
     assert lab.record("b").exclusions == ((2, "slid, wet"), (3, "slid, wet"))
-    assert lab.record("b").overrides == ((1, 12.31, 19.8, "slid, wet"),)
+    assert lab.record("b").overrides == ((1, 12.31, 19.8, "slid, wet", None),)
     assert [record.excluded for record in lab.records] == [False, False, True]
     assert lab.blocks["tall"].label == "tall"
     assert lab.blocks["tall"].block.width_m == 0.07

@@ -42,14 +42,14 @@ def doubts(tmp_path, monkeypatch):
     Path("config/campaigns").mkdir(parents=True)
     Path("raw/lab").mkdir(parents=True)
 
-    def doubts(*changes, volts=None, step=0.002, unit="V"):
+    def doubts(*changes, volts=None, step=0.002, unit="V", csv=CSV):
         yaml = YAML
         for old, new in changes:
             assert old in yaml
             yaml = yaml.replace(old, new)
         Path("config/config.yaml").write_text("campaigns: [lab]\n")
         Path("config/campaigns/lab.yaml").write_text(yaml)
-        Path("config/campaigns/lab.csv").write_text(CSV)
+        Path("config/campaigns/lab.csv").write_text(csv)
         with TdmsWriter("raw/lab/a.tdms") as writer:
             properties = {"wf_increment": step, "wf_start_offset": 0.0, "unit_string": unit}
             writer.write_segment(
@@ -108,6 +108,15 @@ def test_rotations_in_another_unit(doubts, case):
 def test_distances_in_another_unit(doubts, changes, volts, unit):
     (doubt,) = doubts(*changes, volts=swings() * volts, unit=unit)
     assert "a: the signal sweeps " in doubt and "the critical angle is 11.8°" in doubt
+
+
+def test_a_run_set_by_hand_beyond_the_record(doubts):
+    csv = CSV.replace("laser\n", "laser,override,reason\n").replace("near\n", "near,{},why\n")
+    assert doubts(csv=csv.format("1@2:9.998")) == []
+    assert doubts(csv=csv.format("1@2:8;2@9:10.5")) == [
+        "config/campaigns/lab.csv:2: override: run 2 ends at 10.5 s, the record at 9.998 s; "
+        "give times within the record"
+    ]
 
 
 @pytest.mark.parametrize("step", [2.0, 2e-6])

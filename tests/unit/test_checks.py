@@ -10,11 +10,12 @@ import pytest
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
+from freerock.runs.beginning import Beginning
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import signal_of
-from freerock.runs.verdict import Verdict
+from freerock.runs.verdict import Reason, Verdict
 
 ROOT = Path(__file__).parents[2]
 TIME = np.arange(0, 10, 0.001)
@@ -29,28 +30,31 @@ def signal(flagged=0, grow=1.0):
     return signal_of(TIME, theta, 1e-5, flags)
 
 
+BEGUN = Beginning(1.0, Release(3.0, 1e-4, 0.0, 3.0), HeldAngle(0.1, 1e-6, 0.0), 3.03)
+GUESSED = Release(3.0, 0.03, 0.0, 3.0, timed=False)
 GOOD = Facts(
     signal=signal(),
     faults=(),
     block=Block(0.28, 0.07, 5.84),
     limits=RunLimits(),
-    hold=Phase(1.0, 3.0, 0.1, 1e-6, "held"),
+    beginning=BEGUN,
     rest=Phase(8.0, 10.0, 0.0, 1e-6, "rest"),
     level_before=0.0,
-    release=Release(3.0, 1e-4, 0.0, 3.0),
     end_s=7.5,
-    held=HeldAngle(0.1, 1e-6, 0.0),
     sigma_theta=1e-5,
     n_impacts=20,
 )
 ONE_FACT = [
     ({"override": "a truck passed by"}, "ok", "overridden"),
     ({"exclusion": "slipped"}, "ok", "excluded"),
-    ({"release": Release(3.0, 0.03, 0.0, 3.0, timed=False)}, "warn", "release_not_timed"),
-    ({"release": Release(3.0, 1e-4, 0.021, 3.0)}, "warn", "pushed"),
-    ({"release": Release(3.0, 1e-4, -0.021, 3.0)}, "warn", "held_back"),
-    ({"held": HeldAngle(0.25, 1e-6, 0.0)}, "fail", "beyond_critical_angle"),
-    ({"held": HeldAngle(0.1, 1e-6, 0.001)}, "warn", "hold_wanders"),
+    ({"set_by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
+    ({"set_by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
+    ({"beginning": BEGUN._replace(reasons=(Reason("warn", "hold_unseen", "why"),))}, "warn", "hold_unseen"),
+    ({"beginning": BEGUN._replace(release=GUESSED)}, "warn", "release_not_timed"),
+    ({"beginning": BEGUN._replace(release=Release(3.0, 1e-4, 0.021, 3.0))}, "warn", "pushed"),
+    ({"beginning": BEGUN._replace(release=Release(3.0, 1e-4, -0.021, 3.0))}, "warn", "held_back"),
+    ({"beginning": BEGUN._replace(held=HeldAngle(0.25, 1e-6, 0.0))}, "fail", "beyond_critical_angle"),
+    ({"beginning": BEGUN._replace(held=HeldAngle(0.1, 1e-6, 0.001))}, "warn", "hold_wanders"),
     ({"n_impacts": 2}, "fail", "few_impacts"),
     ({"rest": None}, "warn", "cut_short"),
     ({"rest": Phase(8.0, 10.0, 0.05, 1e-6)}, "fail", "stopped"),

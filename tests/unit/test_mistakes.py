@@ -19,6 +19,10 @@ def campaign(tmp_path, monkeypatch):
     return problems
 
 
+NO_OVERRIDE = (
+    "is not run@release:end, nor run@release:end hold from:to; "
+    "give run and seconds, as 2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
+)
 YAML_MISTAKES = {
     "negative mass": (
         ("5.84", "-8.67"),
@@ -418,8 +422,7 @@ CSV_MISTAKES = {
     ),
     "override of 5000 digits": (
         ("near,,,,", f"near,,{'9' * 5000}@1:2,bad,"),
-        f"lab.csv:2: override: '{'9' * 49}…' is not run@release:end; "
-        "give run and seconds, as 2@12.310:19.800",
+        f"lab.csv:2: override: '{'9' * 49}…' {NO_OVERRIDE}",
     ),
     "a test too long for a file": (
         ("a,a.tdms", f"{'a' * 300},a.tdms"),
@@ -431,7 +434,7 @@ CSV_MISTAKES = {
     ),
     "override without run": (
         ("near,,,,", "near,,12.3:19.8,bad,"),
-        "lab.csv:2: override: '12.3:19.8' is not run@release:end; give run and seconds, as 2@12.310:19.800",
+        f"lab.csv:2: override: '12.3:19.8' {NO_OVERRIDE}",
     ),
     "override backwards": (
         ("near,,,,", "near,,1@19.8:12.3,bad,"),
@@ -440,6 +443,34 @@ CSV_MISTAKES = {
     "override twice": (
         ("near,,,,", "near,,1@1:2;1@3:4,bad,"),
         "lab.csv:2: override: a run is overridden twice; give each run once",
+    ),
+    "override of run 0": (
+        ("near,,,,", "near,,0@1:2,bad,"),
+        "lab.csv:2: override: there is no run 0; count from 1",
+    ),
+    "hold by hand that is no window": (
+        ("near,,,,", "near,,1@3:4 hold 2,bad,"),
+        f"lab.csv:2: override: '1@3:4 hold 2' {NO_OVERRIDE}",
+    ),
+    "hold by hand backwards": (
+        ("near,,,,", "near,,1@3:4 hold 2:1,bad,"),
+        "lab.csv:2: override: the hold of run 1 ends before it begins; give its begin first",
+    ),
+    "hold by hand after the release": (
+        ("near,,,,", "near,,1@3:4 hold 2:3.5,bad,"),
+        "lab.csv:2: override: run 1 is held until 3.5 s and released at 3 s; end the hold before the release",
+    ),
+    "overrides against the order of release": (
+        ("near,,,,", "near,,2@1:2;1@3:4,bad,"),
+        "lab.csv:2: override: run 1 is released at 3 s, run 2 at 1 s; number runs in the order of release",
+    ),
+    "overrides that overlap": (
+        ("near,,,,", "near,,1@1:3.5;2@3:4,bad,"),
+        "lab.csv:2: override: run 1 ends at 3.5 s, run 2 is released at 3 s; end it before",
+    ),
+    "hold by hand within the run before": (
+        ("near,,,,", "near,,1@1:3;3@4:5 hold 2:3.9,bad,"),
+        "lab.csv:2: override: run 1 ends at 3 s, run 3 is held from 2 s; begin the hold later",
     ),
     "unknown column": (
         ("foundation,", "fundation,"),

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 import time
 from pathlib import Path
 
@@ -129,32 +128,6 @@ def test_excluded_run_stays_with_its_verdict():
     kept, left_out = find_runs(*arguments, by_hand=ByHand(exclusions=[(2, "slipped")]))
     assert not kept.excluded and left_out.excluded
     assert left_out.verdict.level == "ok" and left_out.verdict.texts == ("excluded: slipped",)
-
-
-@pytest.mark.parametrize(
-    ("by_hand", "line"),
-    [
-        (
-            {"overrides": [(3, 1.0, 2.0, "why")]},
-            "override: there is no run 3; name one of runs 1 to 2",
-        ),
-        ({"exclusions": [(7, "why"), (1, "why")]}, "exclude: there is no run 7; name one of runs 1 to 2"),
-        (
-            {"overrides": [(1, 0.5, 2.0, "why")]},
-            r"override: run 1, held from 2\.\d\d s, is released at 0\.5 s; "
-            r"give a release at least 0\.13 s later, then the end",
-        ),
-        (
-            {"overrides": [(1, 4.0, 99.0, "why")]},
-            r"override: run 1 ends at 99 s, the record at \d+\.\d{3} s; give an end within the record",
-        ),
-    ],
-)
-def test_overrides_that_fit_no_run(by_hand, line):
-    arguments, _ = record(one_run(), one_run())
-    with pytest.raises(FreerockError) as error:
-        find_runs(*arguments, by_hand=ByHand(**by_hand))
-    assert re.fullmatch(line, str(error.value))
 
 
 @pytest.mark.parametrize(

@@ -255,6 +255,7 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
         for channel, laser in zip(record.channels, record.lasers, strict=True):
             where = f"{csv}:{line}: {record.test}"
             yield from _channel(where, path, channel, block, campaign.lasers[laser], source.raw)
+        yield from _by_hand(f"{csv}:{line}: override", path, record)
 
 
 def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockError]:
@@ -311,6 +312,22 @@ def _channel(
     elif nominal and not USUAL.least_nominal * nominal < swept < USUAL.most_nominal * nominal:
         what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
+
+
+def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
+    """Doubts about runs set by hand: they end within the record."""
+    from freerock.records.read import read_record
+
+    if not record.overrides:
+        return
+    try:
+        end_s = float(read_record(path, record.channels[0] or None)["time"][-1])
+    except FreerockError:
+        return  # the job of the record says why
+    for number, _, run_end_s, *_ in record.overrides:
+        if run_end_s > end_s:
+            what = f"run {number} ends at {run_end_s:g} s, the record at {end_s:.3f} s"
+            yield FreerockError(where, what, "give times within the record")
 
 
 def _sensor(laser: LaserSection, raw: str) -> "Laser":

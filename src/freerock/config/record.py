@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,12 +10,10 @@ from typing import Any
 from pydantic import Field, ValidationInfo, field_validator
 
 from freerock.config.mistakes import FILL_IN, validate
-from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean, shown
+from freerock.config.override import RUN, read_overrides
+from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
 from freerock.config.yaml_lines import Key, read_text
 from freerock.errors import FreerockError
-
-RUN, SECONDS = "[0-9]{1,6}", r"[0-9]{1,9}(?:\.[0-9]{0,12})?"
-OVERRIDE = re.compile(f"({RUN})@({SECONDS}):({SECONDS})")
 
 
 class Record(Section):
@@ -37,7 +34,8 @@ class Record(Section):
     )
     override: str = Field(
         "",
-        description="nothing, or hand-set release and end in seconds, as 2@12.310:19.800; more after a ;",
+        description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
+        "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
     )
     reason: Text = Field("", description="why a run is excluded or overridden")
     note: Text = Field("", description="anything worth keeping")
@@ -49,19 +47,8 @@ class Record(Section):
 
     @field_validator("override")
     @classmethod
-    def _release_before_end(cls, override: Any) -> Any:
-        runs = []
-        for item in filter(None, override.split(";")):
-            match = OVERRIDE.fullmatch(item.strip())
-            if not match:
-                raise Invalid(
-                    f"{shown(item)} is not run@release:end", "give run and seconds, as 2@12.310:19.800"
-                )
-            if float(match[2]) >= float(match[3]):
-                raise Invalid(f"run {match[1]} ends before it is released", "give the release first")
-            runs.append(int(match[1]))
-        if len(set(runs)) < len(runs):
-            raise Invalid("a run is overridden twice", "give each run once")
+    def _override_is_understood(cls, override: Any) -> Any:
+        read_overrides(override)
         return override
 
     @field_validator("reason")
@@ -107,11 +94,11 @@ class Record(Section):
         return tuple((int(run), self.reason) for run in runs)
 
     @property
-    def overrides(self) -> tuple[tuple[int, float, float, str], ...]:
-        """(run, release [s], end [s], reason) of each run set by hand."""
+    def overrides(self) -> tuple[tuple[int, float, float, str, tuple[float, float] | None], ...]:
+        """(run, release [s], end [s], reason, hold [s] or None) of each run set by hand."""
         return tuple(
-            (int(run), float(release), float(end), self.reason)
-            for run, release, end in OVERRIDE.findall(self.override)
+            (run, release_s, end_s, self.reason, hold_s)
+            for run, release_s, end_s, hold_s in read_overrides(self.override)
         )
 
 

@@ -20,14 +20,13 @@ from freerock.identification.noise import LEVEL, against_rest, is_hopeless, nois
 from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
-from freerock.identification.swings import Top, tops_of
+from freerock.identification.swings import tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
+from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, Top
 
 LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
-TOP_STDERR_S = 2e-3  # of the instant of a top
-TOP_STDERR = 2e-3  # of its height, as a share
 
 
 class Disturbance(NamedTuple):

@@ -1,46 +1,20 @@
 """The swings of a measured run: how high each goes, and what that says of the base before any fit."""
 
-from itertools import pairwise
-from typing import NamedTuple
-
 import numpy as np
 
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
+from freerock.runs.tops import Top, find_tops
 
 LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
 CLEAR = 50.0  # standard deviations of the noise, likewise
-STANDS_OUT = 5.0  # and from here on a swing is one
-MIDDLE = 0.2  # of a swing on either side is left out where its top is looked for
 FEWEST = {4: 1, 6: 2, 9: 3}  # heights from which a curve of so high a degree leaves one to tell a tilt
-
-
-class Top(NamedTuple):
-    """The top of a swing: when [s], and how high with its sign [rad]."""
-
-    time_s: float
-    height: float
 
 
 def tops_of(motion: Motion) -> list[Top]:
     """The tops of the swings after the first, as long as they are high."""
-    known = np.isfinite(motion.theta)
-    t, theta = motion.time_s[known], motion.theta[known]
-    clear = np.flatnonzero(np.abs(theta) > STANDS_OUT * motion.sigma_theta)
-    begins = clear[1:][np.diff(theta[clear] > 0)]
     lowest = max(LEAST_PEAK * abs(motion.theta0), CLEAR * motion.sigma_theta)
-    found = []
-    for first, last in pairwise(begins):
-        margin = int(MIDDLE * (last - first))
-        time_s, arc = t[first + margin : last - margin], theta[first + margin : last - margin]
-        if time_s.size < 6:
-            break
-        fitted = np.polynomial.Polynomial.fit(time_s, arc, 4)(time_s)
-        top = int(np.argmax(np.abs(fitted)))
-        if abs(fitted[top]) < lowest:
-            break
-        found.append(Top(float(time_s[top]), float(fitted[top])))
-    return found
+    return find_tops(motion.time_s, motion.theta, motion.sigma_theta, lowest)
 
 
 def tilt_of_swings(block: Block, motion: Motion) -> float:

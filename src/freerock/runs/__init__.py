@@ -13,5 +13,6 @@ __all__ = [
     "noise",
     "quiet",
     "segment",
+    "tops",
     "verdict",
 ]

@@ -1,9 +1,51 @@
-"""What a person corrects in the runs of a record."""
+"""What a person corrects in the runs of a record, and how that goes together with what is found."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple
 
-from freerock.errors import FreerockError
+from freerock.runs.verdict import Reason
+
+
+class Override(NamedTuple):
+    """A run set by hand.
+
+    Parameters
+    ----------
+    number : int
+        What its author takes for its number, in the order of release.
+    release_s, end_s : float
+        Release and end [s].
+    reason : str
+    hold_s : (float, float), optional
+        From when to when it is held before [s].
+    """
+
+    number: int
+    release_s: float
+    end_s: float
+    reason: str
+    hold_s: tuple[float, float] | None = None
+
+
+class Planned(NamedTuple):
+    """A run of a record.
+
+    Parameters
+    ----------
+    found : int or None
+        Which of those that were found, from 0; None of one that was not.
+    override : Override or None
+        None of one that nobody set.
+    release_s, end_s : float
+        Release and end [s].
+    """
+
+    found: int | None
+    override: Override | None
+    release_s: float
+    end_s: float
 
 
 @dataclass(frozen=True)
@@ -12,38 +54,102 @@ class ByHand:
 
     Parameters
     ----------
-    overrides : sequence of (run, release_s, end_s, reason)
-        Release and end of a run [s].
-    exclusions : sequence of (run, reason)
+    overrides : sequence of (number, release_s, end_s, reason[, hold_s])
+        Runs set by hand, as `Override`.
+    exclusions : sequence of (number, reason)
         Runs left out: kept in the list and marked.
     """
 
-    overrides: Sequence[tuple[int, float, float, str]] = ()
+    overrides: Sequence[tuple[Any, ...]] = ()
     exclusions: Sequence[tuple[int, str]] = ()
-
-    def override_of(self, number: int) -> tuple[float, float, str] | None:
-        """Release and end of a run [s] and the reason, None where nobody set them."""
-        found = {number: (release_s, end_s, reason) for number, release_s, end_s, reason in self.overrides}
-        return found.get(number)
 
     def exclusion_of(self, number: int) -> str | None:
         """Why a run is left out, None where it is not."""
         return dict(self.exclusions).get(number)
 
-    def refuse_unknown(self, n_runs: int) -> None:
-        """Refuse to override or exclude runs that are not there."""
-        named = {
-            "override": {number for number, *_ in self.overrides},
-            "exclude": {number for number, _ in self.exclusions},
-        }
-        for key, numbers in named.items():
-            unknown = sorted(numbers - set(range(1, n_runs + 1)))
-            if unknown:
-                raise FreerockError(
-                    key,
-                    f"there is no run {', '.join(map(str, unknown))}",
-                    "name run 1, the only one" if n_runs == 1 else f"name one of runs 1 to {n_runs}",
-                )
+    def merged(self, found: Sequence[tuple[float, float]], record_end_s: float) -> list[Planned]:
+        """The runs of a record in the order of release.
+
+        A run set by hand takes the place of the one found at its time: whose release is the nearest of those
+        that rock while it does. Where there is none, or another has its place, it is added.
+
+        Parameters
+        ----------
+        found : sequence of (float, float)
+            Release and end of each run that was found [s].
+        record_end_s : float
+            Last instant of the record [s]; a run released after it is left out.
+        """
+        set_by_hand = [each for each in self._overrides if each.release_s < record_end_s]
+        places = [_place(each, found) for each in set_by_hand]
+        runs = [Planned(i, None, *times) for i, times in enumerate(found) if i not in places]
+        for i, each in enumerate(set_by_hand):
+            place = places[i] if places[i] not in places[:i] else None
+            runs.append(Planned(place, each, each.release_s, min(each.end_s, record_end_s)))
+        return sorted(runs, key=lambda run: run.release_s)
+
+    def doubts_about(self, runs: Sequence[Planned], record_end_s: float) -> list[list[Reason]]:
+        """What was set by hand and can't be so, of each run.
+
+        What meets no run stands with all of them. Arguments as of `merged`.
+        """
+        everywhere = list(self._in_vain(len(runs), record_end_s))
+        doubts = [[*everywhere] for _ in runs]
+        for number, (run, own) in enumerate(zip(runs, doubts, strict=True), 1):
+            if run.override:
+                own += _doubts(run.override, number, record_end_s)
+        kept = [number for number in range(1, len(runs) + 1) if self.exclusion_of(number) is None]
+        for one, other in pairwise(kept):
+            before, after = runs[one - 1], runs[other - 1]
+            if before.end_s <= after.release_s:
+                continue
+            times = (
+                f"run {one} ends at {before.end_s:.3f} s, run {other} is released at {after.release_s:.3f} s"
+            )
+            if before.override:
+                doubts[one - 1].append(_impossible(f"{times}: end it before, or exclude run {other}"))
+            elif after.override:
+                doubts[other - 1].append(_impossible(f"{times}: release it later, or exclude run {one}"))
+        return doubts
+
+    @property
+    def _overrides(self) -> list[Override]:
+        return sorted((Override(*each) for each in self.overrides), key=lambda each: each.release_s)
+
+    def _in_vain(self, n_runs: int, record_end_s: float) -> Iterator[Reason]:
+        """Runs named by hand that are not there."""
+        for each in self._overrides:
+            if each.release_s >= record_end_s:
+                text = f"override: run {each.number} is released at {each.release_s:g} s"
+                yield Reason("warn", "by_hand", f"{text}, the record ends at {record_end_s:.3f} s")
+        for number, _ in sorted(self.exclusions):
+            if not 1 <= number <= n_runs:
+                name = "name run 1, the only one" if n_runs == 1 else f"name one of runs 1 to {n_runs}"
+                yield Reason("warn", "by_hand", f"exclude: there is no run {number}: {name}")
+
+
+def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | None:
+    """Which of the runs found a run set by hand stands for, None for none."""
+    near = [
+        (abs(release_s - override.release_s), i)
+        for i, (release_s, end_s) in enumerate(found)
+        if release_s < override.end_s and end_s > override.release_s
+    ]
+    return min(near)[1] if near else None
+
+
+def _doubts(override: Override, number: int, record_end_s: float) -> Iterator[Reason]:
+    """What speaks against a run set by hand, whatever the others are."""
+    if override.number != number:
+        text = f"set by hand as run {override.number}, it is run {number} in the order of release"
+        yield Reason("warn", "renumbered", f"{text}: correct the number, and those in exclude")
+    if override.end_s > record_end_s:
+        text = f"set by hand to end at {override.end_s:g} s, the record ends at {record_end_s:.3f} s"
+        yield _impossible(f"{text}: give an end within the record")
+
+
+def _impossible(text: str) -> Reason:
+    return Reason("fail", "by_hand", text)
 
 
 NOTHING = ByHand()

@@ -12,6 +12,7 @@ import numpy as np
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
+from freerock.runs.beginning import Beginning
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, names_of
@@ -34,41 +35,45 @@ class Facts:
         What is wrong with it.
     block : Block or None
     limits : RunLimits
-    hold : Phase
+    beginning : Beginning
     rest : Phase or None
-        The phase of stillness that follows, None where the record ends before.
+        The phase of stillness that follows, None where the record ends before, or a run set by hand.
     level_before : float or None
         Level of the last rest before the hold [rad], None where there is none.
-    release : Release
     end_s : float
         End of the motion [s].
-    held : HeldAngle
     sigma_theta : float
         Standard deviation of the noise of θ [rad].
     n_impacts : int
     override, exclusion : str or None
         Why release and end were set by hand, and why the run was left out; None where they were not.
+    set_by_hand : sequence of Reason
+        What can't be as it was set by hand.
     """
 
     signal: Signal
     faults: Sequence[Fault]
     block: Block | None
     limits: RunLimits
-    hold: Phase
+    beginning: Beginning
     rest: Phase | None
     level_before: float | None
-    release: Release
     end_s: float
-    held: HeldAngle
     sigma_theta: float
     n_impacts: int
     override: str | None = None
     exclusion: str | None = None
+    set_by_hand: Sequence[Reason] = ()
 
     @property
-    def fit_start_s(self) -> float:
-        """First instant that a fit uses, after the finger has left the block [s]."""
-        return self.release.instant_s + self.limits.finger_s
+    def release(self) -> Release:
+        """The release."""
+        return self.beginning.release
+
+    @property
+    def held(self) -> HeldAngle:
+        """The held angle."""
+        return self.beginning.held
 
 
 Check = Callable[[Facts], Iterator[Reason]]
@@ -80,9 +85,15 @@ def verdict_on(run: Facts) -> Verdict:
 
 
 def overridden(run: Facts) -> Iterator[Reason]:
-    """Release and end set by hand: noted."""
+    """Release and end set by hand: noted, and what of it can't be."""
     if run.override is not None:
         yield Reason("ok", "overridden", f"overridden: {run.override}")
+    yield from run.set_by_hand
+
+
+def begun(run: Facts) -> Iterator[Reason]:
+    """A run begins with the release from a hold."""
+    yield from run.beginning.reasons
 
 
 def release_timed(run: Facts) -> Iterator[Reason]:
@@ -142,6 +153,8 @@ def hold_wanders(run: Facts) -> Iterator[Reason]:
 
 def ends_at_rest(run: Facts) -> Iterator[Reason]:
     """The motion ends at rest, where it was at rest before."""
+    if run.rest is None and run.override is not None:
+        return
     if run.rest is None:
         yield Reason("warn", "cut_short", "the record ends before the block is at rest")
     elif run.rest.kind != "rest":
@@ -157,7 +170,7 @@ def ends_at_rest(run: Facts) -> Iterator[Reason]:
 def faults_met(run: Facts) -> Iterator[Reason]:
     """No fault of the signal meets the run."""
     for fault in run.faults:
-        if not (fault.start_s < run.end_s and fault.end_s > run.hold.start_s):
+        if not (fault.start_s < run.end_s and fault.end_s > run.beginning.hold_start_s):
             continue
         angle = math.degrees(fault.angle)
         moved = abs(angle) > run.limits.max_rest_shift_deg
@@ -179,6 +192,7 @@ def excluded(run: Facts) -> Iterator[Reason]:
 
 CHECKS: tuple[Check, ...] = (
     overridden,
+    begun,
     release_timed,
     pushed,
     critical_angle,
@@ -195,7 +209,7 @@ CHECKS: tuple[Check, ...] = (
 def _not_free(run: Facts) -> str:
     """Which swing is not free, and why, "" if none."""
     t, theta, sigma = run.signal.t, run.signal.theta, run.sigma_theta
-    during = run.signal.during(run.fit_start_s, run.end_s)
+    during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     index = during.start + np.flatnonzero(np.abs(theta[during]) > SWING * sigma)
     if index.size == 0:
         return ""

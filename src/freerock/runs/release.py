@@ -11,7 +11,6 @@ import numpy as np
 from scipy.optimize import leastsq
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.rotation.still import Phase
 from freerock.runs.limits import RunLimits
 from freerock.runs.signal import Signal
@@ -94,44 +93,25 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     return Release(release, stderr, push, min(hold.end_s, release), timed)
 
 
-def release_by_hand(
-    number: int, hold: Phase, release_s: float, end_s: float, record_end_s: float, limits: RunLimits
-) -> Release:
-    """A release set by hand, times in seconds of the record.
-
-    Raises
-    ------
-    FreerockError
-        It comes too soon after the hold begins, or after the run ends; or the run ends beyond the record.
-    """
-    if not hold.start_s + limits.finger_s + MIN_BLOCKS * BLOCK_S < release_s < end_s:
-        raise FreerockError(
-            "override",
-            f"run {number}, held from {hold.start_s:.2f} s, is released at {release_s:g} s",
-            f"give a release at least {limits.finger_s + MIN_BLOCKS * BLOCK_S:.2f} s later, then the end",
-        )
-    if end_s > record_end_s:
-        raise FreerockError(
-            "override",
-            f"run {number} ends at {end_s:g} s, the record at {record_end_s:.3f} s",
-            "give an end within the record",
-        )
-    return Release(release_s, limits.finger_s, 0.0, release_s + limits.finger_s)
-
-
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:
-    """Held angle, its standard error and how far it wanders [rad], over the last part of the hold.
+    """Held angle over the last part of a hold; of the whole hold where that is too short."""
+    end = release_s - limits.finger_s
+    held = held_over(signal, max(hold.start_s, end - limits.held_s), end)
+    return held or HeldAngle(hold.level, hold.level_stderr, 0.0)
+
+
+def held_over(signal: Signal, start_s: float, end_s: float) -> HeldAngle | None:
+    """Held angle, its standard error and how far it wanders [rad], from one instant to another [s].
 
     Where means over `BLOCK_S` scatter clearly more than white noise would, the block moved, and may have
-    been released from anywhere within that motion.
+    been released from anywhere within that motion. None of fewer than `MIN_BLOCKS` such means.
     """
-    end = release_s - limits.finger_s
-    near = signal.during(max(hold.start_s, end - limits.held_s), end)
+    near = signal.during(start_s, end_s)
     held = signal.theta[near][np.isfinite(signal.theta[near])]
     size = max(1, round(BLOCK_S / (signal.t[1] - signal.t[0])))
     n = held.size // size
     if n < MIN_BLOCKS:
-        return HeldAngle(hold.level, hold.level_stderr, 0.0)
+        return None
     means = held[held.size - n * size :].reshape(n, size).mean(axis=1)
     variance, white = np.var(means, ddof=1), np.nanmean(signal.sigma[near]) ** 2 / size
     stderr = math.sqrt(variance / n + (variance if variance > 3 * white else 0.0))

@@ -7,6 +7,7 @@ the end of the motion from `ending`, the verdict from `checks`.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,14 +15,15 @@ from numpy.typing import ArrayLike
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
-from freerock.runs.by_hand import NOTHING, ByHand
+from freerock.runs.beginning import Beginning, begun_by_hand, from_hold
+from freerock.runs.by_hand import NOTHING, ByHand, Override, Planned
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
-from freerock.runs.release import find_release, held_angle, release_by_hand
+from freerock.runs.release import find_release
 from freerock.runs.signal import Signal, scatter, signal_of
-from freerock.runs.verdict import Verdict
+from freerock.runs.verdict import Reason, Verdict
 
 UNKNOWN = SignalQuality()
 
@@ -108,16 +110,32 @@ def find_runs(
     Raises
     ------
     FreerockError
-        No release found, a run overridden or excluded that is not there, or overridden beyond the record.
+        No release found, and none set by hand.
     """
     signal = signal_of(time_s, theta, sigma_theta, flags)
     phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
-    if not holds:
-        raise no_release(phases, block, signal, quality.faults)
-    by_hand.refuse_unknown(len(holds))
     search = _Search(signal, phases, block, quality, by_hand, limits)
-    return [search.run(number, hold) for number, hold in enumerate(holds, 1)]
+    found = [search.found(hold) for hold in holds]
+    record_end_s = float(signal.t[-1])
+    planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
+    if not planned:
+        raise no_release(phases, block, signal, quality.faults)
+    doubts = by_hand.doubts_about(planned, record_end_s)
+    return [
+        search.run(number, search.set_by_hand(each, found), own)
+        for number, (each, own) in enumerate(zip(planned, doubts, strict=True), 1)
+    ]
+
+
+class _Motion(NamedTuple):
+    """A run before it is judged: times in s, the rest that follows, the noise of θ in rad."""
+
+    begins: Beginning
+    end_s: float
+    rest: Phase | None
+    sigma_theta: float
+    override: Override | None = None
 
 
 @dataclass(frozen=True)
@@ -131,56 +149,78 @@ class _Search:
     by_hand: ByHand
     limits: RunLimits
 
-    def run(self, number: int, hold: Phase) -> Run:
+    def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
-        facts = self._facts(number, hold)
+        signal, limits = self.signal, self.limits
+        rest = next((each for each in self.phases if each.start_s > hold.mid_s and each is not hold), None)
+        still = core(signal, rest or hold, limits.window_s)
+        end_s = float(signal.t[-1])
+        if rest:
+            end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
+        begins = from_hold(signal, hold, find_release(signal, hold, end_s, limits), limits)
+        return _Motion(begins, end_s, rest, scatter(signal.theta[still]))
+
+    def set_by_hand(self, planned: Planned, found: Sequence[_Motion]) -> _Motion:
+        """A run as a person wants it; as it was found where nobody does."""
+        its = found[planned.found] if planned.found is not None else None
+        override, signal, limits = planned.override, self.signal, self.limits
+        if override is None:
+            assert its is not None
+            return its
+        begins = begun_by_hand(signal, override, its.begins if its else None, planned.end_s, limits)
+        follow = [each for each in self.phases if each.start_s > override.release_s]
+        rest = follow[0] if follow else None
+        if rest and rest.start_s > planned.end_s + (limits.window_s if rest.kind == "rest" else 0.0):
+            rest = None
+        sigma = its.sigma_theta if its else self._noise_near(planned.end_s)
+        return _Motion(begins, planned.end_s, rest, sigma, override)
+
+    def _noise_near(self, time_s: float) -> float:
+        """Standard deviation of the noise of θ [rad], from the rest nearest to an instant [s]."""
+        rests = [each for each in self.phases if each.kind == "rest"]
+        if not rests:
+            return float(np.nanmedian(self.signal.sigma))
+        nearest = min(rests, key=lambda each: abs(each.mid_s - time_s))
+        return scatter(self.signal.theta[core(self.signal, nearest, self.limits.window_s)])
+
+    def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
+        """A run with its verdict."""
+        facts = self._facts(number, motion, doubts)
+        begins = motion.begins
         return Run(
             number=number,
-            hold_start_s=hold.start_s,
-            release_s=float(facts.release.instant_s),
-            release_stderr_s=float(facts.release.stderr_s),
-            fit_start_s=float(facts.fit_start_s),
-            end_s=float(facts.end_s),
-            theta0=facts.held.theta0,
-            theta0_stderr=math.hypot(facts.held.stderr, self.quality.zero_stderr),
-            sigma_theta=facts.sigma_theta,
+            hold_start_s=begins.hold_start_s,
+            release_s=float(begins.release.instant_s),
+            release_stderr_s=float(begins.release.stderr_s),
+            fit_start_s=float(begins.fit_start_s),
+            end_s=float(motion.end_s),
+            theta0=begins.held.theta0,
+            theta0_stderr=math.hypot(begins.held.stderr, self.quality.zero_stderr),
+            sigma_theta=motion.sigma_theta,
             n_impacts=facts.n_impacts,
             verdict=verdict_on(facts),
             excluded=facts.exclusion is not None,
             overridden=facts.override is not None,
         )
 
-    def _facts(self, number: int, hold: Phase) -> Facts:
-        """What is found of the run that begins with a hold."""
-        signal, limits = self.signal, self.limits
-        rest = next((each for each in self.phases if each.start_s > hold.mid_s and each is not hold), None)
-        still = core(signal, rest or hold, limits.window_s)
-        sigma = scatter(signal.theta[still])
-        override = self.by_hand.override_of(number)
-        if override:
-            release_s, end_s, _ = override
-            release = release_by_hand(number, hold, release_s, end_s, signal.t[-1], limits)
-        else:
-            end_s = float(signal.t[-1])
-            if rest:
-                end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
-            release = find_release(signal, hold, end_s, limits)
-        free = signal.theta[signal.during(release.instant_s + limits.finger_s, end_s)]
-        side = np.sign(free[np.abs(free) > OUT_OF_NOISE * sigma])
-        before = [each for each in self.phases if each.kind == "rest" and each.end_s <= hold.start_s]
+    def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
+        """What is known of a run."""
+        signal, begins, end_s = self.signal, motion.begins, motion.end_s
+        free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
+        side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
+        before = [each for each in self.phases if each.kind == "rest" and each.end_s <= begins.hold_start_s]
         return Facts(
             signal=signal,
             faults=self.quality.faults,
             block=self.block,
-            limits=limits,
-            hold=hold,
-            rest=rest,
+            limits=self.limits,
+            beginning=begins,
+            rest=motion.rest,
             level_before=before[-1].level if before else None,
-            release=release,
             end_s=end_s,
-            held=held_angle(signal, hold, release.instant_s, limits),
-            sigma_theta=sigma,
+            sigma_theta=motion.sigma_theta,
             n_impacts=int(np.count_nonzero(np.diff(side))),
-            override=override[2] if override else None,
+            override=motion.override.reason if motion.override else None,
             exclusion=self.by_hand.exclusion_of(number),
+            set_by_hand=doubts,
         )

@@ -1,0 +1,98 @@
+"""The cell of a campaign's CSV that sets runs by hand: read, refused, and written again."""
+
+import re
+from collections.abc import Iterable
+from decimal import Decimal
+from itertools import pairwise
+from typing import NamedTuple
+
+from freerock.config.values import Invalid, shown
+
+RUN, SECONDS = "[0-9]{1,6}", r"([0-9]{1,9}(?:\.[0-9]{0,12})?)"
+ITEM = re.compile(rf"({RUN})\s*@\s*{SECONDS}\s*:\s*{SECONDS}(?:\s+hold\s+{SECONDS}\s*:\s*{SECONDS})?")
+AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
+
+
+class Override(NamedTuple):
+    """A run set by hand.
+
+    Parameters
+    ----------
+    run : int
+        Its number among all runs of the record, found or set by hand, in the order of release.
+    release_s, end_s : float
+        Release and end in the time of the record [s].
+    hold_s : (float, float) or None
+        From when to when it is held before [s], where θ0 is read; None leaves that to be found.
+    """
+
+    run: int
+    release_s: float
+    end_s: float
+    hold_s: tuple[float, float] | None = None
+
+
+def read_overrides(cell: str) -> tuple[Override, ...]:
+    """The runs that a cell sets by hand, in their order there.
+
+    A cell holds `run@release:end`, or `run@release:end hold from:to`, more after a `;`.
+
+    Raises
+    ------
+    Invalid
+        It is not understood, or its runs contradict one another: what is known before a record is read.
+    """
+    runs = tuple(_read(item.strip()) for item in cell.split(";") if item.strip())
+    for each in runs:
+        _check(each)
+    if len({each.run for each in runs}) < len(runs):
+        raise Invalid("a run is overridden twice", "give each run once")
+    for one, other in pairwise(sorted(runs)):
+        ends = f"run {one.run} ends at {one.end_s:g} s, run {other.run}"
+        if other.release_s <= one.release_s:
+            what = f"run {one.run} is released at {one.release_s:g} s"
+            what += f", run {other.run} at {other.release_s:g} s"
+            raise Invalid(what, "number runs in the order of release")
+        if other.release_s < one.end_s:
+            raise Invalid(f"{ends} is released at {other.release_s:g} s", "end it before")
+        if other.hold_s and other.hold_s[0] < one.end_s:
+            raise Invalid(f"{ends} is held from {other.hold_s[0]:g} s", "begin the hold later")
+    return runs
+
+
+def written_overrides(runs: Iterable[Override]) -> str:
+    """The cell that `read_overrides` reads as these runs."""
+    cells = []
+    for run, release_s, end_s, hold_s in runs:
+        hold = f" hold {_seconds(hold_s[0])}:{_seconds(hold_s[1])}" if hold_s else ""
+        cells.append(f"{run}@{_seconds(release_s)}:{_seconds(end_s)}{hold}")
+    return ";".join(cells)
+
+
+def _read(item: str) -> Override:
+    match = ITEM.fullmatch(item)
+    if not match:
+        what = f"{shown(item)} is not run@release:end, nor run@release:end hold from:to"
+        raise Invalid(what, f"give run and seconds, as {AS}")
+    release_s, end_s = float(match[2]), float(match[3])
+    hold_s = (float(match[4]), float(match[5])) if match[4] else None
+    return Override(int(match[1]), release_s, end_s, hold_s)
+
+
+def _check(each: Override) -> None:
+    """Refuse times of one run that are out of order."""
+    if each.run == 0:
+        raise Invalid("there is no run 0", "count from 1")
+    if each.release_s >= each.end_s:
+        raise Invalid(f"run {each.run} ends before it is released", "give the release first")
+    if each.hold_s and each.hold_s[0] >= each.hold_s[1]:
+        raise Invalid(f"the hold of run {each.run} ends before it begins", "give its begin first")
+    if each.hold_s and each.hold_s[1] > each.release_s:
+        what = f"run {each.run} is held until {each.hold_s[1]:g} s and released at {each.release_s:g} s"
+        raise Invalid(what, "end the hold before the release")
+
+
+def _seconds(time_s: float) -> str:
+    """A time with milliseconds at least, so that it is read as the same number."""
+    short = f"{time_s:.3f}"
+    return short if float(short) == time_s else format(Decimal(repr(time_s)), "f")

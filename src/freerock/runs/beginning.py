@@ -1,0 +1,123 @@
+"""Where a run begins: at the release from a hold, or at the first clean peak where no hold is seen."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.rotation.still import Phase
+from freerock.runs.by_hand import Override
+from freerock.runs.holds import UNSTEADY
+from freerock.runs.limits import RunLimits
+from freerock.runs.release import BLOCK_S, MIN_BLOCKS, HeldAngle, Release, held_angle, held_over
+from freerock.runs.signal import Signal
+from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, find_tops
+from freerock.runs.verdict import Reason
+
+HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples or more"
+LEAST_PEAK = 0.2  # of the largest angle seen: a run that begins lower says little
+
+
+class Beginning(NamedTuple):
+    """How a run begins.
+
+    Parameters
+    ----------
+    hold_start_s : float
+        From here on it is held [s].
+    release : Release
+    held : HeldAngle
+    fit_start_s : float
+        First instant that a fit uses [s].
+    reasons : tuple of Reason
+        What speaks against it.
+    """
+
+    hold_start_s: float
+    release: Release
+    held: HeldAngle
+    fit_start_s: float
+    reasons: tuple[Reason, ...] = ()
+
+
+def from_hold(signal: Signal, hold: Phase, release: Release, limits: RunLimits) -> Beginning:
+    """A run that begins with the release from a hold."""
+    held = held_angle(signal, hold, release.instant_s, limits)
+    return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s)
+
+
+def from_peak(signal: Signal, after_s: float, end_s: float, limits: RunLimits) -> Beginning | None:
+    """A run from its first clean peak: of a swing seen whole, after which hardly a sample is invalid.
+
+    Its height is the release angle, known to `TOP_STDERR`. None where there is no such peak.
+    """
+    during = signal.during(after_s, end_s)
+    t, theta = signal.t[during], signal.theta[during]
+    known = np.isfinite(theta)
+    if not known.any():
+        return None
+    noise, highest = float(np.median(signal.sigma[during][known])), float(np.abs(theta[known]).max())
+    for top in find_tops(t, theta, noise, LEAST_PEAK * highest):
+        swing = theta[slice(*np.searchsorted(t, (top.start_s, top.end_s)))]
+        later = theta[np.searchsorted(t, top.time_s) :]
+        if np.isfinite(swing).all() and np.mean(np.isnan(later)) <= limits.max_flagged_fraction:
+            release = Release(top.time_s, TOP_STDERR_S, 0.0, top.time_s)
+            held = HeldAngle(top.height, TOP_STDERR * abs(top.height), 0.0)
+            return Beginning(top.time_s, release, held, top.time_s)
+    return None
+
+
+def begun_by_hand(
+    signal: Signal, override: Override, found: Beginning | None, end_s: float, limits: RunLimits
+) -> Beginning:
+    """A run set by hand that ends at an instant [s]; `found` is how the one begins whose place it takes.
+
+    θ0 is read in the hold window that was given, else where the block stands still before the release; where
+    neither shows it, the run begins at its first clean peak.
+    """
+    release_s, end_of_hold_s = override.release_s, override.release_s - limits.finger_s
+    release = Release(release_s, limits.finger_s, 0.0, release_s + limits.finger_s)
+    if override.hold_s:
+        hold_start_s, end_of_hold_s = override.hold_s
+        since_s = hold_start_s
+    elif found and _is_its_hold(found, release_s, limits):
+        hold_start_s = found.hold_start_s
+        since_s = max(hold_start_s, end_of_hold_s - limits.held_s)
+    else:
+        since_s = hold_start_s = _still_since(signal, end_of_hold_s, limits.held_s)
+    held = held_over(signal, since_s, end_of_hold_s)
+    if held:
+        return Beginning(hold_start_s, release, held, release_s + limits.finger_s)
+    reasons: tuple[Reason, ...] = ()
+    if override.hold_s:
+        text = f"no hold is seen from {since_s:g} to {end_of_hold_s:g} s, where it was set by hand"
+        reasons = (Reason("fail", "by_hand", f"{text}: {HOLD_OF}"),)
+    peak = from_peak(signal, release_s, end_s, limits)
+    if peak:
+        text = f"no hold is seen before {release_s:g} s: the run begins at its first clean peak, "
+        text += f"{peak.release.instant_s:.3f} s"
+        return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
+    text = f"neither a hold before {release_s:g} s nor a clean peak after it is seen: {HOLD_OF}"
+    theta = signal.theta[signal.during(release_s, end_s)]
+    angle = float(next(iter(theta[np.isfinite(theta)]), 0.0))
+    reasons = (*reasons, Reason("fail", "by_hand", text))
+    return Beginning(
+        release_s, release, HeldAngle(angle, abs(angle), 0.0), release_s + limits.finger_s, reasons
+    )
+
+
+def _is_its_hold(found: Beginning, release_s: float, limits: RunLimits) -> bool:
+    """Whether a release follows the hold that was found, without free rocking between."""
+    shortest = limits.finger_s + MIN_BLOCKS * BLOCK_S
+    return found.hold_start_s + shortest < release_s < found.release.instant_s + limits.finger_s
+
+
+def _still_since(signal: Signal, until_s: float, most_s: float) -> float:
+    """From when on the block stands still up to an instant [s], looked for over no more than `most_s`."""
+    since_s, last = until_s, held_over(signal, until_s - (MIN_BLOCKS + 0.5) * BLOCK_S, until_s)
+    while last and since_s - BLOCK_S >= until_s - most_s:
+        theta = signal.theta[signal.during(since_s - BLOCK_S, since_s)]
+        theta = theta[np.isfinite(theta)]
+        if not theta.size or abs(theta.mean() - last.theta0) > UNSTEADY * abs(last.theta0):
+            break
+        since_s -= BLOCK_S
+    return since_s

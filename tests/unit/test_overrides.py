@@ -1,0 +1,220 @@
+"""Runs set by hand: the cell read and written again, ten cases of what it may ask for, what can't be done."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_segment import RATE_HZ, one_run, record
+
+from freerock.config.override import Override, read_overrides, written_overrides
+from freerock.runs.by_hand import ByHand
+from freerock.runs.segment import find_runs
+
+WHY = "why"
+
+
+@st.composite
+def cells(draw):
+    """Runs in order, as a cell may set them, with times of any digits."""
+    times = sorted(
+        draw(st.sets(st.floats(0, 1e6, allow_subnormal=False).map(lambda t: round(t, 9)), min_size=4))
+    )
+    runs = [times[i : i + 4] for i in range(0, len(times) - 3, 4)]
+    return tuple(
+        Override(number, release, end, (start, until) if draw(st.booleans()) else None)
+        for number, (start, until, release, end) in enumerate(runs, 1)
+    )
+
+
+@given(cells())
+def test_a_cell_is_written_as_it_was_read(runs):
+    assert read_overrides(written_overrides(runs)) == runs
+
+
+def test_cells_as_people_write_them():
+    assert written_overrides(read_overrides("2@8.75:16.0")) == "2@8.750:16.000"
+    assert read_overrides("") == ()
+    spaced = " 1 @ 2 : 3.5 ; 2@8.75:16 hold 7:8.5; "
+    assert read_overrides(spaced) == (Override(1, 2.0, 3.5), Override(2, 8.75, 16.0, (7.0, 8.5)))
+    assert written_overrides(read_overrides(spaced)) == "1@2.000:3.500;2@8.750:16.000 hold 7.000:8.500"
+
+
+def three():
+    """Arguments of find_runs for a record of three runs, their releases [s], and the runs as found."""
+    arguments, releases = record(one_run(), one_run(-9.0), one_run(8.0))
+    return arguments, releases, find_runs(*arguments)
+
+
+def by_hand(arguments, *overrides, exclusions=()):
+    """The runs that are found with such overrides."""
+    return find_runs(
+        *arguments, by_hand=ByHand([(*each[:3], WHY, *each[3:]) for each in overrides], exclusions)
+    )
+
+
+def hidden(arguments, release, hold_s=1.4):
+    """What lies above 3°, from before a hold until shortly after its release, is not seen."""
+    beyond = (arguments[0] > release - hold_s - 1.6) & (arguments[0] < release + 0.1)
+    arguments[3][beyond & (np.abs(arguments[1]) > math.radians(3))] = 1
+    return arguments
+
+
+def test_set_one_of_several():
+    arguments, (_, second, _), found = three()
+    one, two, three_ = by_hand(arguments, (2, second + 0.01, found[1].end_s))
+    assert (one, three_) == (found[0], found[2])
+    assert (two.release_s, two.end_s, two.overridden) == (second + 0.01, found[1].end_s, True)
+    assert math.degrees(two.theta0) == pytest.approx(-9.0, abs=0.002)
+    assert two.verdict.texts == ("overridden: why",)
+
+
+def test_add_a_run_whose_hold_is_hidden_with_the_window_in_which_it_is_seen():
+    arguments, (_, second, _), found = three()
+    window = (second - 1.2, second - 1.0)
+    seen = (arguments[0] > window[0]) & (arguments[0] < window[1])
+    hidden(arguments, second)[3][seen] = 0
+    assert [run.release_s for run in find_runs(*arguments)] == [found[0].release_s, found[2].release_s]
+    one, two, three_ = by_hand(arguments, (2, second, found[1].end_s, window))
+    assert [run.number for run in (one, two, three_)] == [1, 2, 3]
+    assert (one.release_s, three_.release_s) == (found[0].release_s, found[2].release_s)
+    assert math.degrees(two.theta0) == pytest.approx(-9.0, abs=0.002)
+    assert (two.hold_start_s, two.release_s) == (window[0], second)
+
+
+def test_add_a_run_whose_hold_is_hidden_altogether():
+    arguments, (_, second, _), found = three()
+    one, two, three_ = by_hand(hidden(arguments, second), (2, second, found[1].end_s))
+    assert (one.verdict.level, three_.verdict.level) == ("ok", "ok")
+    assert two.release_s > second + 0.2 and two.fit_start_s == two.release_s
+    assert two.verdict.level == "warn" and two.verdict.texts == (
+        "overridden: why",
+        f"no hold is seen before {second:g} s: the run begins at its first clean peak, {two.release_s:.3f} s",
+    )
+    near = np.abs(arguments[0] - two.release_s) < 0.01
+    assert two.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
+
+
+def test_split_a_run():
+    arguments, (first, _, _), found = three()
+    middle = first + 1.0
+    one, two, *others = by_hand(arguments, (1, first, middle), (2, middle, found[0].end_s))
+    assert (one.release_s, one.end_s) == (first, middle) and one.verdict.level == "ok"
+    assert middle < two.release_s < two.end_s == found[0].end_s
+    assert [(run.number, run.release_s) for run in others] == [
+        (3, found[1].release_s),
+        (4, found[2].release_s),
+    ]
+
+
+def test_a_caught_run_split_where_it_is_let_go_again():
+    """Held for 0.2 s at 5° between: too short a hold to be found, long enough to read θ0."""
+    (first, release), (second, again) = one_run(r=0.95), one_run(5.0, hold_s=0.2, tilt_s=0.0)
+    cut = round((release + 0.2) * RATE_HZ)
+    slowed = np.linspace(first[cut], math.radians(5.0), 30)
+    arguments, (at,) = record((np.concatenate([first[:cut], slowed, second]), release))
+    let_go = at + 0.2 + 0.03 + again
+    (found,) = find_runs(*arguments)
+    one, two = by_hand(arguments, (1, at, at + 0.2), (2, let_go, found.end_s))
+    assert one.verdict.level == "fail" and "0 impacts, fewer than 3" in one.verdict.texts
+    assert two.verdict.level == "ok" and math.degrees(two.theta0) == pytest.approx(5.0, abs=0.01)
+
+
+def test_renumber():
+    arguments, _, found = three()
+    one, two, three_ = by_hand(arguments, (3, found[0].release_s, found[0].end_s))
+    assert one.verdict.level == "warn" and one.verdict.texts[1] == (
+        "set by hand as run 3, it is run 1 in the order of release: correct the number, and those in exclude"
+    )
+    assert (two, three_) == (found[1], found[2])
+
+
+def test_exclusions_count_all_runs():
+    arguments, (_, second, _), found = three()
+    added = (2, second, found[1].end_s)
+    runs = by_hand(hidden(arguments, second), added, exclusions=[(3, "slid")])
+    assert [run.excluded for run in runs] == [False, False, True]
+
+
+def test_hold_window():
+    arguments, (first, _, _), found = three()
+    one, *_ = by_hand(arguments, (1, first, found[0].end_s, (first - 0.5, first - 0.3)))
+    assert one.hold_start_s == first - 0.5 and one.verdict.level == "ok"
+    assert math.degrees(one.theta0) == pytest.approx(10.0, abs=0.003)
+
+
+def cannot(what, others_from, *overrides, exclusions=()):
+    """What stands in the verdict of the run in question, and that the others are as found."""
+    arguments, _, found = three()
+    runs = by_hand(arguments, *overrides, exclusions=exclusions)
+    assert runs[others_from:] == found[others_from:]
+    assert runs[0].verdict.level == "fail" and runs[0].verdict.texts[1] == what
+
+
+def test_a_window_that_shows_no_hold():
+    _, (first, _, _), found = three()
+    window = (first - 0.5, first - 0.45)
+    cannot(
+        f"no hold is seen from {window[0]:g} to {window[1]:g} s, where it was set by hand: "
+        "give a hold window with 0.1 s of valid samples or more",
+        1,
+        (1, first, found[0].end_s, window),
+    )
+
+
+def test_a_run_that_ends_after_the_next_is_released():
+    _, (first, _, _), found = three()
+    end_s = found[1].release_s + 0.5
+    cannot(
+        f"run 1 ends at {end_s:.3f} s, run 2 is released at {found[1].release_s:.3f} s: "
+        "end it before, or exclude run 2",
+        1,
+        (1, first, end_s),
+    )
+
+
+def test_a_run_that_takes_the_place_of_two_where_one_is_excluded():
+    arguments, (first, _, _), found = three()
+    one, two, three_ = by_hand(arguments, (1, first, found[1].end_s), exclusions=[(2, "none")])
+    assert one.end_s == found[1].end_s and not any("exclude" in text for text in one.verdict.texts)
+    assert two.excluded and three_ == found[2]
+
+
+def test_a_run_that_ends_after_the_record():
+    arguments, (_, _, third), found = three()
+    *others, last = by_hand(arguments, (3, third, 99.0))
+    assert others == found[:2] and last.end_s == arguments[0][-1]
+    ends = f"the record ends at {arguments[0][-1]:.3f} s: give an end within the record"
+    assert last.verdict.level == "fail" and last.verdict.texts[1] == f"set by hand to end at 99 s, {ends}"
+
+
+def test_a_run_where_nothing_moves():
+    arguments, _, found = three()
+    still, *others = by_hand(arguments, (1, 0.2, 0.8))
+    assert [run.release_s for run in others] == [run.release_s for run in found]
+    assert still.verdict.level == "fail" and still.verdict.texts[1] == (
+        "neither a hold before 0.2 s nor a clean peak after it is seen: "
+        "give a hold window with 0.1 s of valid samples or more"
+    )
+
+
+@pytest.mark.parametrize(
+    ("overrides", "exclusions", "text"),
+    [
+        ([(4, 99.0, 101.0, WHY)], (), "override: run 4 is released at 99 s, the record ends at {:.3f} s"),
+        ((), [(7, WHY)], "exclude: there is no run 7: name one of runs 1 to 3"),
+    ],
+)
+def test_what_meets_no_run_is_warned_of_on_all(overrides, exclusions, text):
+    arguments, _, found = three()
+    runs = find_runs(*arguments, by_hand=ByHand(overrides, exclusions))
+    assert [run.release_s for run in runs] == [run.release_s for run in found]
+    assert all(run.verdict.texts == (text.format(arguments[0][-1]),) for run in runs)
+    assert all(run.verdict.level == "warn" for run in runs)
+
+
+def test_a_record_in_which_only_a_person_sees_a_run():
+    arguments, (release,) = record()
+    (run,) = by_hand(hidden(arguments, release), (1, release, release + 3))
+    assert run.verdict.level == "warn" and run.n_impacts > 3
