@@ -271,8 +271,13 @@ def _in_words(channel: ChannelLook) -> str:
     return f"{channel.name} ({unit}, {channel.rate_hz:g} Hz, {channel.duration_s:.1f} s)"
 
 
+def plain_name(stem: str) -> str:
+    """Name of the test of a file, from that of the file without its suffix."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: LONGEST_NAME - 5] or "test"
+
+
 def _test_name(stem: str, taken: set[str]) -> str:
-    plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: LONGEST_NAME - 5] or "test"
+    plain = plain_name(stem)
     name, number = plain, 1
     while name.casefold() in taken:
         number += 1

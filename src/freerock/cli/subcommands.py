@@ -16,6 +16,7 @@ from freerock.errors import FreerockError
 COMMANDS = {  # what each does, as `freerock --help` lists it
     "inspect": "show what is in a record file",
     "new-campaign": "begin a campaign from a folder of record files",
+    "add": "add record files to a campaign",
     "check": "check configuration and files in seconds, without running anything",
     "plan": "predict, before any test, how well each parameter will be known",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",

@@ -1,0 +1,306 @@
+"""freerock add: records that join a campaign, all or none, and what is refused."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, TdmsWriter
+
+from freerock.cli import add
+from freerock.cli import subcommands as cli
+from freerock.config.campaign import load_campaign
+from freerock.errors import FreerockError
+from freerock.files import listed_checksums, sha256, write_manifest
+
+YAML = """\
+title: Blocks
+origin: measured
+blocks:
+  tall: {height_m: 0.28, width_m: 0.07, mass_kg: 5.84}
+  squat: {height_m: 0.14, width_m: 0.07, mass_kg: 2.98}
+foundations:
+  mat: {}
+lasers:
+  high: {beam: horizontal, position_m: 0.12, range_m: 0.1}
+"""
+HEADER = "test,file,channel,block,foundation,laser,exclude,override,reason,note"
+FIRST = "first,first.tdms,,tall,mat,high,,,,"
+CSV = Path("config/campaigns/lab.csv")
+MANIFEST = Path("raw/lab/manifest.csv")
+
+
+def write(path, **channels):
+    """Channels as name=(unit, samples)."""
+    with TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                ChannelObject(
+                    "g",
+                    name,
+                    np.asarray(values, float),
+                    {"wf_increment": 1e-3, "wf_start_offset": 0.0, "unit_string": unit},
+                )
+                for name, (unit, values) in channels.items()
+            ]
+        )
+
+
+@pytest.fixture(autouse=True)
+def campaign(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder in ("config/campaigns", "raw/lab", "stick"):
+        Path(folder).mkdir(parents=True)
+    Path("config/campaigns/lab.yaml").write_text(YAML)
+    CSV.write_text(f"{HEADER}\n{FIRST}\n")
+    write("raw/lab/first.tdms", laser=("V", [5, 4]))
+    write_manifest("raw/lab", ["first.tdms"])
+    write("stick/second.tdms", laser=("V", [5, 3]))
+    write("stick/third-1.tdms", laser=("V", [5, 2]), load=("N", [1, 2]))
+
+
+def everything():
+    """Bytes by file, but for the log."""
+    return {path: path.read_bytes() for path in Path().rglob("*") if path.is_file() and path.name != cli.LOG}
+
+
+def refused(capsys, *words):
+    """The lines with which the command is refused; nothing is written then."""
+    before = everything()
+    assert cli.main(["add", "lab", *words]) == 1
+    assert everything() == before
+    return capsys.readouterr().err.splitlines()
+
+
+def test_records_are_copied_listed_and_written_down(capsys):
+    before = CSV.read_bytes()
+    files = ["stick/second.tdms", "stick/third-1.tdms"]
+    assert cli.main(["add", "lab", *files, "--block", "squat"]) == 0
+    assert CSV.read_bytes() == before + (
+        b"second,second.tdms,,squat,mat,high,,,,\nthird_1,third-1.tdms,laser,squat,mat,high,,,,\n"
+    )
+    for file in files:
+        assert Path("raw/lab", Path(file).name).read_bytes() == Path(file).read_bytes()
+    assert listed_checksums("raw/lab") == {
+        name: sha256(f"raw/lab/{name}") for name in ("first.tdms", "second.tdms", "third-1.tdms")
+    }
+    assert MANIFEST.read_text().splitlines()[-1].endswith(f",{Path(files[1]).stat().st_size}")
+    assert [record.test for record in load_campaign("config/campaigns/lab.yaml").records] == [
+        "first",
+        "second",
+        "third_1",
+    ]
+    assert capsys.readouterr().out.endswith(
+        f"\n\n{CSV}:3: second, second.tdms, squat, mat, high\n"
+        f"{CSV}:4: third_1, third-1.tdms, laser, squat, mat, high\n"
+        f"written: raw/lab/second.tdms, raw/lab/third-1.tdms, {MANIFEST}, {CSV}\n"
+        "next:    freerock check lab\n"
+    )
+    assert cli.main(["check", "lab"]) == 0
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+@pytest.mark.parametrize("ended", [True, False])
+def test_the_bytes_of_the_csv_stay(end, mark, ended):
+    lines = [
+        b"note,laser, test ,file,foundation,block",
+        b"# M\xc3\xa4rz",
+        b'"a, b",high,first,first.tdms,mat,tall',
+    ]
+    before = mark + end.join(lines) + (end if ended else b"")
+    CSV.write_bytes(before)
+    os.chmod(CSV, 0o640)
+    add.add_records(
+        "lab", ["stick/second.tdms"], {"block": "tall", "foundation": "", "laser": "", "channel": ""}
+    )
+    added = b",high,second,second.tdms,mat,tall" + end
+    assert CSV.read_bytes() == before + (b"" if ended else end) + added
+    assert CSV.stat().st_mode & 0o777 == 0o640
+
+
+def test_a_campaign_without_a_manifest_gets_one_of_the_new_files_only():
+    MANIFEST.unlink()
+    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
+    assert set(listed_checksums("raw/lab")) == {"second.tdms"}
+
+
+def test_a_file_that_lies_in_the_raw_folder_stays_where_it_is(capsys):
+    Path("raw/lab/day 2").mkdir()
+    path = Path("stick/second.tdms").rename("raw/lab/day 2/second.tdms")
+    assert cli.main(["add", "lab", str(path), "--block", "tall"]) == 0
+    assert CSV.read_text().splitlines()[-1] == "second,day 2/second.tdms,,tall,mat,high,,,,"
+    assert f"\nwritten: {MANIFEST}, {CSV}\n" in capsys.readouterr().out
+
+
+def test_what_a_killed_command_left_is_taken():
+    Path("raw/lab/second.tdms").write_bytes(Path("stick/second.tdms").read_bytes())
+    write_manifest("raw/lab", ["first.tdms", "second.tdms"])
+    manifest = MANIFEST.read_bytes()
+    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
+    assert MANIFEST.read_bytes() == manifest
+    assert CSV.read_text().endswith("\nsecond,second.tdms,,tall,mat,high,,,,\n")
+
+
+def test_an_old_checksum_is_not_renewed():
+    write("raw/lab/first.tdms", laser=("V", [5, 9]))
+    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
+    assert listed_checksums("raw/lab")["first.tdms"] != sha256("raw/lab/first.tdms")
+
+
+def test_two_lasers():
+    Path("config/campaigns/lab.yaml").write_text(
+        YAML + "  low: {beam: horizontal, position_m: 0.05, range_m: 0.1}\n"
+    )
+    write("stick/pair.tdms", up=("V", [5, 4]), down=("V", [5, 3]))
+    words = ["stick/pair.tdms", "--block", "tall", "--laser", "high;low", "--channel", "up;down"]
+    assert cli.main(["add", "lab", *words]) == 0
+    assert CSV.read_text().splitlines()[-1] == "pair,pair.tdms,up;down,tall,mat,high;low,,,,"
+
+
+def test_what_is_not_told_is_asked_for(capsys):
+    Path("config/campaigns/lab.yaml").write_text(
+        YAML.replace("  mat: {}", "  mat: {}\n  marble: {}")
+        + "  low: {beam: horizontal, position_m: 0.05, range_m: 0.1}\n"
+    )
+    assert refused(capsys, "stick/second.tdms") == [
+        "config/campaigns/lab.yaml: has the blocks tall, squat; say which with --block",
+        "config/campaigns/lab.yaml: has the foundations mat, marble; say which with --foundation",
+        "config/campaigns/lab.yaml: has the lasers high, low; say which with --laser",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("words", "lines"),
+    [
+        (
+            ["stick/second.tdms", "--block", "tal"],
+            ["--block: 'tal' is not a block of config/campaigns/lab.yaml; did you mean 'tall'?"],
+        ),
+        (
+            ["stick/gone.tdms", "stick/second.tdms", "stick/notes.docx", "--block", "tall"],
+            [
+                "stick/gone.tdms: no such file; "
+                "put it there, or correct the file column of the campaign's CSV",
+                "stick/notes.docx: unknown format '.docx'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, "
+                ".xlsx, .xlsm, .h5, .hdf5, .nc",
+            ],
+        ),
+        (
+            ["stick/second.tdms", "stick/copy.tdms", "--block", "tall"],
+            ["stick/copy.tdms: has the content of stick/second.tdms; leave one of them out"],
+        ),
+        (
+            ["stick/old.tdms", "--block", "tall"],
+            [
+                "stick/old.tdms: has the content of raw/lab/first.tdms, which is on line 2 of "
+                "config/campaigns/lab.csv already; leave it out"
+            ],
+        ),
+        (
+            ["stick/first.tdms", "--block", "tall"],
+            ["stick/first.tdms: raw/lab/first.tdms exists already and is another file; rename the file"],
+        ),
+        (
+            ["stick/First.csv", "--block", "tall"],
+            [
+                "stick/First.csv: its test would be called First, as that on line 2 of "
+                "config/campaigns/lab.csv; rename the file"
+            ],
+        ),
+        (
+            ["stick/third-1.tdms", "stick/third 1.tdms", "--block", "tall"],
+            [
+                "stick/third 1.tdms: its test would be called third_1, as that of stick/third-1.tdms; "
+                "rename the file"
+            ],
+        ),
+        (
+            ["stick/upper and lower.tdms", "--block", "tall"],
+            ["stick/upper and lower.tdms: has the channels upper, lower; say which with --channel"],
+        ),
+        (
+            ["stick/second.tdms", "--block", "tall", "--channel", "lazer"],
+            [
+                "stick/second.tdms: no channel 'lazer' that can be read; its channels are laser; "
+                "correct --channel"
+            ],
+        ),
+        (
+            ["stick/third-1.tdms", "--block", "tall", "--channel", "load"],
+            [
+                "stick/third-1.tdms: channel load of laser high: the channel's unit 'N' is not known; "
+                "declare it as units of the laser: V, mV, kV, mA, A, m, cm, mm, um, rad, mrad, deg"
+            ],
+        ),
+    ],
+)
+def test_what_can_not_be_added(capsys, words, lines):
+    Path("stick/notes.docx").write_text("notes")
+    Path("stick/copy.tdms").write_bytes(Path("stick/second.tdms").read_bytes())
+    Path("stick/old.tdms").write_bytes(Path("raw/lab/first.tdms").read_bytes())
+    write("stick/first.tdms", laser=("V", [5, 8]))
+    write("stick/third 1.tdms", laser=("V", [5, 7]))
+    write("stick/upper and lower.tdms", upper=("V", [5, 4]), lower=("V", [5, 3]))
+    Path("stick/First.csv").write_text("t / s;U / V\n" + "".join(f"{n};{n % 3}\n" for n in range(9)))
+    assert refused(capsys, *words) == lines
+
+
+def test_a_campaign_with_a_mistake_gets_nothing(capsys):
+    CSV.write_text(f"{HEADER}\n{FIRST.replace('tall', 'tal')}\n")
+    assert refused(capsys, "stick/second.tdms") == [
+        "config/campaigns/lab.csv:2: block: 'tal' is not a block of config/campaigns/lab.yaml; "
+        "did you mean 'tall'?"
+    ]
+
+
+def test_a_file_listed_with_another_content(capsys):
+    MANIFEST.write_text(f"{MANIFEST.read_text()}second.tdms,{'0' * 64},1\n")
+    assert refused(capsys, "stick/second.tdms", "--block", "tall") == [
+        "stick/second.tdms: raw/lab/manifest.csv lists another file of that name; rename the file"
+    ]
+
+
+def test_there_is_no_such_campaign(capsys):
+    assert cli.main(["add", "lob", "stick/second.tdms"]) == 1
+    assert capsys.readouterr().err == (
+        "config/config.yaml: campaigns: there is no campaign 'lob': config/campaigns/lob.yaml is missing; "
+        "did you mean 'lab'?\n"
+    )
+
+
+@pytest.mark.parametrize("at", [0, 1, 2, 3])
+def test_what_fails_half_way_is_undone(monkeypatch, at):
+    """Of two copies, the manifest and the CSV each fails in turn, and nothing of what came before stays."""
+    before, done = everything(), []
+    write_one, copy_one = add._replace, add._copy
+
+    def failing(step):
+        def tried(*arguments):
+            done.append(arguments)
+            if len(done) == at + 1:
+                raise FreerockError("disk", "is full", "free some space")
+            step(*arguments)
+
+        return tried
+
+    monkeypatch.setattr(add, "_copy", failing(copy_one))
+    monkeypatch.setattr(add, "_replace", failing(write_one))
+    assert cli.main(["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]) == 1
+    assert everything() == before
+
+
+def test_a_csv_that_changes_meanwhile_is_not_overwritten(monkeypatch, capsys):
+    copy_one = add._copy
+
+    def edited_meanwhile(*arguments):
+        CSV.write_text(f"{HEADER}\n{FIRST}wet\n")
+        copy_one(*arguments)
+
+    monkeypatch.setattr(add, "_copy", edited_meanwhile)
+    manifest = MANIFEST.read_bytes()
+    assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 1
+    assert capsys.readouterr().err == f"{CSV.resolve()}: was changed meanwhile; run the same command again\n"
+    assert CSV.read_text() == f"{HEADER}\n{FIRST}wet\n"
+    assert MANIFEST.read_bytes() == manifest
+    assert {path.name for path in Path("raw/lab").iterdir()} == {"first.tdms", "manifest.csv"}
