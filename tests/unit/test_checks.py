@@ -50,6 +50,8 @@ ONE_FACT = [
     ({"set_by_hand": [Reason("fail", "by_hand", "why")]}, "fail", "by_hand"),
     ({"set_by_hand": [Reason("warn", "renumbered", "why")]}, "warn", "renumbered"),
     ({"beginning": BEGUN._replace(reasons=(Reason("warn", "hold_unseen", "why"),))}, "warn", "hold_unseen"),
+    ({"beginning": BEGUN._replace(reasons=(Reason("warn", "braked", "why"),))}, "warn", "braked"),
+    ({"beginning": BEGUN._replace(reasons=(Reason("ok", "let_go_again", "why"),))}, "ok", "let_go_again"),
     ({"beginning": BEGUN._replace(release=GUESSED)}, "warn", "release_not_timed"),
     ({"beginning": BEGUN._replace(release=Release(3.0, 1e-4, 0.021, 3.0))}, "warn", "pushed"),
     ({"beginning": BEGUN._replace(release=Release(3.0, 1e-4, -0.021, 3.0))}, "warn", "held_back"),

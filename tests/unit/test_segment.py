@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import time
 from pathlib import Path
 
@@ -190,6 +191,70 @@ def test_faults_of_the_signal_count_against_the_runs_they_meet():
     )
     _, two = find_runs(*arguments, SignalQuality(faults=(Fault("aliasing", first + 3, 99.0, "120 Hz"),)))
     assert (two.verdict.level, two.verdict.texts) == ("warn", ("aliasing: 120 Hz",))
+
+
+@pytest.mark.parametrize("share", [0.95, 0.7, 0.4])
+def test_a_hold_beyond_the_range_begins_a_run_at_its_first_clean_peak(share):
+    arguments, releases = record(one_run(10.0), one_run(9.7), one_run(3.5))
+    t, theta, _, flags = arguments[:4]
+    flags[theta > math.radians(10.0) * share] = 4
+    runs = find_runs(*arguments)
+    assert [run.number for run in runs] == [1, 2, 3]
+    for run, release in zip(runs[:2], releases, strict=False):
+        assert release + 0.2 < run.release_s == run.fit_start_s < run.end_s
+        assert run.verdict.level == "warn" and run.verdict.texts[0] == (
+            f"no hold is seen (saturated): the run begins at its first clean peak, {run.release_s:.3f} s"
+        )
+        near = np.abs(t - run.release_s) < 0.005
+        assert run.theta0 == pytest.approx(np.mean(theta[near]), rel=run.theta0_stderr / abs(run.theta0))
+        assert not flags[(t > run.release_s) & (t < run.end_s)].any()
+    assert abs(runs[2].release_s - releases[2]) < 2e-3 and runs[2].verdict.level == "ok"
+
+
+def caught(after_s, stands_s, braked_to=0.0):
+    """A run whose block is stopped, or slowed to a share of its rate, and then free again."""
+    theta, release = one_run(r=0.95)
+    at = round((release + after_s) * RATE_HZ)
+    rate = (theta[at + 1] - theta[at - 1]) / 2 * RATE_HZ
+    n = round(stands_s * RATE_HZ)
+    if braked_to:
+        again = one_run(math.degrees(theta[at]), r=0.95, rate0=braked_to * rate, tilt_s=0.0, hold_s=0.0)[0]
+        return np.concatenate([theta[:at], again]), release
+    slows = theta[at] + rate * 0.015 * (1 - (1 - np.arange(30) / 30) ** 2)
+    again = one_run(math.degrees(slows[-1]), r=0.95, tilt_s=0.0, hold_s=0.0)[0]
+    return np.concatenate([theta[:at], slows, np.full(n, slows[-1]), again]), release
+
+
+@pytest.mark.parametrize("stands_s", [0.08, 0.2, 0.35])
+@pytest.mark.parametrize("after_s", [0.1, 0.2])
+def test_a_caught_block_is_released_where_it_is_let_go_again(after_s, stands_s):
+    arguments, (release,) = record(caught(after_s, stands_s))
+    (run,) = find_runs(*arguments)
+    again = release + after_s + 0.03 + stands_s
+    assert abs(run.release_s - again) < 4e-3
+    assert run.theta0 == pytest.approx(arguments[1][round((again - 0.01) * RATE_HZ)], abs=4 * SIGMA)
+    assert run.verdict.level == "ok"
+    if stands_s > 0.3:
+        return  # long enough for a hold like any other
+    assert run.verdict.names == ("let_go_again",)
+    stood_until = float(re.search(r"stood still until (.+) s:", run.verdict.texts[0])[1])
+    assert abs(stood_until - again) < 0.025
+
+
+def test_a_braked_block_rocks_freely_from_its_first_peak_on():
+    arguments, (release,) = record(caught(0.15, 0.0, braked_to=0.2))
+    (run,) = find_runs(*arguments)
+    assert run.verdict.level == "warn" and run.verdict.names == ("braked",)
+    assert f"was braked at {release + 0.15:.2f} s" in run.verdict.texts[0]
+    near = np.abs(arguments[0] - run.release_s) < 5e-3
+    assert run.theta0 < 0 and run.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
+
+
+@given(st.integers(0, 10**6), st.floats(4, 12), st.floats(0.6, 0.98), st.floats(0, 0.05))
+@settings(max_examples=40, deadline=None)
+def test_a_free_block_never_stops(seed, theta0_deg, r, creep_deg):
+    (run,) = find_runs(*record(one_run(theta0_deg, r, creep_deg=creep_deg), seed=seed)[0])
+    assert not {"let_go_again", "braked"} & {*run.verdict.names}
 
 
 def test_record_that_starts_during_a_run():

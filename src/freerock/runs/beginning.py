@@ -1,19 +1,22 @@
 """Where a run begins: at the release from a hold, or at the first clean peak where no hold is seen."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from freerock.rotation.still import Phase
+from freerock.rotation.still import MIN_PEAKS, Phase
 from freerock.runs.by_hand import Override
 from freerock.runs.holds import UNSTEADY
 from freerock.runs.limits import RunLimits
-from freerock.runs.release import BLOCK_S, MIN_BLOCKS, HeldAngle, Release, held_angle, held_over
-from freerock.runs.signal import Signal
+from freerock.runs.release import BLOCK_S, MIN_BLOCKS, HeldAngle, Release, find_release, held_angle, held_over
+from freerock.runs.signal import Signal, names_of
+from freerock.runs.stops import find_stop
 from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, find_tops
 from freerock.runs.verdict import Reason
 
 HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples or more"
+FROM_PEAK = "the run begins at its first clean peak"
 LEAST_PEAK = 0.2  # of the largest angle seen: a run that begins lower says little
 
 
@@ -39,10 +42,46 @@ class Beginning(NamedTuple):
     reasons: tuple[Reason, ...] = ()
 
 
-def from_hold(signal: Signal, hold: Phase, release: Release, limits: RunLimits) -> Beginning:
-    """A run that begins with the release from a hold."""
+def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> Beginning:
+    """A run that begins with the release from a hold and ends at an instant [s].
+
+    Where the block was stopped on its way, it begins there; where only slowed, at its first clean peak.
+    """
+    stop, reasons = find_stop(signal, hold, end_s), list[Reason]()
+    if stop:
+        fell = f"it fell by {math.degrees(stop.fallen):.2f}° and"
+        if stop.hold:
+            hold, text = stop.hold, f"{fell} stood still until {stop.end_s:.2f} s: the run begins there"
+            reasons.append(Reason("ok", "let_go_again", text))
+        elif peak := from_peak(signal, stop.end_s, end_s, limits):
+            text = f"{fell} was braked at {stop.start_s:.2f} s: the run begins at its first clean peak"
+            return peak._replace(
+                reasons=(Reason("warn", "braked", f"{text}, {peak.release.instant_s:.3f} s"),)
+            )
+    release = find_release(signal, hold, end_s, limits)
     held = held_angle(signal, hold, release.instant_s, limits)
-    return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s)
+    return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))
+
+
+def unseen(signal: Signal, gap: tuple[float, float], limits: RunLimits) -> Beginning | None:
+    """A run of a stretch in which the block rocks to rest [s], whose hold the sensor did not see.
+
+    Samples are invalid before its first clean peak, and from there on the swings fall.
+    """
+    begins = from_peak(signal, *gap, limits)
+    if begins is None:
+        return None
+    before = signal.during(gap[0], begins.release.instant_s)
+    during = signal.during(begins.release.instant_s, gap[1])
+    noise = float(np.median(signal.sigma[during]))
+    lowest = LEAST_PEAK * abs(begins.held.theta0)
+    tops = find_tops(signal.t[during], signal.theta[during], noise, lowest)
+    heights = np.abs([begins.held.theta0, *(top.height for top in tops)])
+    falls = bool(np.all(heights[2:] <= heights[:-2]))
+    if not signal.flags[before].any() or heights.size < MIN_PEAKS or not falls:
+        return None
+    text = f"no hold is seen{names_of(signal.flags[before])}: {FROM_PEAK}, {begins.release.instant_s:.3f} s"
+    return begins._replace(reasons=(Reason("warn", "hold_unseen", text),))
 
 
 def from_peak(signal: Signal, after_s: float, end_s: float, limits: RunLimits) -> Beginning | None:
@@ -93,8 +132,7 @@ def begun_by_hand(
         reasons = (Reason("fail", "by_hand", f"{text}: {HOLD_OF}"),)
     peak = from_peak(signal, release_s, end_s, limits)
     if peak:
-        text = f"no hold is seen before {release_s:g} s: the run begins at its first clean peak, "
-        text += f"{peak.release.instant_s:.3f} s"
+        text = f"no hold is seen before {release_s:g} s: {FROM_PEAK}, {peak.release.instant_s:.3f} s"
         return peak._replace(reasons=(*reasons, Reason("warn", "hold_unseen", text)))
     text = f"neither a hold before {release_s:g} s nor a clean peak after it is seen: {HOLD_OF}"
     theta = signal.theta[signal.during(release_s, end_s)]

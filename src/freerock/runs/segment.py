@@ -7,6 +7,7 @@ the end of the motion from `ending`, the verdict from `checks`.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -15,13 +16,12 @@ from numpy.typing import ArrayLike
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
-from freerock.runs.beginning import Beginning, begun_by_hand, from_hold
+from freerock.runs.beginning import Beginning, begun_by_hand, from_hold, unseen
 from freerock.runs.by_hand import NOTHING, ByHand, Override, Planned
 from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
-from freerock.runs.release import find_release
 from freerock.runs.signal import Signal, scatter, signal_of
 from freerock.runs.verdict import Reason, Verdict
 
@@ -116,7 +116,7 @@ def find_runs(
     phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
-    found = [search.found(hold) for hold in holds]
+    found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
     if not planned:
@@ -157,8 +157,29 @@ class _Search:
         end_s = float(signal.t[-1])
         if rest:
             end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
-        begins = from_hold(signal, hold, find_release(signal, hold, end_s, limits), limits)
+        begins = from_hold(signal, hold, end_s, limits)
         return _Motion(begins, end_s, rest, scatter(signal.theta[still]))
+
+    def with_unseen(self, found: Sequence[_Motion]) -> list[_Motion]:
+        """The runs found, and those whose hold the sensor did not see, in the order of time."""
+        signal, limits = self.signal, self.limits
+        again = [
+            run.begins.hold_start_s for run in found[1:]
+        ]  # from a hold the block may only come to the next
+        all_runs = [
+            run
+            for run, held_s in zip(found, [*again, math.inf], strict=False)
+            if run.begins.release.instant_s < held_s
+        ]
+        for before, rest in pairwise(self.phases):
+            apart = all(run.end_s <= before.end_s or run.begins.hold_start_s >= rest.start_s for run in found)
+            if rest.kind != "rest" or before.kind == "held" or not apart:
+                continue
+            still = core(signal, rest, limits.window_s)
+            end_s = end_of_motion(signal, still, before.end_s, rest.start_s + limits.window_s)
+            if begins := unseen(signal, (before.end_s, end_s), limits):
+                all_runs.append(_Motion(begins, end_s, rest, scatter(signal.theta[still])))
+        return sorted(all_runs, key=lambda run: run.begins.release.instant_s)
 
     def set_by_hand(self, planned: Planned, found: Sequence[_Motion]) -> _Motion:
         """A run as a person wants it; as it was found where nobody does."""
