@@ -45,13 +45,13 @@ def timed(model, truth, motion):
     return fit, clock.perf_counter() - begin
 
 
-def lsoda(model, block, parameters, time_s, *, theta0, solver, theta_rate=None, **_):
+def lsoda(model, block, parameters, time_s, *, theta0, solver, rates=None, **_):
     """As `freerock.models.simulate.simulate_theta`."""
     grid = np.union1d(0.0, time_s)
     theta = METHODS["SciPy LSODA, NumPy"](Problem(model, block, parameters, theta0), grid, solver.rtol).theta
     theta = np.interp(np.maximum(time_s, 0.0), grid, theta)
-    if theta_rate is not None:
-        theta_rate[:] = np.gradient(theta, time_s)
+    if rates is not None:
+        rates[:, 2] = np.gradient(theta, time_s)
     return theta, "completed"
 
 

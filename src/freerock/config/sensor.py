@@ -45,6 +45,18 @@ class LaserSection(Section):
         description="positive (clockwise) or negative: the side of the first swing after a rest, "
         "for a vertical beam between the corners, whose reading has no sign",
     )
+    response_ms: Number = Field(
+        0.0,
+        ge=0,
+        le=100,
+        description="the time in milliseconds over which the sensor averages, or the time constant of its "
+        "low pass; 0 where it takes none",
+    )
+    response: Literal["average", "low_pass"] = Field(
+        "average",
+        description="average (the mean over the time before, as of triangulation lasers) or low_pass (of the "
+        "first order; 159 ms over its bandwidth in Hz)",
+    )
     volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
     volts_at_end: Number = Field(
         10.0, validate_default=True, description="the volts at the end of the measuring range"

@@ -7,11 +7,13 @@ from scipy.interpolate import CubicSpline
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.identification.as_measured import as_measured
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PER_RUN
-from freerock.models.simulate import Solver, simulate_fitted
+from freerock.models.simulate import Solver
+from freerock.rotation.view import View
 
 SPAN = 0.3  # of the parameters around the identified ones, in logarithms
 CELLS = 25  # each way
@@ -27,6 +29,7 @@ def misfit_map(
     time_s: Floats,
     theta: Floats,
     debonding: str = "geometric",
+    view: View | None = None,
 ) -> MisfitMap:
     """ε_θ around the identified parameters of a law with two parameters.
 
@@ -44,6 +47,8 @@ def misfit_map(
         first one counts.
     debonding : str
         "geometric" or "tensionless".
+    view : View, optional
+        What the sensor makes of a motion.
 
     Raises
     ------
@@ -64,8 +69,8 @@ def misfit_map(
     for row, of_second in enumerate(second):
         for column, of_first in enumerate(first):
             at = known | {x: of_first, y: of_second}
-            theta_model[row, column] = simulate_fitted(
-                candidate.law, block, at, time_s, rules=rules, solver=Solver(RTOL)
+            theta_model[row, column] = as_measured(
+                candidate.law, block, at, time_s, view, rules=rules, solver=Solver(RTOL)
             )
     epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
     finer = np.exp(np.linspace(-SPAN, SPAN, FINER))

@@ -8,11 +8,11 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
+from freerock.identification.as_measured import as_measured
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.estimate import Estimate, of_single_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
-from freerock.models.simulate import simulate_fitted
 from freerock.runs.motion import Motion
 
 CASE = ["campaign", "test", "run", "block", "foundation", "model"]
@@ -56,11 +56,12 @@ def predictions(
         for own in alike:
             motion = measured[own.run]
             for basis, (parameters, n_runs) in _bases(own, alike, by_block):
-                theta = simulate_fitted(
+                theta = as_measured(
                     CANDIDATES[own.model].law,
                     blocks[own.block],
                     {"theta0": motion.theta0, **own.release, **parameters},
                     motion.time_s,
+                    motion.view,
                     rules=CANDIDATES[own.model].rules(debonding),
                 )
                 epsilon = epsilon_theta(motion.time_s, theta, motion.theta)

@@ -12,6 +12,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
+from freerock.identification.as_measured import as_measured
 from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, width_range
 from freerock.identification.settings import FitSettings, freed
 from freerock.identification.swings import tilt_of_swings
@@ -27,7 +28,7 @@ from freerock.models.laws import (
     law_of,
     parameter_of,
 )
-from freerock.models.simulate import Solver, simulate_fitted
+from freerock.models.simulate import Solver
 from freerock.runs.motion import Motion
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
@@ -242,10 +243,11 @@ class Problem:
         added: Mapping[str, float] | None = None,
         rate: Floats | None = None,
     ) -> Floats:
-        """Modelled θ of run i at the measured run's clock [rad]; an overturned block lies at ±π/2.
+        """Modelled θ of run i at the measured run's clock, as its sensor would have it [rad]; an overturned
+        block lies at ±π/2.
 
         `added` is what neither the law nor the fit has: a damping, or the tilt [SI]; `rate`, if given,
-        receives θ̇ [rad/s].
+        receives the rate of what is seen [rad/s].
         """
         value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
@@ -253,11 +255,12 @@ class Problem:
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
         wider = extended_by(self.model) if added and "tilt" not in added else None
-        return simulate_fitted(
+        return as_measured(
             CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],
             {**values, **(added or {})},
             time_s,
+            self.motions[i].view,
             rules=self.rules,
             solver=Solver(rtol or self.rtol),
             theta_rate=rate,

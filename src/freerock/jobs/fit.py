@@ -74,6 +74,7 @@ def make_fits(
     }
     pooled = _jointly(block, motions, fits, ladder, not_fitted) if settings["pooled"] else {}
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
+    attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
     if not_fitted:
         attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)

@@ -3,4 +3,4 @@
 A law is a row in `laws`, plain formulas in `contact` and compiled ones in `kernel`; `simulate` is the way in.
 """
 
-__all__ = ["block", "contact", "ground", "housner", "laws", "published", "simulate"]
+__all__ = ["block", "compiled", "contact", "ground", "housner", "laws", "published", "simulate"]

@@ -152,12 +152,12 @@ def simulate_theta(
     theta0: float,
     rules: Rules = GEOMETRIC,
     solver: Solver = SOLVER,
-    theta_rate: Floats | None = None,
+    rates: Floats | None = None,
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
     `parameters` may hold the tilt of the base besides [rad]: angles then count from where the block stands at
-    rest. `theta_rate`, shape (n_time,), receives θ̇ [rad/s] if given.
+    rest. `rates`, shape (n_time, 3), receives z_cb, ż_cb and θ̇ [m, m/s, rad/s] if given.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def simulate_theta(
     outcome : str
         As in `Response`.
     """
-    return _released(_Scene(model, block, parameters, None, rules, solver), theta0, time, theta_rate)
+    return _released(_Scene(model, block, parameters, None, rules, solver), theta0, time, rates)
 
 
 def simulate_fitted(
@@ -177,7 +177,7 @@ def simulate_fitted(
     *,
     rules: Rules = GEOMETRIC,
     solver: Solver = SOLVER,
-    theta_rate: Floats | None = None,
+    rates: Floats | None = None,
 ) -> Floats:
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
@@ -196,13 +196,13 @@ def simulate_fitted(
         theta0=values["theta0"],
         rules=rules,
         solver=solver,
-        theta_rate=theta_rate,
+        rates=rates,
     )
     lost = np.isnan(theta)
     if lost.any():
         theta[lost] = np.copysign(np.pi / 2, values["theta0"])
-        if theta_rate is not None:
-            theta_rate[lost] = 0.0
+        if rates is not None:
+            rates[lost] = 0.0
     return theta
 
 
@@ -331,27 +331,24 @@ class _Scene:
         )
 
 
-def _released(
-    scene: _Scene, theta0: float, time: Floats, theta_rate: Floats | None = None
-) -> tuple[Floats, str]:
-    """Rotation of a block released from rest, and how its motion ends; fills theta_rate if given."""
+def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:
+    """Rotation of a block released from rest, and how its motion ends; fills rates if given."""
     block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1])))
     if scene.motion is None and not scene.law.is_foundation:
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
-        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=theta_rate is not None)
-        if theta_rate is not None:
-            theta_rate[:] = rate
+        theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
+        if rates is not None:
+            rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
+            rates[:, 2] = rate
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
     if scene.law.is_foundation:
         depth, stands = static_depth(block, scene.foundation, theta0), lean(block, scene.foundation, tilt)
     theta = np.empty(time.size)
-    rates = NO_RATES if theta_rate is None else np.empty((time.size, 3))
-    outcome, *_ = scene.integrate(State(depth, 0.0, theta0 + stands, 0.0), time, theta, rates)
-    if theta_rate is not None:
-        theta_rate[:] = rates[:, 2]
+    start = State(depth, 0.0, theta0 + stands, 0.0)
+    outcome, *_ = scene.integrate(start, time, theta, NO_RATES if rates is None else rates)
     return theta - stands if tilt else theta, OUTCOMES[outcome]
 
 
@@ -380,13 +377,18 @@ def _about_corners(
         time,
         theta,
         theta_rate,
-        -block.b * side * np.sin(theta),
-        -block.b * side * np.cos(theta) * theta_rate,
+        *_corner_kept(block, theta, theta_rate),
         side.astype(np.int8),
         impacts,
         outcome,
         statistics,
     )
+
+
+def _corner_kept(block: Block, theta: Floats, theta_rate: Floats) -> tuple[Floats, Floats]:
+    """z_cb [m] and its rate [m/s] of a block that turns about its corners."""
+    side = np.sign(theta)
+    return -block.b * side * np.sin(theta), -block.b * side * np.cos(theta) * theta_rate
 
 
 def _housner_outcome(swings: Swings, time: Floats) -> str:

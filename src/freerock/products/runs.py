@@ -1,9 +1,14 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import xarray as xr
 
+from freerock.models.block import Block
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
+from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motion_of
 from freerock.runs.noise import noise_at_rest
@@ -43,6 +48,16 @@ def motions_in(record: xr.DataTree, with_noise: bool = False) -> dict[int, Motio
         rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
         noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
     return {run.number: motion_of(run, time_s, theta, sigma, noise) for run in runs}
+
+
+def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
+    """What the sensor made of the motion in a dataset of a record or of its fits."""
+    if not any(str(key).startswith("sensor_") for key in attrs):
+        return None
+    names = ("height_m", "width_m", "mass_kg", "contact_width_m")
+    return view_in(
+        attrs, Block(**{name: attrs[f"block_{name}"] for name in names if f"block_{name}" in attrs})
+    )
 
 
 def impacts_in(group: xr.DataTree) -> Impacts:

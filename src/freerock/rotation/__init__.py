@@ -4,4 +4,4 @@
 sensors and the geometry of their beams, flags of samples, faults of a signal, phases of stillness.
 """
 
-__all__ = ["beam", "calibration", "faults", "flags", "options", "rotation", "sensor", "still"]
+__all__ = ["beam", "calibration", "faults", "flags", "options", "rotation", "sensor", "still", "view"]

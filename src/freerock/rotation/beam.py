@@ -1,8 +1,8 @@
 """Where a beam meets the block: displacement of the target from rotation, and back.
 
-Kinematics: the block pivots, it turns as a rigid body about the corner that is down, and that corner neither
-slides nor sinks. (A guided base centre leaves the face b(1 - cos θ) behind; a corner that sinks reads as a
-beam higher by its depth: docs/physics.md, section 8.)
+Kinematics: the block pivots, it turns as a rigid body about the corner that is down, and that corner does not
+slide. (A guided base centre leaves the face b(1 - cos θ) behind: docs/physics.md, section 8.) Nor does it
+sink, where rotation is found from displacement: no single beam knows how deep it lies.
 """
 
 import numpy as np
@@ -13,7 +13,9 @@ from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 
 
-def displacement_from_rotation(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
+def displacement_from_rotation(
+    theta: ArrayLike, block: Block, laser: Laser, depth_m: Floats | float = 0.0
+) -> Floats:
     """Displacement of the target along the beam, positive away from the sensor, of a block that has turned.
 
     Origin under the base centre at rest, x to the right, y up. The half width is B, the corners turned about
@@ -37,21 +39,32 @@ def displacement_from_rotation(theta: ArrayLike, block: Block, laser: Laser) -> 
         Rotation [rad], positive clockwise.
     block : Block
     laser : Laser
+    depth_m : ndarray or float
+        How deep the corner turned about has sunk [m], see `displaced`.
 
     Returns
     -------
     ndarray
-        Displacement [m]; NaN where the beam is off the target.
+        Displacement [m]; NaN where the beam is off the target of a block that has not sunk.
     """
     theta = np.asarray(theta, float)
+    s = displaced(theta, block, laser, depth_m)
+    return np.where(on_target(theta, block, laser), s, np.nan)
+
+
+def displaced(theta: Floats, block: Block, laser: Laser, depth_m: Floats | float = 0.0) -> Floats:
+    """`displacement_from_rotation` of a target of any size.
+
+    A corner that has sunk by d lowers the block: a horizontal beam meets it as one at the height Y + d would
+    if it had not (F32), a vertical beam reads d more. d counts from the undeformed surface for a horizontal
+    beam, whose height does; from the block at rest, where it reads zero, for a vertical one.
+    """
     turn = -theta if mirrored(laser) else theta
     t = np.abs(turn)
     rise = 2 * np.sin(t / 2) ** 2 / np.cos(t)  # 1/cos - 1 without loss of digits
     if laser.beam == "horizontal":
-        s = laser.position * np.tan(turn) - _width(turn, block) * rise
-    else:
-        s = -(block.height_m * rise + _lever(turn, block, laser) * np.tan(t))
-    return np.where(_on_target(turn, block, laser), s, np.nan)
+        return np.asarray((laser.position + depth_m) * np.tan(turn) - _width(turn, block) * rise)
+    return np.asarray(depth_m - (block.height_m * rise + _lever(turn, block, laser) * np.tan(t)))
 
 
 def rotation_from_displacement(
@@ -79,20 +92,21 @@ def rotation_from_displacement(
     ndarray
         Rotation [rad], positive clockwise; NaN where the beam would be off the target, see there.
     """
-    s = np.asarray(displacement_m, float)
     with np.errstate(invalid="ignore", divide="ignore"):
-        if laser.beam == "horizontal":
-            y = laser.position
-            turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
-        else:
-            side = (
-                _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
-            )
-            a = _lever(side, block, laser)
-            root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
-            turn = 2 * side * np.arctan(np.where(s == 0, 0.0, -s / (a + root)))
-        turn = np.where(_on_target(turn, block, laser), turn, np.nan)
-    return -turn if mirrored(laser) else turn
+        theta = turned(np.asarray(displacement_m, float), block, laser, side)
+        return np.where(on_target(theta, block, laser), theta, np.nan)
+
+
+def turned(s: Floats, block: Block, laser: Laser, side: ArrayLike | None = None) -> Floats:
+    """`rotation_from_displacement` of a target of any size; NaN where no rotation displaces it so."""
+    if laser.beam == "horizontal":
+        y = laser.position
+        turn = 2 * np.arctan(s / (y + np.sqrt(y**2 + s * (s - 2 * _width(s, block)))))
+        return -turn if mirrored(laser) else turn
+    side = _side(s, block, laser) if side is None or not is_unsigned(block, laser) else np.asarray(side)
+    a = _lever(side, block, laser)
+    root = np.copysign(np.sqrt(a**2 + s * (s - 2 * block.height_m)), a)
+    return np.asarray(2 * side * np.arctan(np.where(s == 0, 0.0, -s / (a + root))))
 
 
 def is_unsigned(block: Block, laser: Laser) -> bool:

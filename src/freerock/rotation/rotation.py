@@ -18,8 +18,10 @@ from freerock.rotation.flags import FLAGS
 from freerock.rotation.one_laser import rotation_of_one
 from freerock.rotation.options import DEFAULTS, RotationOptions
 from freerock.rotation.reading import PIECE, Reading, Rotation, read_channel
+from freerock.rotation.response import delay_s
 from freerock.rotation.sensor import Laser
 from freerock.rotation.two_lasers import rotation_of_two
+from freerock.rotation.view import attributes, view_of
 from freerock.units import BASE
 
 if TYPE_CHECKING:
@@ -75,14 +77,15 @@ def find_rotation(
     Returns
     -------
     xarray.Dataset
-        Over dimension time: theta [rad] and sigma_theta [rad] (NaN where flagged), flags (sum of
+        Time is the record's less the delay of the laser's response. Over dimension time: theta [rad] and
+        sigma_theta [rad] (NaN where flagged), flags (sum of
         `flags.FLAGS`); what was recorded, named by its quantity (voltage [V], current [mA], displacement
         [m], rotation [rad]; of the second laser with _2); of two lasers translation [m] along the beams, away
         from the sensors. Over dimension fault, what is wrong with the signal and when: fault (name),
         fault_start and fault_end [s], fault_note, fault_angle [rad] (its effect on θ, NaN where unknown).
         Attributes: sampling_rate_hz, noise_v (white), mains_hz and mains_amplitude_v (0 if off), zero_v (mean
         reading at rest), zero_drift_v (its range), in _ma, _m or _rad for other quantities, of the first
-        laser; rest_phases (their number), zero_stderr_rad.
+        laser; rest_phases (their number), zero_stderr_rad; what `view.view_in` reads, as sensor_beam.
 
     Raises
     ------
@@ -101,7 +104,9 @@ def find_rotation(
         found = rotation_of_one(time_s, readings[0], lasers[0], block)
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
-    return _dataset(time_s, step, readings, found)
+    return _dataset(time_s - _delay_s(lasers), step, readings, found).assign_attrs(
+        attributes(view_of(lasers, block))
+    )
 
 
 def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) -> list[Floats]:
@@ -117,6 +122,17 @@ def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) 
             "name a channel for each laser",
         )
     return signals
+
+
+def _delay_s(lasers: Sequence[Laser]) -> float:
+    """By how much the record is late [s]."""
+    times = {(laser.response_ms, laser.response) for laser in lasers}
+    if len(times) > 1:
+        raise FreerockError(
+            "laser signal", "the two lasers differ in their response", "give both the same response_ms"
+        )
+    response_ms, kind = times.pop()
+    return delay_s(response_ms / 1e3, kind)
 
 
 def _stated(units: str | Sequence[str] | None, lasers: Sequence[Laser]) -> list[str]:

@@ -9,6 +9,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.flags import Limits
+from freerock.rotation.response import KINDS
 from freerock.units import CHANNEL_UNITS
 
 
@@ -33,6 +34,10 @@ class Laser:
     release_side : str
         "positive" (clockwise) or "negative": side of the first swing after every rest; used only where the
         reading has no sign, for a vertical beam between the corners.
+    response_ms : float
+        Time over which the sensor averages, or time constant of its low pass [ms]; 0 where it takes none.
+    response : str
+        "average" (the mean over the time before) or "low_pass" (of the first order).
     units : str
         Unit of the channel, one of `units.CHANNEL_UNITS`; "" as the file states it.
     sensitivity_per_mm : float
@@ -59,6 +64,8 @@ class Laser:
     face: str = "left"
     sign: int = 1
     release_side: str = "positive"
+    response_ms: float = 0.0
+    response: str = "average"
     units: str = ""
     sensitivity_per_mm: float | None = None
     calibration: Calibration | None = None
@@ -83,6 +90,10 @@ class Laser:
                     f"{getattr(self, key)!r} is unknown",
                     f"use one of {', '.join(str(choice) for choice in choices if choice not in ('', None))}",
                 )
+        if not self.response_ms >= 0:
+            raise FreerockError(
+                "laser.response_ms", f"{self.response_ms:g} ms", "give the time as a positive number, or 0"
+            )
         if self.is_rotation:
             return
         if not self.beam or self.position_m is None:
@@ -152,6 +163,7 @@ _CHOICES = {
     "face": ("left", "right"),
     "sign": (1, -1),
     "release_side": ("positive", "negative"),
+    "response": KINDS,
     "units": ("", *CHANNEL_UNITS),
 }
 

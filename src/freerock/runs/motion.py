@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.rotation.view import View
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
@@ -31,6 +32,8 @@ class Motion:
     noise : Noise, optional
         What the sensor does at rest (`noise.noise_at_rest`); None where no rest was seen: then the noise is
         taken to be white, of sigma_theta.
+    view : View, optional
+        What the sensor makes of a motion; None where it shows the rotation as it is.
     """
 
     time_s: Floats
@@ -41,10 +44,16 @@ class Motion:
     t0_stderr: float = 0.0
     fit_start_s: float = 0.0
     noise: Noise | None = None
+    view: View | None = None
 
 
 def motion_of(
-    run: Run, time_s: Floats, theta: Floats, sigma_theta: Floats, noise: Noise | None = None
+    run: Run,
+    time_s: Floats,
+    theta: Floats,
+    sigma_theta: Floats,
+    noise: Noise | None = None,
+    view: View | None = None,
 ) -> Motion:
     """What a fit takes of a run.
 
@@ -56,6 +65,8 @@ def motion_of(
     noise : Noise, optional
         At rest, as loud as usual in the record (`quiet.quiet_stretches`); during the run it is as much louder
         as sigma_theta is.
+    view : View, optional
+        What the sensor makes of a motion.
     """
     during = (time_s >= run.release_s) & (time_s <= run.end_s)
     if noise is not None:
@@ -69,4 +80,5 @@ def motion_of(
         t0_stderr=run.release_stderr_s,
         fit_start_s=run.fit_start_s - run.release_s,
         noise=noise,
+        view=view,
     )

@@ -1,0 +1,64 @@
+"""Modelled rotation as the sensor of a run would have it, to compare like with like."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.models.contact import Foundation
+from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.simulate import SOLVER, Solver, simulate_fitted
+from freerock.rotation.view import View
+
+STEP_S = 1e-5  # of the difference quotient of what is seen
+
+
+def as_measured(
+    law: str,
+    block: Block,
+    values: Mapping[str, float],
+    time_s: Floats,
+    view: View | None,
+    *,
+    rules: Rules = GEOMETRIC,
+    solver: Solver = SOLVER,
+    theta_rate: Floats | None = None,
+) -> Floats:
+    """Rotation [rad], shape (n_time,), under what a fit finds, as the sensor would have it.
+
+    theta0 in `values` is the angle at which the block is seen before its release. `theta_rate`, shape
+    (n_time,), receives the rate of what is seen [rad/s] if given. All else as in
+    `freerock.models.simulate.simulate_fitted`; without a view it is that.
+    """
+    turning = replace(block, contact_width_m=float(values["width"])) if "width" in values else block
+    foundation = Foundation.of(values) if LAWS[law].is_foundation else None
+    if view is None or view.is_plain(turning, foundation):
+        rates = None if theta_rate is None else np.empty((len(time_s), 3))
+        theta = simulate_fitted(law, block, values, time_s, rules=rules, solver=solver, rates=rates)
+        if theta_rate is not None and rates is not None:
+            theta_rate[:] = rates[:, 2]
+        return theta
+    beside = view.moments[0][:, None]
+    values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
+    every = (time_s + beside).ravel()
+    rates = None if foundation is None and theta_rate is None else np.empty((every.size, 3))
+    if len(beside) == 1:
+        theta = simulate_fitted(law, block, values, every, rules=rules, solver=solver, rates=rates)
+    else:
+        order = np.argsort(every, kind="stable")
+        theta = simulate_fitted(law, block, values, every[order], rules=rules, solver=solver, rates=rates)
+        back = np.argsort(order, kind="stable")
+        theta, rates = theta[back], None if rates is None else rates[back]
+    theta = theta.reshape(len(beside), -1)
+    if rates is None:
+        return view.seen(theta, theta, turning, foundation)
+    z_cb, z_cb_rate, rate = rates.T.reshape(3, len(beside), -1)
+    if theta_rate is not None:
+        later, earlier = (
+            view.seen(theta + step * rate, z_cb + step * z_cb_rate, turning, foundation)
+            for step in (STEP_S, -STEP_S)
+        )
+        theta_rate[:] = (later - earlier) / (2 * STEP_S)
+    return view.seen(theta, z_cb, turning, foundation)

@@ -1,0 +1,103 @@
+"""The geometry of `beam` number by number, compiled: fits ask for it thousands of times.
+
+Angles and displacements are those of the left face and of the top; who asks mirrors the right face. A beam
+is (1 where it is vertical or 0, position, height, half width B, half distance b of the corners turned about,
+that of the corners expected), all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
+"""
+
+import math
+from typing import Any
+
+from freerock.models.compiled import compiled
+
+CLOSE = 1e-14  # share of a reading to which the angle of a held block is found
+MOST = 12  # secants to that
+STILL = 1e-12  # rad: a horizontal beam shows it as it is
+BEYOND = 1.5  # rad: the block has fallen
+Number = Any
+
+
+@compiled(forceinline=True)
+def sine_cosine(x: Number) -> Number:
+    """sin and cos; for |x| < 0.6 by Taylor's polynomials, to 1e-14."""
+    if not abs(x) < 0.6:
+        return math.sin(x), math.cos(x)
+    q = x * x
+    q2 = q * q
+    sine = (1 - q / 6) + q2 * ((1 / 120 - q / 5040) + q2 * ((1 / 362880 - q / 39916800) + q2 / 6227020800))
+    cosine = (1 - q / 2) + q2 * ((1 / 24 - q / 720) + q2 * ((1 / 40320 - q / 3628800) + q2 / 479001600))
+    return x * sine, cosine
+
+
+@compiled(forceinline=True)
+def displaced(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number:
+    """`beam.displaced`: (F30) to (F32); sunk is the depth of the base centre where it sinks, else 0."""
+    vertical, place, height, edge, corner, _ = beam
+    sine, cosine = sine_cosine(turn)
+    half, slope = sine / (1 + cosine), sine / cosine
+    if sinks:
+        sunk += corner * abs(sine)
+    if vertical:
+        lever = corner - place if turn > 0 else corner + place
+        return sunk - abs(slope) * (height * abs(half) + lever)
+    width = edge + corner if turn > 0 else edge - corner
+    return slope * (place + sunk - width * half)
+
+
+@compiled(forceinline=True)
+def turned(s: Number, near: Number, beam: Number) -> Number:
+    """`beam.turned`, on the side of a rotation near to it."""
+    vertical, place, height, edge, _, corner = beam
+    if vertical:
+        side = 1.0 if near > 0 else -1.0
+        lever = corner - side * place
+        root = math.copysign(math.sqrt(lever * lever + s * (s - 2 * height)), lever)
+        half = -side * s / (lever + root) if s != 0 else 0.0
+    else:
+        width = edge + corner if s > 0 else edge - corner
+        half = s / (place + math.sqrt(place * place + s * (s - 2 * width)))
+    q = half * half
+    if q < 0.01:  # of the arctangent's series what is left out is below 1e-15 of it
+        return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
+    return 2 * math.atan(half)
+
+
+@compiled()
+def seen(
+    theta: Number, z_cb: Number, weights: Number, rests: Number, sign: Number, beam: Number, out: Number
+) -> None:
+    """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks."""
+    sinks = rests == rests
+    for i in range(out.size):
+        mean = reading = 0.0
+        for j in range(weights.size):
+            mean += weights[j] * sign * theta[j, i]
+        if not beam[0] and not abs(mean) > STILL:  # denormals of a long rest are slow
+            out[i] = sign * mean
+            continue
+        for j in range(weights.size):
+            turn = sign * theta[j, i]
+            sunk = z_cb[j, i] - rests if sinks else 0.0
+            reading += weights[j] * displaced(turn, sunk, sinks, beam)
+        found = turned(reading, mean, beam)
+        out[i] = sign * (found if abs(mean) < BEYOND and found == found else mean)
+
+
+@compiled()
+def released(turn: Number, load: Number, rests: Number, beam: Number) -> Number:
+    """`view.View.released`; load is m g/k, the weight over the stiffness [m²], 0 where no corner sinks."""
+    expected = (*beam[:4], beam[5], beam[5])
+    reading = displaced(turn, 0.0, False, expected)
+    before, error_before, now = turn, math.nan, turn
+    for i in range(MOST):
+        sunk = 0.0
+        if load > 0:
+            lift, flat = beam[4] * abs(math.sin(now)), load / (2 * beam[4])
+            sunk = flat if flat >= lift else math.sqrt(2 * load * abs(math.sin(now))) - lift
+            sunk -= rests
+        error = displaced(now, sunk, load > 0, beam) - reading
+        if abs(error) <= CLOSE * abs(reading) or error == error_before:
+            break
+        slope = (error - error_before) / (now - before) if i > 0 else reading / turn
+        before, error_before, now = now, error, now - error / slope
+    return now

@@ -1,0 +1,113 @@
+"""What a sensor makes of a motion: a corner that sinks, and the time that the sensor takes."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import Foundation, static_depth
+from freerock.rotation import beam_kernel
+from freerock.rotation.beam import mirrored
+from freerock.rotation.response import moments
+from freerock.rotation.sensor import Laser
+
+KEYS = ("beam", "position_m", "face", "release_side", "response_ms", "response")
+
+
+@dataclass(frozen=True)
+class View:
+    """How the rotation of a record came about.
+
+    Parameters
+    ----------
+    block : Block
+        By whose corners a displacement became a rotation.
+    laser : Laser
+        Its beam and the time it takes. Without a beam what is measured is the rotation itself, or depends on
+        no depth, as what two lasers do.
+    """
+
+    block: Block
+    laser: Laser
+
+    @cached_property
+    def moments(self) -> tuple[Floats, Floats]:
+        """Instants beside that of a sample [s] and their weights: the sensor gives their mean."""
+        return moments(self.laser.response_ms / 1e3, self.laser.response)
+
+    def is_plain(self, block: Block, foundation: Foundation | None) -> bool:
+        """Whether the rotation of such a block is seen as it is."""
+        sees_corners = self.laser.beam is not None and (foundation is not None or block != self.block)
+        return len(self.moments[0]) == 1 and not sees_corners
+
+    def seen(self, theta: Floats, z_cb: Floats, block: Block, foundation: Foundation | None) -> Floats:
+        """Rotation as the record has it [rad], shape (n_time,).
+
+        The reading of each moment by (F30) to (F32), the mean of the readings, and the rotation that a block
+        would have to which this reading belongs and whose corners are those expected and do not sink.
+
+        Parameters
+        ----------
+        theta, z_cb : ndarray, shape (n_moments, n_time)
+            Rotation [rad] and depth of the base centre [m].
+        block : Block
+            That which turns; it may have other corners than the one expected.
+        foundation : Foundation or None
+            What its corners sink into.
+        """
+        weights = self.moments[1]
+        if self.laser.beam is None:
+            return np.asarray(weights @ theta)
+        out = np.empty(theta.shape[1])
+        rests = math.nan if foundation is None else self._rests(block, foundation)
+        beam_kernel.seen(theta, z_cb, weights, rests, self._sign, self._beam(block), out)
+        return out
+
+    def released(self, theta0: float, block: Block, foundation: Foundation | None) -> float:
+        """Rotation [rad] of a block at rest that is seen at an angle [rad], found by secants."""
+        if self.laser.beam is None or theta0 == 0:
+            return theta0
+        load = rests = 0.0
+        if foundation is not None:
+            load, rests = block.mass_kg * GRAVITY / foundation.k, self._rests(block, foundation)
+        return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, self._beam(block)))
+
+    @property
+    def _sign(self) -> float:
+        return -1.0 if mirrored(self.laser) else 1.0
+
+    def _beam(self, block: Block) -> tuple[float, ...]:
+        """What `beam_kernel` takes."""
+        vertical = 1.0 if self.laser.beam == "vertical" else 0.0
+        return (vertical, self.laser.position, block.height_m, block.width_m / 2, block.b, self.block.b)
+
+    def _rests(self, block: Block, foundation: Foundation) -> float:
+        """Depth from which the beam counts [m]: see `beam.displaced`."""
+        return static_depth(block, foundation, 0.0) if self.laser.beam == "vertical" else 0.0
+
+
+def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
+    """How the rotation comes about from the channel of a laser, or of two; None where it is seen as it is."""
+    first = lasers[0]
+    own = {key: getattr(first, key) for key in KEYS}
+    if len(lasers) > 1 or first.beam is None:
+        own |= {"beam": None, "position_m": None, "units": "rad"}
+    view = View(block, Laser(**own))
+    return None if view.laser.beam is None and len(view.moments[0]) == 1 else view
+
+
+def attributes(view: View | None) -> dict[str, Any]:
+    """How a dataset tells what `view_in` reads; texts and numbers."""
+    found = {f"sensor_{key}": getattr(view.laser, key) for key in KEYS} if view else {}
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def view_in(attrs: Mapping[Any, Any], block: Block) -> View:
+    """The view of a dataset with such attributes, of the block expected."""
+    own = {key: attrs[f"sensor_{key}"] for key in KEYS if f"sensor_{key}" in attrs}
+    return View(block, Laser(**own, units="" if "beam" in own else "rad"))

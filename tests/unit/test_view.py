@@ -1,0 +1,200 @@
+"""What a sensor makes of a motion: closed forms, a corner that sinks, derivatives of what is seen."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from freerock.errors import FreerockError
+from freerock.identification.as_measured import as_measured
+from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import Foundation, static_depth
+from freerock.models.simulate import Solver
+from freerock.rotation.beam import displaced, rotation_from_displacement
+from freerock.rotation.response import delay_s, moments
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View, attributes, view_in, view_of
+
+BLOCK = Block(0.28, 0.07, 5.84)
+SOIL = Foundation(6.88e6, 0.0, 1.3e8)
+PARAMETERS = {"k": SOIL.k, "lambda": SOIL.lam}
+LEFT = Laser("horizontal", 0.2, 0.1)
+BEAMS = {
+    "left": LEFT,
+    "right": replace(LEFT, face="right"),
+    "low": Laser("horizontal", 0.09, 0.1),
+    "top": Laser("vertical", 0.02, 0.1),
+    "outrigger": Laser("vertical", -0.15, 0.1),
+}
+
+
+def largest(name: str) -> float:
+    """An angle [rad] at which the beam is on its target, on either side."""
+    return 0.17 if BEAMS[name].beam == "horizontal" else 0.05
+
+
+def read_by(laser: Laser, theta: float, z_cb: float) -> float:
+    """Displacement of the target of a block turned and sunk, by its corners in the plane."""
+    right = theta > 0
+    turn = np.array([[math.cos(theta), math.sin(theta)], [-math.sin(theta), math.cos(theta)]])
+    corner = np.array([BLOCK.b if right else -BLOCK.b, -z_cb - BLOCK.b * abs(math.sin(theta))])
+
+    def place(x: float, y: float) -> np.ndarray:
+        return corner + turn @ (np.array([x, y]) - [BLOCK.b if right else -BLOCK.b, 0.0])
+
+    if laser.beam == "vertical":
+        far = 1.0 if laser.position > 0 else -1.0
+        (x0, y0), (x1, y1) = place(-far, BLOCK.height_m), place(far, BLOCK.height_m)
+        met = y0 + (y1 - y0) * (laser.position - x0) / (x1 - x0)
+        return BLOCK.height_m - met - BLOCK.mass_kg * GRAVITY / (2 * BLOCK.b * SOIL.k)
+    side = -BLOCK.b if laser.face == "left" else BLOCK.b
+    (x0, y0), (x1, y1) = place(side, 0.0), place(side, BLOCK.height_m)
+    met = x0 + (x1 - x0) * (laser.position - y0) / (y1 - y0)
+    return (met - side) * (1 if laser.face == "left" else -1)
+
+
+@pytest.mark.parametrize("name", BEAMS)
+@pytest.mark.parametrize("share", [1.0, 0.2, -0.2, -1.0])
+def test_a_block_that_sinks_is_seen_where_the_beam_meets_it(name, share):
+    laser, theta = BEAMS[name], share * largest(name)
+    z_cb = static_depth(BLOCK, SOIL, theta)
+    view = View(BLOCK, laser)
+    side = math.copysign(1, theta)
+    expected = rotation_from_displacement(read_by(laser, theta, z_cb), BLOCK, laser, side)
+    seen = view.seen(np.array([[theta]]), np.array([[z_cb]]), BLOCK, SOIL)
+    assert_allclose(seen, expected, rtol=1e-11)
+    assert abs(seen[0] - theta) > 1e-5  # and it matters
+
+
+@pytest.mark.parametrize("name", BEAMS)
+def test_worn_corners_are_seen_by_the_corners_expected(name):
+    worn = replace(BLOCK, contact_width_m=0.06)
+    theta = np.linspace(0.01, 0.2, 7)
+    side = np.ones(7)
+    expected = rotation_from_displacement(displaced(theta, worn, BEAMS[name]), BLOCK, BEAMS[name], side)
+    assert_allclose(View(BLOCK, BEAMS[name]).seen(theta[None], theta[None], worn, None), expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("name", BEAMS)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_held_angle_is_the_one_that_is_seen(name, sign):
+    view, theta0 = View(BLOCK, BEAMS[name]), sign * largest(name)
+    true = view.released(theta0, BLOCK, SOIL)
+    z_cb = static_depth(BLOCK, SOIL, true)
+    assert_allclose(view.seen(np.array([[true]]), np.array([[z_cb]]), BLOCK, SOIL), theta0, rtol=1e-13)
+
+
+@pytest.mark.parametrize("laser", [LEFT, replace(LEFT, response_ms=4.0), BEAMS["top"]])
+def test_mirrored_motions_are_seen_mirrored(laser):
+    mirrored = (
+        replace(laser, face="right") if laser.beam == "horizontal" else replace(laser, position_m=-0.02)
+    )
+    time_s = np.linspace(0, 2, 501)
+    one, other = (
+        as_measured("hunt_crossley", BLOCK, PARAMETERS | {"theta0": sign * 0.17}, time_s, View(BLOCK, own))
+        for sign, own in ((1, laser), (-1, mirrored))
+    )
+    assert_allclose(one, -other, rtol=0, atol=1e-12)
+
+
+def test_an_averaged_sine_is_late_and_smaller():
+    rate, time_s, response_s = 2 * math.pi * 40.0, np.linspace(0, 0.1, 50), 4e-3
+    for kind in ("average", "low_pass"):
+        beside, weights = moments(response_s, kind)
+        found = weights @ np.sin(rate * (time_s + beside[:, None]))
+        late = time_s + delay_s(response_s, kind)  # the clock of the record
+        if kind == "average":
+            x = late - response_s / 2
+            exact = np.sin(rate * x) * np.sinc(rate * response_s / 2 / math.pi)
+            assert_allclose(found, exact, rtol=0, atol=2e-6)
+        else:
+            exact = np.imag(np.exp(1j * rate * late) / (1 + 1j * rate * response_s))
+            assert_allclose(found, exact, rtol=0, atol=0.06)
+    slow = 2 * math.pi * 5.0
+    beside, weights = moments(response_s, "low_pass")
+    exact = np.imag(np.exp(1j * slow * (time_s + response_s)) / (1 + 1j * slow * response_s))
+    assert_allclose(weights @ np.sin(slow * (time_s + beside[:, None])), exact, rtol=0, atol=1e-6)
+
+
+def test_a_parabola_is_averaged_exactly():
+    beside, weights = moments(6e-3)
+    assert_allclose(weights @ (1.0 + 3 * beside + 50 * beside**2), 1.0 + 50 * 6e-3**2 / 12, rtol=1e-14)
+    assert weights.sum() == pytest.approx(1.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("laser", [LEFT, replace(LEFT, response_ms=4.0), Laser(units="deg", response_ms=4.0)])
+@pytest.mark.parametrize("law", ["hunt_crossley", "housner"])
+def test_the_rate_is_that_of_what_is_seen(laser, law):
+    values = (PARAMETERS if law == "hunt_crossley" else {"r": 0.94, "width": 0.068}) | {"theta0": 0.17}
+    time_s, step, view = np.linspace(0.01, 2, 300), 1e-6, view_of([laser], BLOCK)
+    rate = np.empty(time_s.size)
+
+    def seen(at: np.ndarray, **more: np.ndarray) -> np.ndarray:
+        return as_measured(law, BLOCK, values, at, view, solver=Solver(1e-11), **more)
+
+    seen(time_s, theta_rate=rate)
+    quotient = (seen(time_s + step) - seen(time_s - step)) / (2 * step)
+    assert (
+        np.quantile(np.abs(rate - quotient), 0.95) < 2e-4
+    )  # the rest is beside the impacts of a rigid block
+
+
+def test_without_a_beam_nothing_changes():
+    time_s = np.linspace(0, 2, 200)
+    values = PARAMETERS | {"theta0": 0.17}
+    assert view_of([Laser(units="deg")], BLOCK) is None
+    assert view_of([LEFT, replace(LEFT, position_m=0.1)], BLOCK) is None
+    plain = as_measured("hunt_crossley", BLOCK, values, time_s, None)
+    rigid = {"r": 0.95, "theta0": 0.17}
+    assert not np.array_equal(plain, as_measured("hunt_crossley", BLOCK, values, time_s, View(BLOCK, LEFT)))
+    assert np.array_equal(
+        as_measured("housner", BLOCK, rigid, time_s, None),
+        as_measured("housner", BLOCK, rigid, time_s, View(BLOCK, LEFT)),
+    )
+
+
+def test_an_overturned_block_lies():
+    values = PARAMETERS | {"theta0": math.radians(14.5)}
+    theta = as_measured("hunt_crossley", BLOCK, values, np.linspace(0, 5, 50), View(BLOCK, LEFT))
+    assert theta[-1] == pytest.approx(math.pi / 2)
+
+
+@pytest.mark.parametrize("laser", [*BEAMS.values(), Laser(units="rad", response_ms=2.0, response="low_pass")])
+def test_a_dataset_tells_the_view(laser):
+    view = view_of([laser], BLOCK)
+    again = view_in(attributes(view), BLOCK)
+    values, time_s = PARAMETERS | {"theta0": 0.17}, np.linspace(0, 1, 100)
+    assert np.array_equal(
+        as_measured("hunt_crossley", BLOCK, values, time_s, view),
+        as_measured("hunt_crossley", BLOCK, values, time_s, again),
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"response_ms": -1.0},
+            "laser.response_ms: -1 ms; give the time as a positive number, or 0",
+        ),
+        ({"response": "slow"}, "laser.response: 'slow' is unknown; use one of average, low_pass"),
+    ],
+)
+def test_a_response_that_no_sensor_has(changes, message):
+    with pytest.raises(FreerockError) as error:
+        replace(LEFT, **changes)
+    assert str(error.value) == message
+
+
+def test_two_lasers_of_different_response():
+    lasers = [LEFT, replace(LEFT, position_m=0.1, response_ms=4.0)]
+    time_s = np.arange(4000) / 1000
+    with pytest.raises(FreerockError) as error:
+        find_rotation(time_s, np.random.default_rng(1).normal(5, 0.002, (2, 4000)), lasers, BLOCK)
+    assert (
+        str(error.value)
+        == "laser signal: the two lasers differ in their response; give both the same response_ms"
+    )
