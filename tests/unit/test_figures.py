@@ -287,6 +287,24 @@ def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_sh
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["fitted to the run itself"]
 
 
+def test_predictions_have_tick_labels_in_each_panel(datasets):
+    """Of five models two stand in a second row, and the third of the first row has no panel below."""
+    frame, epsilon = predicted(datasets)
+    more = {"winkler": "winkler_pivoting", "hunt_crossley": "hunt_crossley_pivoting"}
+    rivals = [table[table["model"].isin(more)].replace({"model": more}) for table in (frame, epsilon)]
+    figure, _ = predictions.draw(
+        pd.concat([frame, rivals[0]]), pd.concat([epsilon, rivals[1]]), "simulated", LABELS
+    )
+    figure.draw_without_rendering()
+    drawn = [ax for ax in figure.axes if ax.axison]
+    assert len(drawn) == 5
+    for ax in drawn:
+        assert any(
+            tick.label1.get_visible() and tick.label1.get_text() for tick in ax.xaxis.get_major_ticks()
+        )
+    assert [bool(ax.get_xlabel()) for ax in drawn] == [False, False, True, True, True]
+
+
 @pytest.mark.parametrize("failed", [["housner", "winkler", "hunt_crossley"], None])
 def test_no_prediction_at_all_says_why(failed):
     epsilon = epsilon_table([fits(failed_record()) if failed is None else fits(record(), failed)])

@@ -157,7 +157,7 @@ def test_without_joint_fits_the_tables_are_run_by_run(datasets):
     assert r"\begin{tabular}{lllll}" in latex(table2_text(nothing), "Nothing")
 
 
-def test_models_that_most_runs_reject_are_marked(datasets):
+def test_models_that_most_runs_reject_or_ask_for_are_marked(datasets):
     tidy = tidy_tables(*datasets)
     runs = tidy["parameters"].loc[lambda frame: frame["test"] == "b1_marble", "run"].unique()
     numbers = [run for run in runs if run != "pooled"]
@@ -177,11 +177,16 @@ def test_models_that_most_runs_reject_are_marked(datasets):
         for printed in list(printed_tables(frames, "simulated").values())[1:]:
             told = [model for model in printed.text["Model"] if model.endswith("†")]
             assert told == ["Winkler †"] * second.loc[second["rejected"], "run"].nunique()
+            chosen = [model for model in printed.text["Model"] if model.endswith("‡")]
+            assert chosen == ["Winkler ‡"] * second.loc[second["selected"], "run"].nunique()
+            assert any(note.startswith("‡ The one chosen") for note in printed.notes) == bool(chosen)
             assert any(note.startswith("† Rejected by most of the runs") for note in printed.notes) == bool(
                 told
             )
-        return set(second.loc[second["rejected"], "run"])
+        assert not (second["rejected"] & second["selected"]).any()
+        return tuple(set(second.loc[second[status], "run"]) for status in ("rejected", "selected"))
 
-    assert marked({"pooled", numbers[0]}) == set()
-    assert marked(set(numbers)) == {"pooled"}
-    assert marked(set(numbers[1:]), joint=False) == set(numbers[1:])
+    assert marked({"pooled", numbers[0]}) == (set(), set())
+    assert marked(set(numbers)) == ({"pooled"}, set())
+    assert marked({"pooled"}) == (set(), {"pooled"})
+    assert marked(set(numbers[1:]), joint=False) == (set(numbers[1:]), set(numbers[:1]))

@@ -208,6 +208,20 @@ def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     assert len(pd.read_csv(tmp_path / "plan.csv")) == len(frame)
 
 
+def test_only_what_is_expected_of_a_foundation_has_a_panel():
+    one = table({"hunt_crossley": {"k": 1e7, "lambda": 1e8}}, durations_s=(1,)).assign(foundation="hard")
+    other = table({"housner": {"r": 0.9}}, durations_s=(1,)).assign(foundation="soft")
+    (page,), _ = draw(pd.concat([one, other], ignore_index=True))
+    assert [ax.get_title(loc="left") for ax in page.axes] == [
+        "Hunt–Crossley k",
+        "Hunt–Crossley λ",
+        "Housner r",
+    ]
+    assert [bool(ax.get_xlabel()) for ax in page.axes] == [False, True, True]
+    assert [ax.get_ylabel().split("\n")[0] for ax in page.axes] == ["hard", "", "soft"]
+    assert all(ax.lines for ax in page.axes)
+
+
 def test_a_restitution_per_impact_is_planned_as_one(tmp_path):
     def plain(keys):
         keys["plan"]["expected"] = {name: {"housner": {"r": 0.9}} for name in keys["foundations"]}

@@ -1,6 +1,7 @@
 """Quantities, calibrations and pairs of lasers: the same motion, however it was measured."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -222,6 +223,13 @@ def test_a_zero_that_moves(moved, name):
     between = 0.05 if name == "rest_shift" else 0.05 * (13 - 1.3) / 14
     assert fault.angle == pytest.approx(between * 0.01 / 0.2, rel=0.2)
     assert found.attrs["zero_stderr_rad"] > abs(fault.angle) / 5
+
+
+def test_a_zero_that_moves_names_the_one_of_two_lasers():
+    moved = np.where(TIME > 6.3, 0.05, 0.0)
+    found = find_rotation(TIME, [volts(HIGH, 1), volts(LOW, 2) + moved], (HIGH, LOW), BLOCK)
+    (fault,) = [fault for fault in listed_faults(found) if fault.name == "rest_shift"]
+    assert re.fullmatch(rf"laser at {LOW.position:g} m: \+0\.05\d* V", fault.note)
 
 
 def test_a_line_that_is_not_from_the_mains_is_named():

@@ -181,13 +181,17 @@ def test_faults_of_the_signal_count_against_the_runs_they_meet():
     arguments, (first, second) = record(one_run(), one_run())
     faults = (
         Fault("rest_shift", second - 1, second + 1, "+0.01 V", math.radians(0.06)),
+        Fault("rest_shift", second - 1, second + 1, "laser at 0.06 m: +0.01 V", math.radians(-0.07)),
         Fault("drift", second - 1, second + 1, "+0.001 V", math.radians(0.01)),
+        Fault("drift", second - 1, second + 1, "laser at 0.06 m: -0.01 V", math.radians(0.08)),
         Fault("mains_interference", 0.0, 99.0, "50 Hz"),
     )
     one, two = find_runs(*arguments, SignalQuality(faults=faults))
     assert one.verdict.level == "ok"
     assert two.verdict.texts == (
         "the rest position has moved by +0.060°: the block may have slid or twisted",
+        "the rest position has moved by -0.070° (by the laser at 0.06 m): the block may have slid or twisted",
+        "the zero drifts by +0.080° (by the laser at 0.06 m)",
     )
     _, two = find_runs(*arguments, SignalQuality(faults=(Fault("aliasing", first + 3, 99.0, "120 Hz"),)))
     assert (two.verdict.level, two.verdict.texts) == ("warn", ("aliasing: 120 Hz",))

@@ -20,8 +20,8 @@ def datasets():
 
 def test_runs_have_the_columns_of_the_contract(datasets):
     assert ",".join(runs_table(datasets[0])) == (
-        "campaign,test,run,block,foundation,origin,theta0_deg,release_s,duration_s,n_impacts,sigma_theta_deg,"
-        "verdict,reasons,excluded"
+        "campaign,test,run,block,foundation,origin,theta0_deg,release_s,duration_s,n_impacts,n_restitution,"
+        "sigma_theta_deg,verdict,reasons,excluded"
     )
 
 

@@ -5,6 +5,7 @@ import os
 import pytest
 from small_campaign import simulated
 
+from freerock.cli import subcommands as cli
 from freerock.files import sha256
 from freerock.virtual_lab.tdms import write_record
 
@@ -100,6 +101,29 @@ def test_edited_code(checkout, path, jobs):
 def test_new_record(checkout):
     write_record(checkout / "raw/small/second.tdms", simulated("squat", 7))
     append(checkout, CSV, "second,second.tdms,,squat,mat,low,,,,\n")
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_line_inserted_anywhere_with_a_comment(checkout, place):
+    write_record(checkout / "raw/small/another.tdms", simulated("squat", 7))
+    header, *lines = (checkout / CSV).read_text(encoding="utf-8").splitlines(keepends=True)
+    lines[place:place] = ["# of another day\n", "\n", "another,another.tdms,,squat,mat,low,,,,\n"]
+    (checkout / CSV).write_text(header + "".join(lines), encoding="utf-8")
+    assert checkout.planned() == OF_ONE_RECORD
+
+
+def test_what_only_looks_different_in_the_csv(checkout):
+    header, *lines = (checkout / CSV).read_text(encoding="utf-8").splitlines()
+    text = "\r\n".join([header, "# nothing new", *(line.replace(",", " , ") for line in lines)])
+    (checkout / CSV).write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert checkout.planned() == {}
+
+
+def test_a_record_added_by_the_command(checkout, monkeypatch):
+    write_record(checkout / "second.tdms", simulated("squat", 7))
+    monkeypatch.chdir(checkout.folder)
+    assert cli.main(["add", "small", "second.tdms", "--block", "squat", "--laser", "low"]) == 0
     assert checkout.planned() == OF_ONE_RECORD
 
 

@@ -47,23 +47,28 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
     """Panels with the axes of the whole frame, so that pages compare."""
     blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
     rates = dict(zip(sorted(frame["sampling_rate_hz"].unique()), cycle(RATE_LINES)))
-    foundations = frame["foundation"].unique()
-    parameters = frame.groupby(["model", "parameter"], sort=False)["percent"].agg(["min", "max"])
-    figure = Figure(figsize=(7.0, 0.9 + 1.5 * len(foundations)))
-    axes = figure.subplots(len(foundations), len(parameters), squeeze=False, sharex=True, sharey="col")
-    for column, ((model, parameter), (low, high)) in zip(axes.T, parameters.iterrows(), strict=True):
-        column[0].set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
-        column[-1].set_xlabel("release angle / °")
-        if low > 0:
-            column[0].set(yscale="log", ylim=(low / 1.5, high * 1.5))
-        chosen = rows[(rows["model"] == model) & (rows["parameter"] == parameter)]
-        for ax, foundation in zip(column, foundations, strict=True):
-            one = chosen[chosen["foundation"] == foundation].sort_values("release_angle_deg")
+    limits = frame.groupby(["model", "parameter"], sort=False)["percent"].agg(["min", "max"])
+    expected = {
+        name: [key for key in limits.index if key in set(zip(own["model"], own["parameter"], strict=True))]
+        for name, own in frame.groupby("foundation", sort=False)
+    }
+    figure = Figure(figsize=(7.0, 0.9 + 1.5 * len(expected)))
+    places = figure.add_gridspec(len(expected), max(map(len, expected.values())))
+    for i, (foundation, parameters) in enumerate(expected.items()):
+        for j, (model, parameter) in enumerate(parameters):
+            ax = figure.add_subplot(places[i, j], xlim=(0, 1.1 * frame["release_angle_deg"].max()))
+            ax.set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
+            low, high = limits.loc[(model, parameter)]
+            if low > 0:
+                ax.set(yscale="log", ylim=(low / 1.5, high * 1.5))
+            here = (rows["foundation"] == foundation) & (rows["model"] == model)
+            one = rows[here & (rows["parameter"] == parameter)].sort_values("release_angle_deg")
             for (block, _, rate), curve in one.groupby(["block", "laser", "sampling_rate_hz"]):
                 ax.plot(curve["release_angle_deg"], curve["percent"], linestyle=rates[rate], **blocks[block])
-    for ax, foundation in zip(axes[:, 0], foundations, strict=True):
-        ax.set_ylabel(f"{label(labels, foundation)}\nstandard error / %")
-    axes[0, 0].set_xlim(0, 1.1 * frame["release_angle_deg"].max())
+            if j == 0:
+                ax.set_ylabel(f"{label(labels, foundation)}\nstandard error / %")
+            if all(j >= len(below) for below in list(expected.values())[i + 1 :]):
+                ax.set_xlabel("release angle / °")
     handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
     handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
@@ -94,8 +99,9 @@ def draw_rivals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
 def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Figure:
     """A row of panels per foundation, a column per rival; hollow where a sensor or rate can't tell it."""
     blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
-    foundations, rivals = frame["foundation"].unique(), rows["rival"].unique()
     measured = rows[rows["epsilon_theta"].notna()]
+    shown = measured if len(measured) else rows
+    foundations, rivals = shown["foundation"].unique(), shown["rival"].unique()
     figure = Figure(figsize=(7.0, 1.1 + 1.5 * len(foundations)))
     axes = figure.subplots(len(foundations), len(rivals), squeeze=False, sharex=True, sharey=True)
     for column, rival in zip(axes.T, rivals, strict=True):

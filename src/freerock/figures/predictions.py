@@ -77,8 +77,10 @@ def draw(
     axes[0, 0].set(
         xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(max(1, len(scenes)) - 0.5, -0.5)
     )
-    for ax in axes[-1]:
-        ax.set_xlabel("$ε_θ$ / %")
+    for i, ax in enumerate(axes.ravel()[: len(shown)]):
+        ax.tick_params(labelbottom=True)  # of all panels, also above an empty place
+        if i + beside >= len(shown):
+            ax.set_xlabel("$ε_θ$ / %")
     texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
     handles = [
         Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in kinds.items()

@@ -87,15 +87,16 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
                 number(fixed(row.release_s, 3), row.release_s),
                 number(fixed(row.duration_s, 2), row.duration_s),
                 number(str(row.n_impacts), row.n_impacts),
+                number(str(row.n_restitution), row.n_restitution),
                 number(quantity(row.sigma_theta_deg, digits=2), row.sigma_theta_deg),
                 _named(needed.get((row.test, run))),
             ]
         )
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
-    note += "Impacts: those with a restitution. "
+    note += "Impacts: those seen; with r: those of them with a restitution. "
     note += "Model: what explains the run with as few numbers as the data allow, see Model choice."
-    return Sortable([*heads, "Impacts", "σ / °", "Model"], rows, "Runs and verdicts", [note])
+    return Sortable([*heads, "Impacts", "with r", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
 
 def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:

@@ -104,9 +104,16 @@ def find_rotation(
         found = rotation_of_one(time_s, readings[0], lasers[0], block)
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
+        readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
     return _dataset(time_s - _delay_s(lasers), step, readings, found).assign_attrs(
         attributes(view_of(lasers, block))
     )
+
+
+def _named(reading: Reading, laser: Laser) -> Reading:
+    """The reading of one of two lasers, its faults noted with where its beam is."""
+    where = f"laser at {laser.position:g} m: "
+    return reading._replace(faults=[fault._replace(note=where + fault.note) for fault in reading.faults])
 
 
 def _channels(signal: ArrayLike | Sequence[ArrayLike], lasers: Sequence[Laser]) -> list[Floats]:

@@ -174,14 +174,16 @@ def faults_met(run: Facts) -> Iterator[Reason]:
             continue
         angle = math.degrees(fault.angle)
         moved = abs(angle) > run.limits.max_rest_shift_deg
+        laser, of_two, _ = fault.note.partition(": ")
+        seen = f" (by the {laser})" if of_two else ""
         if fault.name in FAULT_VERDICTS:
             text = f"{fault.name.replace('_', ' ')}: {fault.note}"
             yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
         elif fault.name == "rest_shift" and moved:
-            text = f"the rest position has moved by {angle:+.3f}°: the block may have slid or twisted"
+            text = f"the rest position has moved by {angle:+.3f}°{seen}: the block may have slid or twisted"
             yield Reason("warn", "rest_shift", text)
         elif fault.name == "drift" and moved:
-            yield Reason("warn", "drift", f"the zero drifts by {angle:+.3f}°")
+            yield Reason("warn", "drift", f"the zero drifts by {angle:+.3f}°{seen}")
 
 
 def excluded(run: Facts) -> Iterator[Reason]:

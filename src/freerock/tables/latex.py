@@ -14,7 +14,16 @@ TEX = {
     **{char: rf"\{char}" for char in "&%$#_{}"},
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
-    **{"±": r"$\pm$", "·": r"$\cdot$", "−": "$-$", "°": r"$^\circ$", "–": "--", "†": r"$\dagger$", "’": "'"},
+    **{
+        "±": r"$\pm$",
+        "·": r"$\cdot$",
+        "−": "$-$",
+        "°": r"$^\circ$",
+        "–": "--",
+        "†": r"$\dagger$",
+        "‡": r"$\ddagger$",
+        "’": "'",
+    },
     **{"α": r"$\alpha$", "λ": r"$\lambda$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
     **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
 }

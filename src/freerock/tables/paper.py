@@ -22,6 +22,11 @@ REJECTED_NOTE = (
     "† Rejected by most of the runs: more than noise is left, and the numbers describe the fit, not the "
     "foundation. What explains the runs: table of candidates."
 )
+SELECTED = " ‡"
+SELECTED_NOTE = (
+    "‡ The one chosen for most of the runs: it explains them with as few numbers as the data allow, or comes "
+    "nearest where none does."
+)
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
 
 # Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
@@ -77,12 +82,16 @@ def _failed(row: Any) -> str:
     return "" if row.success else " (failed fit)"
 
 
+def _mark(row: Any) -> str:
+    return SELECTED if row.selected else REJECTED if row.rejected else ""
+
+
 def _between_runs(row: Any) -> str:
     """Mean and standard deviation of what the single runs of a record gave; "–" for a single one."""
     return quantity(row.run_mean, row.run_scatter) if math.isfinite(row.run_scatter) else "–"
 
 
-_MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + (REJECTED if row.rejected else "")))
+_MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
 PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
 _RUN_BY_RUN = Column("Run by run", lambda row: number(_between_runs(row), row.run_mean))
 
@@ -157,14 +166,14 @@ def printed_tables(
             columns,
             table2_text(second, labels),
             f"Identified parameters, {_of_runs(second)}",
-            [*_rejected_note(second), *([RUN_BY_RUN_NOTE] if _RUN_BY_RUN in columns else []), *notes],
+            [*_marked_notes(second), *([RUN_BY_RUN_NOTE] if _RUN_BY_RUN in columns else []), *notes],
         ),
         "table3": Printed(
             third,
             TABLE3,
             table3_text(third, labels),
             f"Discrepancy ε_θ between measured and modelled rotation up to t_f, {_of_runs(third)}",
-            [*_rejected_note(third), *notes],
+            [*_marked_notes(third), *notes],
         ),
     }
 
@@ -208,8 +217,9 @@ def name_of(test: str, run: str | int) -> str:
     return test if str(run) == "pooled" else f"{test}, run {run}"
 
 
-def _rejected_note(frame: pd.DataFrame) -> list[str]:
-    return [REJECTED_NOTE] if frame["rejected"].any() else []
+def _marked_notes(frame: pd.DataFrame) -> list[str]:
+    notes = {"selected": SELECTED_NOTE, "rejected": REJECTED_NOTE}
+    return [note for status, note in notes.items() if frame[status].any()]
 
 
 def _of_runs(frame: pd.DataFrame) -> str:

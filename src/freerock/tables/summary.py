@@ -16,6 +16,7 @@ from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import usable_runs
 from freerock.tables.candidates import single_runs
 
+STATUSES = ["selected", "rejected"]  # of a model in the choice, which the tables mark
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
 
 
@@ -83,9 +84,9 @@ def table2(
     -------
     pandas.DataFrame
         Columns test, run, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
-        published, success, rejected (by the choice of most of the fitted runs); SI units. run is "pooled"
-        for a joint fit, run_mean and run_scatter are mean and standard deviation of the fits of single runs
-        beside it.
+        published, success, selected and rejected (by the choice of most of the fitted runs); SI units. run
+        is "pooled" for a joint fit, run_mean and run_scatter are mean and standard deviation of the fits of
+        single runs beside it.
     """
     key = ["test", "model", "parameter"]
     single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
@@ -96,8 +97,8 @@ def table2(
     frame = frame[np.array(own, bool)].reset_index(drop=True)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
     columns = ["test", "run", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
-    frame["rejected"] = _rejected(frame, choice)
-    return frame[[*columns, "run_mean", "run_scatter", "published", "success", "rejected"]]
+    frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
+    return frame[[*columns, "run_mean", "run_scatter", "published", "success", *STATUSES]]
 
 
 def table3(
@@ -106,13 +107,13 @@ def table3(
     """Discrepancy ε_θ of the same fits as in `table2`, beside the published one, from the tidy table.
 
     Columns test, run, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success,
-    rejected.
+    selected, rejected.
     """
     frame = _leading(epsilon).reset_index(drop=True)
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     columns = ["test", "run", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
-    frame["rejected"] = _rejected(frame, choice)
-    return frame[[*columns, "success", "rejected"]]
+    frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
+    return frame[[*columns, "success", *STATUSES]]
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
@@ -136,14 +137,14 @@ def _leading(fits: pd.DataFrame) -> pd.DataFrame:
     return fits[fits["model"].isin(LAWS) & (joint | ~fits["test"].isin(fits.loc[joint, "test"]))]
 
 
-def _rejected(fits: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
-    """Whether the model of each fit is rejected by its run; of a joint fit, by most runs of the record."""
+def _mostly(status: str, fits: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
+    """Whether the model of each fit has a status in its run; of a joint fit, in most runs of the record."""
     if choice is None or choice.empty:
         return [False] * len(fits)
     runs = single_runs(choice)
-    rejected = runs[["test", "model"]].assign(run=runs["run"].astype(str), share=runs["status"] == "rejected")
-    of_run = rejected.groupby(["test", "run", "model"])["share"].mean().to_dict()
-    of_record = rejected.groupby(["test", "model"])["share"].mean().to_dict()
+    found = runs[["test", "model"]].assign(run=runs["run"].astype(str), share=runs["status"] == status)
+    of_run = found.groupby(["test", "run", "model"])["share"].mean().to_dict()
+    of_record = found.groupby(["test", "model"])["share"].mean().to_dict()
     keys = fits[["test", "run", "model"]].astype(str).itertuples(index=False, name=None)
     return [
         (of_record.get((test, model), 0) if run == "pooled" else of_run.get((test, run, model), 0)) > 0.5

@@ -16,7 +16,16 @@ from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-RUNS = [*IDENTITY, "origin", "theta0_deg", "release_s", "duration_s", "n_impacts", "sigma_theta_deg"]
+RUNS = [
+    *IDENTITY,
+    "origin",
+    "theta0_deg",
+    "release_s",
+    "duration_s",
+    "n_impacts",
+    "n_restitution",
+    "sigma_theta_deg",
+]
 RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit", "success"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
@@ -42,9 +51,11 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `RUNS`: release_s is on the record's clock [s], duration_s the time from release to
-        rest [s], angles in degrees. Failed and excluded runs are rows like any other, with their reasons.
+        rest [s], angles in degrees; n_impacts are seen, n_restitution of them have a restitution. Failed and
+        excluded runs are rows like any other, with their reasons.
     """
     rows = []
+    none = {"n_impacts": 0, "n_restitution": 0}
     by_test = {tree.attrs["test"]: tree for tree in fits}
     for tree in records:
         runs = runs_of(tree)
@@ -58,7 +69,8 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
                     "theta0_deg": math.degrees(run["theta0"].item()),
                     "release_s": release,
                     "duration_s": run["end"].item() - release,
-                    "n_impacts": run.sizes.get("impact", 0),
+                    "n_impacts": run["n_impacts"].item(),
+                    "n_restitution": run.sizes.get("impact", 0),
                     "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
                     "verdict": verdict.level,
                     "reasons": in_one_line(verdict.reasons),
@@ -69,8 +81,8 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
             outcome = {key: tree.attrs[key] for key in ("origin", "verdict")}
             outcome["reasons"] = in_one_line(reasons_in(tree.attrs))
             left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
-            rows.append({**_identity(tree, pd.NA), **outcome, "n_impacts": 0, "excluded": left_out})
-    return pd.DataFrame(rows, columns=RUNS).astype({"run": "Int64", "n_impacts": "Int64"})
+            rows.append({**_identity(tree, pd.NA), **outcome, **none, "excluded": left_out})
+    return pd.DataFrame(rows, columns=RUNS).astype(dict.fromkeys(["run", *none], "Int64"))
 
 
 def parameters_table(fits: Trees) -> pd.DataFrame:
