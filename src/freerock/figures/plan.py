@@ -54,10 +54,15 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
     }
     figure = Figure(figsize=(7.0, 0.9 + 1.5 * len(expected)))
     places = figure.add_gridspec(len(expected), max(map(len, expected.values())))
+    shown = list(expected.values())
     for i, (foundation, parameters) in enumerate(expected.items()):
         for j, (model, parameter) in enumerate(parameters):
             ax = figure.add_subplot(places[i, j], xlim=(0, 1.1 * frame["release_angle_deg"].max()))
-            ax.set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
+            above, below = shown[i - 1] if i else [], shown[i + 1] if i + 1 < len(shown) else []
+            if above[j : j + 1] != [(model, parameter)]:
+                ax.set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
+            if below[j : j + 1] == [(model, parameter)]:
+                ax.tick_params(labelbottom=False)
             low, high = limits.loc[(model, parameter)]
             if low > 0:
                 ax.set(yscale="log", ylim=(low / 1.5, high * 1.5))
@@ -67,7 +72,7 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
                 ax.plot(curve["release_angle_deg"], curve["percent"], linestyle=rates[rate], **blocks[block])
             if j == 0:
                 ax.set_ylabel(f"{label(labels, foundation)}\nstandard error / %")
-            if all(j >= len(below) for below in list(expected.values())[i + 1 :]):
+            if all(j >= len(others) for others in shown[i + 1 :]):
                 ax.set_xlabel("release angle / °")
     handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
     handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
