@@ -255,6 +255,32 @@ def test_a_sampling_rate_that_the_mains_contradict_is_named(ratio):
     assert without.sizes["fault"] == 0
 
 
+@pytest.mark.parametrize(("true_hz", "stated_hz"), [(60.02, 50.0), (49.97, 60.0)])
+@pytest.mark.parametrize("harmonic", [0.0, 0.4])
+def test_the_mains_at_the_other_frequency_are_named(true_hz, stated_hz, harmonic):
+    phase = 2 * np.pi * true_hz * TIME
+    hum = 0.005 * (np.sin(phase) + harmonic * np.sin(3 * phase))
+    found = find_rotation(TIME, volts() + hum, HIGH, BLOCK, options=RotationOptions(mains_hz=stated_hz))
+    (fault,) = listed_faults(found)
+    other = round(true_hz, -1)
+    seen = re.fullmatch(
+        rf"(.+) Hz, (.+) V: the mains seem to be at {other:g} Hz and not at {stated_hz:g} Hz, "
+        rf"set mains_hz: {other:g}",
+        fault.note,
+    )
+    assert fault.name == "other_mains" and seen
+    assert float(seen[1]) == pytest.approx(true_hz, abs=0.02)
+    assert float(seen[2]) == pytest.approx(0.005, rel=0.05)
+    right = find_rotation(TIME, volts() + hum, HIGH, BLOCK, options=RotationOptions(mains_hz=other))
+    assert {fault.name for fault in listed_faults(right)} == {"mains_interference"}
+
+
+def test_a_line_at_60_hz_beside_the_mains_as_stated_is_no_other_mains():
+    hum = 0.005 * (np.sin(2 * np.pi * 50 * TIME) + np.sin(2 * np.pi * 60 * TIME))
+    names = {fault.name for fault in listed_faults(find_rotation(TIME, volts() + hum, HIGH, BLOCK))}
+    assert names == {"mains_interference", "aliasing"}
+
+
 def test_gaps_are_dropouts():
     """As a reader leaves them: not a number; in a rest, in a hold and while the block rocks."""
     gone = [slice(1000, 1100), slice(5000, 5003), slice(6500, 6520)]

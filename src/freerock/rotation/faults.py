@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
     "aliasing": "warn",
     "sampling_rate": "warn",
+    "other_mains": "warn",
     "lasers_disagree": "warn",
 }
 MERGED_S = 0.01  # invalid stretches this close are one fault

@@ -20,6 +20,7 @@ from freerock.rotation.rests import (
     FAINT,
     StillSignal,
     moved_rests,
+    other_mains,
     significant_mains,
     still_signal,
     wrong_rate,
@@ -121,10 +122,7 @@ def read_channel(
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)
     signal = still_signal(time_s, np.where(flags == 0, recorded, np.nan), step, options.window_s)
-    rate_faults = wrong_rate(signal, options.mains_hz) if options.mains_hz is not None else []
-    mains = None
-    if options.mains_hz is not None and not rate_faults:
-        mains = significant_mains(signal, options.mains_hz)
+    mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
         values = signal.values
@@ -137,9 +135,8 @@ def read_channel(
         flags[beyond] = FLAGS["out_of_range"]
     per_angle = _per_angle(block, laser, quantity)
     per_output = float(np.mean(zero.slope_m)) / per_angle
-    removed_hz = options.mains_hz if mains else None
-    faults = flagged_faults(time_s, flags) + rate_faults
-    faults += _interference(signal, mains, removed_hz, unit, per_output)
+    faults = flagged_faults(time_s, flags) + mains_faults
+    faults += _interference(signal, mains, lines_of_hz, unit, per_output)
     faults += moved_rests(signal, unit, per_output)
     return Reading(
         displacement=displacement,
@@ -240,15 +237,33 @@ def _per_angle(block: Block, laser: Laser, quantity: str) -> float:
     return about_zero if about_zero > BLIND * block.b else math.nan
 
 
+def _mains(
+    signal: StillSignal, mains_hz: float | None, unit: str
+) -> tuple[Mains | None, float | None, list[Fault]]:
+    """The interference of the mains to be removed; of what the lines are harmonics [Hz]; faults."""
+    if mains_hz is None:
+        return None, None, []
+    mains = significant_mains(signal, mains_hz)
+    other = None if mains else other_mains(signal, mains_hz)
+    if other:
+        other_hz, found = other
+        note = f"{found.frequency_hz:.2f} Hz, {found.amplitude:.3g} {unit}: the mains seem to be at "
+        note += f"{other_hz:g} Hz and not at {mains_hz:g} Hz, set mains_hz: {other_hz:g}"
+        whole = float(signal.time_s[0]), float(signal.time_s[-1])
+        return None, other_hz, [Fault("other_mains", *whole, note)]
+    faults = wrong_rate(signal, mains_hz)
+    return (None, None, faults) if faults or not mains else (mains, mains_hz, [])
+
+
 def _interference(
-    signal: StillSignal, mains: Mains | None, removed_hz: float | None, unit: str, per_output: float
+    signal: StillSignal, mains: Mains | None, lines_of_hz: float | None, unit: str, per_output: float
 ) -> list[Fault]:
     """Sinusoids at rest: the mains, which have been removed, and the strongest that is not from them."""
     faults, whole = [], (float(signal.time_s[0]), float(signal.time_s[-1]))
     if mains:
         note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
-    line = other_line(signal.segments(), signal.step, removed_hz)
+    line = other_line(signal.segments(), signal.step, lines_of_hz)
     if line and line[1] > FAINT * signal.noise:
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))

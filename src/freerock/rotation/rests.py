@@ -18,6 +18,7 @@ SURE = 5.0  # standard errors by which a rest level differs from another, an int
 NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see the mains
+MAINS_HZ = (50.0, 60.0)  # anywhere on earth
 FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
 
 
@@ -103,13 +104,25 @@ def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     return None
 
 
+def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | None:
+    """The mains at the other nominal frequency [Hz] of `MAINS_HZ`, and their interference; None if not seen.
+
+    They are the highest line near it and as close to it as the mains stay.
+    """
+    for other_hz in MAINS_HZ:
+        if abs(other_hz - mains_hz) < 2 * MAINS_KEEP * mains_hz:
+            continue
+        found, seen = significant_mains(signal, other_hz), None
+        if found:
+            seen = _mains_ratio(signal, other_hz)
+        if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
+            return other_hz, found
+    return None
+
+
 def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
     """The mains at another frequency than theirs, by the longest quiet stretch."""
-    if not signal.phases:
-        return []
-    first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
-    part = slice(first, min(last, first + RATE_SAMPLES))
-    seen = mains_ratio(signal.time_s[part], signal.values[part], mains_hz)
+    seen = _mains_ratio(signal, mains_hz)
     if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
         return []
     line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
@@ -118,6 +131,15 @@ def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
         f"{rate_hz:.5g} Hz, or this is not the mains"
     )
     return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
+
+
+def _mains_ratio(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
+    """As `mains.mains_ratio`, of the longest quiet stretch."""
+    if not signal.phases:
+        return None
+    first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
+    part = slice(first, min(last, first + RATE_SAMPLES))
+    return mains_ratio(signal.time_s[part], signal.values[part], mains_hz)
 
 
 def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:

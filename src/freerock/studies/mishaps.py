@@ -24,6 +24,7 @@ from freerock.errors import FreerockError
 from freerock.identification.doubts import doubts_about
 from freerock.identification.ladder import BY_DEFAULT, identify_run
 from freerock.models.block import Block
+from freerock.models.laws import GEOMETRIC, Rules
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
@@ -43,6 +44,7 @@ from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simul
 SIZES = {"small": 1, "full": 120}  # records of each mishap; six make a round of blocks and foundations
 NOISE = Noise(mains_v=0.0, drift_v=0.0)
 RATE_HZ = 2000.0
+MAINS_V = 0.005
 SCATTER = 0.03
 ALTERNATES = ("alternating_restitution", "uneven_restitution", "touched")
 INTERRUPTED = ("outlying_restitution", "uneven_restitution", "touched", "disturbed", "disturbed_release")
@@ -61,7 +63,7 @@ class Mishap:
     value : float
     spoil : callable
         (value, half period [s], generator) → what differs: fields of `Release`; `corner_sinks`; `faults`;
-        `sign`, of the laser.
+        `rules` of the law; `sign`, of the laser.
     names : collection of str
         Reasons that name it rightly.
     """
@@ -147,6 +149,24 @@ MISHAPS = {
     "corner sinks": Mishap(
         "", math.nan, lambda value, swing_s, draw: {"corner_sinks": True}, ("unexplained",)
     ),
+    "hold beyond the range": Mishap(
+        "share of the held reading",
+        0.8,
+        lambda value, swing_s, draw: {"faults": [faults.saturated(value)]},
+        ("hold_unseen",),
+    ),
+    "mains elsewhere": Mishap(
+        "frequency [Hz]",
+        60.0,
+        lambda value, swing_s, draw: {"faults": [faults.tone(value + draw.uniform(-0.05, 0.05), MAINS_V)]},
+        ("other_mains",),
+    ),
+    "other debonding rule": Mishap(
+        "",
+        math.nan,
+        lambda value, swing_s, draw: {"rules": Rules("tensionless")},
+        ("unexplained",),
+    ),
 }
 COLUMNS = ["mishap", "quantity", "value", "block", "foundation", "level", "names", "named", "model"]
 COLUMNS += ["explained", "k_error_percent", "k_error_stderrs"]
@@ -199,7 +219,14 @@ def _record(
         rate_hz=RATE_HZ, longest_s=16.0, noise=NOISE, corner_sinks=how.get("corner_sinks", False)
     )
     return simulate_record(
-        block, laser, "hunt_crossley", [release], seed=seed, recording=recording, faults=how.get("faults", ())
+        block,
+        laser,
+        "hunt_crossley",
+        [release],
+        seed=seed,
+        recording=recording,
+        faults=how.get("faults", ()),
+        rules=how.get("rules", GEOMETRIC),
     )
 
 
