@@ -1,6 +1,9 @@
 """freerock add: records that join a campaign, all or none, and what is refused."""
 
 import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +145,31 @@ def test_what_a_killed_command_left_is_taken():
     assert CSV.read_text().endswith("\nsecond,second.tdms,,tall,mat,high,,,,\n")
 
 
+@pytest.mark.parametrize("at", range(4))
+def test_killed_it_leaves_nothing_that_counts(at):
+    """Before its first, second … file gets its name; then the command is repeated."""
+    code = f"""
+import os, signal, sys
+from freerock.cli import subcommands
+rename, done = os.replace, []
+def counted(*arguments):
+    if len(done) == {at}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    done.append(rename(*arguments))
+os.replace = counted
+subcommands.main(sys.argv[1:])
+"""
+    table = CSV.read_bytes()
+    words = ["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]
+    assert subprocess.run([sys.executable, "-c", code, *words]).returncode == -signal.SIGKILL
+    assert CSV.read_bytes() == table
+    assert cli.main(["check", "lab"]) == 0
+    assert cli.main(words) == 0
+    assert len(load_campaign("config/campaigns/lab.yaml").records) == 3
+    assert set(listed_checksums("raw/lab")) == {"first.tdms", "second.tdms", "third-1.tdms"}
+    assert cli.main(["check", "lab"]) == 0
+
+
 def test_an_old_checksum_is_not_renewed():
     write("raw/lab/first.tdms", laser=("V", [5, 9]))
     assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 0
@@ -220,6 +248,13 @@ def test_what_is_not_told_is_asked_for(capsys):
             ["stick/upper and lower.tdms: has the channels upper, lower; say which with --channel"],
         ),
         (
+            ["stick/tall {x}.tdms", "--block", "tall"],
+            [
+                "stick/tall {x}.tdms: 'tall {x}.tdms' has braces, which Snakemake takes for wildcards; "
+                "rename it"
+            ],
+        ),
+        (
             ["stick/second.tdms", "--block", "tall", "--channel", "lazer"],
             [
                 "stick/second.tdms: no channel 'lazer' that can be read; its channels are laser; "
@@ -240,6 +275,7 @@ def test_what_can_not_be_added(capsys, words, lines):
     Path("stick/copy.tdms").write_bytes(Path("stick/second.tdms").read_bytes())
     Path("stick/old.tdms").write_bytes(Path("raw/lab/first.tdms").read_bytes())
     write("stick/first.tdms", laser=("V", [5, 8]))
+    write("stick/tall {x}.tdms", laser=("V", [5, 6]))
     write("stick/third 1.tdms", laser=("V", [5, 7]))
     write("stick/upper and lower.tdms", upper=("V", [5, 4]), lower=("V", [5, 3]))
     Path("stick/First.csv").write_text("t / s;U / V\n" + "".join(f"{n};{n % 3}\n" for n in range(9)))
