@@ -98,7 +98,7 @@ def test_other_causes_are_told_only_where_none_is_known():
 
 
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
-    for whole in (SimpleNamespace(fits={"winkler": None}, explained=True), Identified()):
+    for whole in (SimpleNamespace(fits={"winkler": None}, explained=True, scene=()), Identified()):
         assert doubts_about(Verdict(), BLOCK, run(free_rocking), whole, BY_DEFAULT) == []
 
 

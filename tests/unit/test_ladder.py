@@ -88,9 +88,9 @@ def test_far_from_all_candidates_one_rival_at_most_is_fitted_in_full():
 def test_a_rival_whose_full_fit_fails_is_not_fitted_again(monkeypatch):
     fitted = []
 
-    def failing(model, *given, **options):
-        fitted.append(model)
-        fit = fit_record(model, *given, **options)
+    def failing(model, block, motions, settings, **options):
+        fitted.append((model, settings))
+        fit = fit_record(model, block, motions, settings, **options)
         return replace(fit, success=False) if CANDIDATES[model].is_rival else fit
 
     monkeypatch.setattr(ladder, "fit_record", failing)

@@ -10,6 +10,8 @@ from freerock.identification.likelihood import likelihood
 from freerock.identification.problem import FINE, Problem
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
+ASKED = 4.0  # standard errors off zero, from which a number that was taken for granted is freed
+
 
 def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
     """Fitted numbers of the first half of a run, and ε_θ of its second half under them.
@@ -56,6 +58,38 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
     found = likelihood(residual, np.column_stack([jacobian, column]), samples.lengths, noises)
     gain = max(without.minus_two_log - found.minus_two_log, 0.0)
     return float(np.copysign(np.sqrt(gain), found.step[-1]))
+
+
+def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
+    """What a fit takes for granted of its scene, and the data ask to be found: "release", "tilt".
+
+    By the ratio of likelihoods under the noise at rest, with the derivative by the tilt of the base, or by
+    what of the release is held at its bound, beside those by all that the fit frees.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of one run, at the tolerance of the fit.
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    """
+    samples, held = problem.samples(), problem.at_bound(x)
+    residual, jacobian = problem.residual(x, samples), problem.jacobian(x, samples)
+    noises = [motion.noise for motion in problem.motions]
+
+    def unlikely(columns: Floats) -> float:
+        return likelihood(residual, columns, samples.lengths, noises).minus_two_log
+
+    free, asked = jacobian[:, ~held], list[str]()
+    without = unlikely(free)
+    if held.any() and not problem.settings.loose_release and without - unlikely(jacobian) > ASKED**2:
+        asked.append("release")
+    if "tilt" not in problem.names:
+        step = PARAMETERS["tilt"].step
+        right, left = (problem.curve(x, samples, FINE, {"tilt": side * step}) for side in (1, -1))
+        if without - unlikely(np.column_stack([free, (right - left) / (2 * step)])) > ASKED**2:
+            asked.append("tilt")
+    return tuple(asked)
 
 
 def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:

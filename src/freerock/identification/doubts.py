@@ -2,6 +2,7 @@
 
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.ladder import Identified, Ladder
+from freerock.identification.scene_notes import notes_on_scene
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
@@ -17,7 +18,8 @@ ALWAYS = "alternating_restitution"  # its cause acts all through the run: no par
 def doubts_about(
     measured: Verdict, block: Block, motion: Motion, found: Identified, ladder: Ladder
 ) -> list[Reason]:
-    """Nothing of a run that a candidate explains; else that none does, and what acted on the block when.
+    """Of a run that a candidate explains, what it found of base and release; else that none does, and what
+    acted on the block when.
 
     Parameters
     ----------
@@ -31,7 +33,10 @@ def doubts_about(
     ladder : Ladder
         That of the fits.
     """
-    if found.explained or not found.fits:
+    if found.explained:
+        chosen = found.choice(ladder).selected if found.scene else ""
+        return notes_on_scene(found.fits[chosen], block, motion) if chosen else []
+    if not found.fits:
         return []
     disturbance = None
     if ALWAYS not in measured.names:

@@ -18,7 +18,11 @@ STEPS = 4  # of least squares of the release alone, which is nearly linear
 
 
 def of_other_runs(
-    model: str, block: Block, motions: Mapping[int, Motion], fits: Mapping[int, Fit], settings: FitSettings
+    model: str,
+    block: Block,
+    motions: Mapping[int, Motion],
+    fits: Mapping[int, Fit],
+    settings: Mapping[int, FitSettings],
 ) -> dict[int, float]:
     """ε_θ of each run under the parameters of the others, its own release refitted.
 
@@ -31,7 +35,7 @@ def of_other_runs(
         The runs of a record.
     fits : mapping of int to Fit
         Fits of the candidate to these runs.
-    settings : FitSettings
+    settings : mapping of int to FitSettings
         Those of the fits.
 
     Returns
@@ -46,7 +50,7 @@ def of_other_runs(
     found = {}
     for number, fit in usable.items():
         values = fit.values | _means(model, [other for i, other in usable.items() if i != number])
-        problem = posed(model, (block,), (motions[number],), settings)
+        problem = posed(model, (block,), (motions[number],), settings[number])
         x = _released(problem, problem.start_at(values))
         motion = motions[number]
         found[number] = epsilon_theta(motion.time_s, problem.motion(x, 0, motion.time_s), motion.theta)

@@ -16,16 +16,21 @@ import numpy as np
 from freerock.errors import FreerockError
 from freerock.identification.candidates import candidates, n_freed, start_for
 from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
+from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
 from freerock.identification.noise import is_hopeless
+from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, law_of
+from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
 from freerock.runs.motion import Motion
 
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
+SCENES = (("release",), ("tilt",), ("release", "tilt"))  # of which a run may ask
+BARS_TILT = ("r_per_impact", "tilt")
+PROMISES = 0.5  # times the least mean square of a run, from which rivals are asked in another scene
 BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
 
 
@@ -58,6 +63,19 @@ class Ladder:
         """How many numbers a candidate frees."""
         return n_freed(model, self.free)
 
+    def freeing(self, scene: Sequence[str]) -> "Ladder":
+        """The same without what a fit takes for granted of the scene: a "release" as measured, no "tilt".
+
+        A law whose release is not freed keeps all, one with a restitution per impact a level base.
+        """
+        released = [law for law, names in self.free.items() if {*PER_RUN} <= {*names}]
+        free, options = dict(self.free), dict(self.options)
+        for law in released if "tilt" in scene else []:
+            free[law] = (*free[law], *(["tilt"] if not {*BARS_TILT} & {*free[law]} else []))
+        if released and "release" in scene:
+            options["loose_release"] = True
+        return replace(self, free=free, options=options)
+
     @property
     def candidates(self) -> tuple[str, ...]:
         """All candidates, few freed numbers first."""
@@ -86,11 +104,15 @@ class Identified:
         Candidates of which a quick fit says that a full one is of no use.
     errors : dict of str to FreerockError
         Candidates to which the data allow no fit.
+    scene : tuple of str
+        What these fits do not take for granted: "release", that it is as measured, "tilt", that there is
+        none.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
     left_out: dict[str, LeftOut] = field(default_factory=dict)
     errors: dict[str, FreerockError] = field(default_factory=dict)
+    scene: tuple[str, ...] = ()
 
     @property
     def explained(self) -> bool:
@@ -106,7 +128,21 @@ class Identified:
 
     def choice(self, ladder: Ladder) -> Choice:
         """The candidates that explain the run, and what became of all others."""
+        ladder = ladder.freeing(self.scene)
         return choose([self._evidence(model, ladder) for model in ladder.candidates])
+
+    @property
+    def settled(self) -> bool:
+        """Whether some candidate leaves only noise, and nothing that it freed lies at a bound."""
+        return any(
+            evidence(fit).explains and bool(np.isfinite(fit.stderr).all()) for fit in self.fits.values()
+        )
+
+    @property
+    def least_bic(self) -> float:
+        """Of the candidates that leave only noise."""
+        known = map(evidence, self.fits.values())
+        return min((each.bic for each in known if each.explains), default=math.inf)
 
     def _evidence(self, model: str, ladder: Ladder) -> Evidence:
         if model in self.fits:
@@ -122,6 +158,9 @@ class Identified:
 def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     """The candidates that a run asks for.
 
+    The base is taken for level and the release for measured. Where nothing explains the run so, or what does
+    asks for it, the ladder is climbed again without.
+
     Parameters
     ----------
     block : Block
@@ -133,10 +172,57 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     -------
     Identified
     """
-    found, quick = Identified(), dict[str, Screening]()
+    found = _climbed(_of_laws(block, motion, ladder), block, motion, ladder)
+    if found.fits and not found.explained:
+        found = _elsewhere(found, block, motion, ladder) or found
+    chosen = found.choice(ladder).selected if found.explained else ""
+    fit = found.fits.get(chosen)
+    if fit is None or not {*PER_RUN} <= {*fit.parameters}:
+        return found
+    settings = ladder.freeing(found.scene).settings(chosen)
+    problem = replace(posed(chosen, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
+    asked = asks_for(problem, problem.start_at(fit.values))
+    if not asked:
+        return found
+    freeing = ladder.freeing(scene := (*found.scene, *asked))
+    other = _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
+    return other if other.settled and other.least_bic < found.least_bic else found
+
+
+def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified | None:
+    """The candidates that explain a run in a scene of which less is taken for granted; None without any.
+
+    The laws come first; their rivals only in the scene that promises most.
+    """
+    tried = []
+    for scene in SCENES:
+        freeing = ladder.freeing(scene)
+        if freeing == ladder:
+            continue
+        found = _of_laws(block, motion, freeing, scene)
+        if found.settled:
+            return _climbed(found, block, motion, freeing)
+        tried.append((_least_square(found, motion), found))
+    least = min([each for each, _ in tried], default=math.inf)
+    if least > PROMISES * _least_square(level, motion):
+        return None
+    found = next(found for each, found in tried if each <= CONTENDS * least)
+    found = _climbed(found, block, motion, ladder.freeing(found.scene))
+    return found if found.settled else None
+
+
+def _of_laws(block: Block, motion: Motion, ladder: Ladder, scene: Sequence[str] = ()) -> Identified:
+    """The laws of the campaign as the paper has them."""
+    found = Identified(scene=tuple(scene))
     for model in ladder.candidates:
         if not CANDIDATES[model].is_rival and not law_of(model).cases:
             _fit(model, block, motion, ladder, found)
+    return found
+
+
+def _climbed(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified:
+    """The laws with the rivals that the run asks for."""
+    quick = dict[str, Screening]()
     for n, rung in groupby(ladder.candidates, key=ladder.n_freed):
         if any(ladder.n_freed(model) < n for model in found.possible):
             break
@@ -161,7 +247,8 @@ def identify_runs(
     found = {number: replace(each, fits={**each.fits}) for number, each in singly.items()}
     for model in ladder.candidates:
         fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
-        for number, epsilon in of_other_runs(model, block, motions, fits, ladder.settings(model)).items():
+        settings = {number: ladder.freeing(found[number].scene).settings(model) for number in fits}
+        for number, epsilon in of_other_runs(model, block, motions, fits, settings).items():
             found[number].fits[model] = replace(fits[number], epsilon_holdout_runs=epsilon)
     return found
 
@@ -236,6 +323,11 @@ def _fit(
         found.fits[model] = fit
     except FreerockError as error:
         found.errors[model] = error
+
+
+def _least_square(found: Identified, motion: Motion) -> float:
+    """Least mean square residual of the fits of a run [rad²]."""
+    return min((_mean_square(fit, motion) for fit in found.fits.values() if fit.success), default=math.inf)
 
 
 def _mean_square(fit: Fit, motion: Motion) -> float:

@@ -32,6 +32,7 @@ from freerock.models.simulate import Solver
 from freerock.runs.motion import Motion
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
+LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
@@ -205,10 +206,9 @@ class Problem:
                 low *= least
             bounds.append((fitted(name, low), fitted(name, high)))
         for motion in self.motions:
-            half = {
-                "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
-                "t0": max(6 * motion.t0_stderr, 1e-3),
-            }
+            half = release_bounds(motion)
+            if self.settings.loose_release:
+                half = {"theta0": LOOSE_SHARE * abs(motion.theta0), "t0": LOOSE_S}
             centre = {"theta0": motion.theta0, "t0": 0.0}
             bounds += [
                 (centre[name] - half[name], centre[name] + half[name])
@@ -313,6 +313,14 @@ class Problem:
                     quotient -= theta
                 jacobian[run, column] = quotient / (2 * step if central else step)
         return jacobian
+
+
+def release_bounds(motion: Motion) -> dict[str, float]:
+    """How far theta0 [rad] and t0 [s] of a fit may be off what was measured."""
+    return {
+        "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
+        "t0": max(6 * motion.t0_stderr, 1e-3),
+    }
 
 
 def fitted(name: str, value: float) -> float:

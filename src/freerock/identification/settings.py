@@ -27,12 +27,16 @@ class FitSettings:
         Largest shift of a parameter by the integrator's error, as a share of its standard error.
     profile : bool
         Whether the intervals of the model's parameters are those of the profile likelihood.
+    loose_release : bool
+        Whether "theta0" and "t0" may leave what was measured, by 10 % and 50 ms: a push, or a slow finger,
+        gives the motion of another release.
     """
 
     free: Sequence[str] = PER_RUN
     debonding: str = "geometric"
     integrator_error: float = 0.2
     profile: bool = False
+    loose_release: bool = False
 
 
 def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:

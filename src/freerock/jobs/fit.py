@@ -72,7 +72,8 @@ def make_fits(
         for number, each in found.items()
         if each.fits
     }
-    pooled = _jointly(block, motions, fits, ladder, not_fitted) if settings["pooled"] else {}
+    scene = tuple(dict.fromkeys(name for each in found.values() for name in each.scene))
+    pooled = _jointly(block, motions, fits, ladder.freeing(scene), not_fitted) if settings["pooled"] else {}
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
     attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
     if not_fitted:

@@ -15,6 +15,7 @@ __all__ = [
     "model_cost",
     "model_error",
     "naming",
+    "off_level",
     "paper",
     "scenes",
     "speed_accuracy",

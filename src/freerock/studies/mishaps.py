@@ -22,7 +22,7 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.identification.doubts import doubts_about
-from freerock.identification.ladder import BY_DEFAULT, identify_run
+from freerock.identification.ladder import BY_DEFAULT, Identified, Ladder, identify_run
 from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules
 from freerock.rotation.faults import signal_quality
@@ -32,6 +32,7 @@ from freerock.runs.judged import judged_runs
 from freerock.runs.motion import motion_of
 from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches
+from freerock.runs.verdict import Verdict
 from freerock.studies.document import renew
 from freerock.studies.truths import place
 from freerock.studies.virtual_run import Row
@@ -85,7 +86,7 @@ MISHAPS = {
             "tilt [deg]",
             tilt,
             lambda value, swing_s, draw: {"moves": mishaps.off_level(math.radians(value) * _either(draw))},
-            ALTERNATES,
+            (*ALTERNATES, "off_level"),
         )
         for tilt in (0.05, 0.2)
     },
@@ -196,7 +197,7 @@ def one(name: str, i: int) -> Row:
     }
     angle *= _either(draw) * draw.uniform(0.6, 1.0)
     how = mishap.spoil(mishap.value, math.pi / 2 / block.p, draw)
-    record = _record(block, laser, parameters, angle, how, i)
+    record = spoiled(block, laser, parameters, angle, how, i)
     read = replace(laser, sign=int(how.get("sign", laser.sign)))
     row: Row = {"mishap": name, "quantity": mishap.quantity, "value": mishap.value}
     row |= {"block": configuration, "foundation": foundation} | _judged(record, read, block, parameters["k"])
@@ -204,7 +205,7 @@ def one(name: str, i: int) -> Row:
     return row | {"named": row["level"] != "ok" and any(each in mishap.names for each in named)}
 
 
-def _record(
+def spoiled(
     block: Block, laser: Laser, parameters: dict[str, float], angle: float, how: dict[str, Any], seed: int
 ) -> VirtualRecord:
     """A record of one release as it should not be."""
@@ -233,28 +234,40 @@ def _record(
 def _judged(record: VirtualRecord, laser: Laser, block: Block, k: float) -> Row:
     """Verdict and parameters of the first run of a record."""
     try:
-        found = find_rotation(record.time_s, record.volts, laser, block)
-        signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-        measured, _ = judged_runs(signal, block, signal_quality(found))[0]
+        verdict, found = judged(record, laser, block)
     except FreerockError as error:
         return {"level": "fail", "names": "not_processed", "model": str(error.what), "explained": False}
-    verdict, fitted = measured.verdict, {}
-    if verdict.level != "fail":
-        time_s, theta, sigma, _ = signal
-        noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), RATE_HZ)
-        motion = motion_of(measured, time_s, theta, sigma, noise)
-        identified = identify_run(block, motion, BY_DEFAULT)
-        choice, fitted = identified.choice(BY_DEFAULT), identified.fits
-        verdict = verdict.adding(doubts_about(verdict, block, motion, identified, BY_DEFAULT))
     row = {"level": verdict.level, "names": " ".join(verdict.names), "model": "", "explained": False}
-    if fitted and choice.selected:
-        fit = fitted[choice.selected]
+    choice = found.choice(BY_DEFAULT)
+    if found.fits and choice.selected:
+        fit = found.fits[choice.selected]
         row |= {"model": choice.selected, "explained": choice.explained}
         if "k" in fit.parameters:
             at = fit.parameters.index("k")
             off = float(fit.value[at]) - k
             row |= {"k_error_percent": 100 * off / k, "k_error_stderrs": off / float(fit.stderr[at])}
     return row
+
+
+def judged(
+    record: VirtualRecord, laser: Laser, block: Block, ladder: Ladder = BY_DEFAULT
+) -> tuple[Verdict, Identified]:
+    """The first run of a record on the way of an analysis: its verdict, and what the ladder finds of it.
+
+    Nothing is found of a run that fails. Errors are those of `rotation.find_rotation` and
+    `judged_runs`.
+    """
+    found = find_rotation(record.time_s, record.volts, laser, block)
+    signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    measured, _ = judged_runs(signal, block, signal_quality(found))[0]
+    if measured.verdict.level == "fail":
+        return measured.verdict, Identified()
+    time_s, theta, sigma, _ = signal
+    noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), RATE_HZ)
+    motion = motion_of(measured, time_s, theta, sigma, noise)
+    identified = identify_run(block, motion, ladder)
+    doubts = doubts_about(measured.verdict, block, motion, identified, ladder)
+    return measured.verdict.adding(doubts), identified
 
 
 def markdown(frame: pd.DataFrame) -> str:

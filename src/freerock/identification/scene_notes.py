@@ -1,0 +1,54 @@
+"""What the fit of a run found of base and release, in words."""
+
+import math
+
+from freerock.identification.fit import Fit
+from freerock.identification.problem import release_bounds
+from freerock.models.block import Block
+from freerock.runs.evenness import EVEN
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason
+
+LEAST_DEG = 1e-3  # error of a tilt that is told: that of the reading at rest is not in its own
+PUSHED = 0.02  # share of the release angle from which another one is a warning, as `max_push_fraction`
+
+
+def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
+    """How far the base is off level, and what the finger did, where a fit had to find them."""
+    notes = []
+    if "tilt" in fit.parameters:
+        notes.append(_of_base(fit, block))
+    measured, half = {"theta0": motion.theta0, "t0": 0.0}, release_bounds(motion)
+    if any(abs(fit.values[name] - value) > half[name] for name, value in measured.items()):
+        notes.append(_of_release(fit, block, motion))
+    return notes
+
+
+def _of_base(fit: Fit, block: Block) -> Reason:
+    """A warning where the restitution alternates by more than that of clean runs scatters."""
+    tilt, error = (math.degrees(number[fit.parameters.index("tilt")]) for number in (fit.value, fit.stderr))
+    matters = block.h / block.b * math.radians(abs(tilt)) > EVEN[0].scatter
+    side = "right" if tilt > 0 else "left"
+    text = f"base off level by {abs(tilt):.3f} ± {max(error, LEAST_DEG):.3f} degrees, lower on the {side}"
+    return Reason("warn" if matters else "ok", "off_level", f"{text}, and fitted so" + ": level it" * matters)
+
+
+def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
+    """What the finger did, from the energy that the block had beyond that of the hold."""
+    angle, late = abs(fit.values["theta0"]), 1e3 * fit.values["t0"]
+    more = _rise(block, angle) - _rise(block, abs(motion.theta0))
+    rate = block.p * math.sqrt(2 * abs(more) / math.hypot(block.b, block.h))
+    did = f"pushed, by about {rate:.2g} rad/s" if more > 0 else "held back by a slow finger"
+    when = f"{abs(late):.1f} ms {'later' if late > 0 else 'earlier'}"
+    text = (
+        f"{did}: the block moves as if let go from rest at {math.degrees(angle):.3f} degrees instead of "
+        f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
+    )
+    far = abs(angle / abs(motion.theta0) - 1) > PUSHED
+    name = "pushed" if more > 0 else "held_back"
+    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so")
+
+
+def _rise(block: Block, theta: float) -> float:
+    """Of the centre of mass [m] when a rigid block has turned by θ about a corner."""
+    return block.b * math.sin(theta) - 2 * block.h * math.sin(theta / 2) ** 2

@@ -1,0 +1,145 @@
+"""A base off level and a finger that pushed or held back: found by the fit where the data ask for it."""
+
+import math
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from freerock.identification.diagnosis import asks_for
+from freerock.identification.doubts import doubts_about
+from freerock.identification.fit import fit_run
+from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
+from freerock.identification.problem import posed
+from freerock.identification.settings import FitSettings
+from freerock.models.contact import Foundation, State, static_depth
+from freerock.models.laws import LAWS
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Verdict
+from freerock.virtual_lab import mishaps
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import Scene, free_rocking
+
+BLOCK, ANGLE, _ = CONFIGURATIONS["config3"]
+SIGMA = math.radians(0.006)
+SINCE = np.arange(0, 2.5, 1e-3)
+PLAIN = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+
+
+def run(moves, foundation="aerstop", seed=3, theta0=ANGLE, hold=ANGLE):
+    """A measured run that began with these moves, and the hold from which it was let go."""
+    parameters = FOUNDATIONS[foundation]
+    start = State(static_depth(BLOCK, Foundation.of(parameters), theta0), 0.0, theta0, 0.0)
+    theta = moves(Scene("hunt_crossley", BLOCK, parameters), SINCE, start).theta
+    noise = SIGMA * np.random.default_rng(seed).standard_normal(SINCE.size)
+    return Motion(SINCE, theta + noise, SIGMA, hold, 1e-5, 2e-4)
+
+
+def tilted(degrees, **how):
+    return run(mishaps.off_level(math.radians(degrees)), **how)
+
+
+def notes(motion, found, ladder=PLAIN):
+    return doubts_about(Verdict(), BLOCK, motion, found, ladder)
+
+
+@pytest.mark.parametrize("foundation", FOUNDATIONS)
+@pytest.mark.parametrize("degrees", [0.2, -0.05])
+def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation, degrees):
+    motion = tilted(degrees, foundation=foundation)
+    found = identify_run(BLOCK, motion, PLAIN)
+    choice = found.choice(PLAIN)
+    assert (choice.selected, choice.explained, found.scene) == ("hunt_crossley", True, ("tilt",))
+    fit = found.fits["hunt_crossley"]
+    assert fit.n_parameters == choice.judged[0].evidence.n_freed == 5
+    truth = {**FOUNDATIONS[foundation], "tilt": math.radians(degrees)}
+    for name, value in truth.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+    (note,) = notes(motion, found)
+    assert (note.verdict, note.name) == ("warn", "off_level")
+    side = "right" if degrees > 0 else "left"
+    assert note.text.startswith(
+        f"base off level by {abs(fit.values['tilt']) * 180 / math.pi:.3f} ± 0.001 deg"
+    )
+    assert note.text.endswith(f"lower on the {side}, and fitted so: level it")
+
+
+def test_without_the_tilt_the_law_would_be_far_off():
+    fit = fit_run("hunt_crossley", BLOCK, tilted(0.2))
+    assert abs(fit.values["k"] / FOUNDATIONS["aerstop"]["k"] - 1) > 0.02
+
+
+def test_a_tilt_that_hides_in_the_noise_is_asked_for_and_only_noted():
+    motion = tilted(0.012)
+    found = identify_run(BLOCK, motion, PLAIN)
+    assert found.scene == ("tilt",)
+    (note,) = notes(motion, found)
+    assert (note.verdict, note.name) == ("ok", "off_level") and "level it" not in note.text
+
+
+@pytest.mark.parametrize("foundation", FOUNDATIONS)
+def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
+    motion = run(free_rocking, foundation)
+    found = identify_run(BLOCK, motion, PLAIN)
+    assert found.explained and found.scene == () and notes(motion, found) == []
+    fit = found.fits["hunt_crossley"]
+    problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
+    assert asks_for(problem, problem.start_at(fit.values)) == ()
+    assert "tilt" not in fit.parameters
+
+
+@pytest.mark.parametrize(("rate", "late"), [(0.15, "later"), (-0.15, "earlier")])
+def test_a_push_is_found_as_another_release(rate, late):
+    motion = run(mishaps.pushed(rate))
+    found = identify_run(BLOCK, motion, PLAIN)
+    assert (found.explained, found.scene) == (True, ("release",))
+    fit = found.fits["hunt_crossley"]
+    assert abs(fit.values["k"] - FOUNDATIONS["aerstop"]["k"]) < 4 * fit.stderr[0]
+    assert fit.n_parameters == 4
+    (note,) = notes(motion, found)
+    assert (note.verdict, note.name) == ("ok", "pushed")
+    told = re.fullmatch(
+        r"pushed, by about (\S+) rad/s: the block moves as if let go from rest at (\S+) degrees instead of "
+        rf"20\.000, \S+ ms {late}, and is fitted so",
+        note.text,
+    )
+    assert float(told[1]) == pytest.approx(abs(rate), rel=0.1)
+    assert float(told[2]) == pytest.approx(20.06, abs=0.02)
+
+
+def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
+    motion = run(free_rocking, theta0=0.97 * ANGLE)
+    found = identify_run(BLOCK, motion, PLAIN)
+    (note,) = notes(motion, found)
+    assert found.scene == ("release",)
+    assert (note.verdict, note.name) == ("warn", "held_back")
+    let_go = float(re.search(r"from rest at (\S+) degrees instead of 20\.000", note.text)[1])
+    assert let_go == pytest.approx(19.4, abs=0.01)
+
+
+def test_neither_takes_up_a_blow():
+    for at in (0.3, 0.5):
+        found = identify_run(BLOCK, run(mishaps.hit(at, 0.2), "marble"), PLAIN)
+        assert not found.explained and found.scene == ()
+
+
+def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
+    motions = {1: tilted(0.1), 2: tilted(0.1, seed=4), 3: run(mishaps.pushed(-0.15))}
+    found = identify_runs(BLOCK, motions, PLAIN)
+    assert [each.scene for each in found.values()] == [("tilt",), ("tilt",), ("release",)]
+    for each in found.values():
+        fit = each.fits["hunt_crossley"]
+        assert fit.epsilon_holdout_runs < 3 * fit.epsilon_theta
+
+
+def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
+    paper = replace(PLAIN, free=dict.fromkeys(LAWS, ()))
+    assert paper.freeing(("release", "tilt")) == paper
+    found = identify_run(BLOCK, tilted(0.1), paper)
+    assert not found.explained and found.scene == ()
+    per_impact = replace(PLAIN, free={**PLAIN.free, "housner": ("theta0", "t0", "r_per_impact")})
+    freeing = per_impact.freeing(("tilt",))
+    assert "tilt" not in freeing.free["housner"] and "tilt" in freeing.free["winkler"]
+    assert freeing.freeing(("tilt",)) == freeing
