@@ -6,6 +6,7 @@
 __all__ = [
     "angular_rate",
     "by_hand",
+    "evenness",
     "impacts",
     "judged",
     "limits",
