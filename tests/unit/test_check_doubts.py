@@ -68,6 +68,15 @@ def test_a_usual_record_is_not_doubted(doubts):
     assert doubts(("release_angle_deg: 7", "release_angle_deg: 1"), volts=swings(theta0_deg=1.0)) == []
 
 
+def test_a_measured_campaign_is_asked_whether_its_base_is_level(doubts):
+    measured = ("origin: simulated", "origin: measured")
+    assert doubts(measured) == [
+        "config/campaigns/lab.yaml:6: foundations.floor: does not say how well its base is level, and a "
+        "tenth of a degree spoils k; level it in the plane of rocking, and give levelled_deg"
+    ]
+    assert doubts(measured, ("floor: {}", "floor: {levelled_deg: 0.02}")) == []
+
+
 def test_radians_for_degrees(doubts):
     angle, record = doubts(("release_angle_deg: 7", "release_angle_deg: 0.122"))
     assert angle == (

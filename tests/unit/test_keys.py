@@ -50,7 +50,7 @@ def defaults(section, without=()):
         ("models.block.Block", "", BlockSection, "label release_angle_deg"),
         (
             "identification.settings.FitSettings",
-            "free",
+            "free loose_release",
             FitsSection,
             "models kinematics free paper_mode pooled",
         ),

@@ -5,6 +5,7 @@ import math
 import pandas as pd
 import pytest
 
+from freerock.studies import off_level
 from freerock.studies.mishaps import COLUMNS, MISHAPS, SIZES, main, markdown, one
 
 pytestmark = pytest.mark.slow
@@ -30,6 +31,22 @@ def test_a_mishap_is_warned_of_with_its_name(name, says):
     row = one(name, AERSTOP_2)
     assert row["level"] == "warn" and row["named"] and says in row["names"].split()
     assert {*row} <= {*COLUMNS}
+
+
+def test_half_a_degree_under_the_slender_block_makes_swings_higher_and_is_found():
+    row = off_level.one(6)
+    assert (row["block"], row["level"], row["scene"]) == ("config1", "warn", "tilt")
+    assert row["tilt_deg"] == pytest.approx(0.498, abs=1e-3) == pytest.approx(row["tilt_found_deg"], abs=2e-3)
+    assert max(abs(row[f"{name}_error_stderrs"]) for name in off_level.NAMES) < 4
+    assert {*row} <= {*off_level.COLUMNS}
+
+
+def test_a_level_base_is_left_level_and_the_study_writes_its_records(monkeypatch, tmp_path):
+    monkeypatch.setitem(off_level.SIZES, "small", 2)
+    off_level.main(str(tmp_path / "off_level.csv"), "small")
+    frame = pd.read_csv(tmp_path / "off_level.csv")
+    assert frame["level"].tolist() == ["ok", "ok"] and frame["scene"].isna().all()
+    assert frame["tilt_found_deg"].isna().all() and frame["explained"].all()
 
 
 def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):

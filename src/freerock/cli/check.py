@@ -243,6 +243,11 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
         return
     for name, block in campaign.blocks.items():
         yield from _block(source, name, block)
+    for name, foundation in campaign.foundations.items():
+        if campaign.origin == "measured" and foundation.levelled_deg is None:
+            what = "does not say how well its base is level, and a tenth of a degree spoils k"
+            remedy = "level it in the plane of rocking, and give levelled_deg"
+            yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
     work = 0.0
     for number, (line, record) in enumerate(source.records):

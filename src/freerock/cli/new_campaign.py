@@ -223,9 +223,9 @@ origin: {FILL_IN}  # measured or simulated
 blocks:
   block1: {{height_m: {FILL_IN}, width_m: {FILL_IN}, mass_kg: {FILL_IN}}}
 
-# One line per foundation, likewise.
+# One line per foundation, likewise. levelled_deg says how well its base was levelled in the plane of rocking.
 foundations:
-  foundation1: {{}}
+  foundation1: {{}}  # {{levelled_deg: 0.02}}
 
 # Where each sensor's beam meets the block. beam: horizontal (a side face; position_m is its height above the
 # base) or vertical (the top; position_m is its distance to the right of the centre line). range_m is the

@@ -98,6 +98,13 @@ class FoundationSection(Section):
     """What the blocks stand on."""
 
     label: Label = Field("", description="the name printed in tables and figures; left out, the key")
+    levelled_deg: Number | None = Field(
+        None,
+        ge=0,
+        le=10,
+        description="how well its base was levelled in the plane of rocking, in degrees; `freerock check` "
+        "asks for it where records are measured",
+    )
 
 
 class RotationSection(Section):

@@ -13,6 +13,9 @@ from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
 from freerock.runs.segment import Run, find_runs
+from freerock.runs.verdict import Verdict
+
+TILTS = "alternating_restitution"
 
 
 def judged_runs(
@@ -41,6 +44,15 @@ def judged_runs(
             theta0_stderr=run.theta0_stderr,
             limits=of_impacts,
         )
-        doubts = doubt_about(found, of_impacts) + doubt_about_evenness(found, block)
-        judged.append((replace(run, verdict=run.verdict.adding(doubts)), found))
+        uneven = doubt_about_evenness(found, block)
+        verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
+        doubts = doubt_about(found, of_impacts) + uneven
+        judged.append((replace(run, verdict=verdict.adding(doubts)), found))
     return judged
+
+
+def _as_of_a_tilt(verdict: Verdict) -> Verdict:
+    """On a base off level swings to its side are higher than those before: the fits may tell."""
+    return Verdict(
+        tuple(each._replace(verdict="warn") if each.name == "touched" else each for each in verdict.reasons)
+    )
