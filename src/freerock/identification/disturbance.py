@@ -59,7 +59,7 @@ def find_disturbance(
     for model in dict.fromkeys([*laws, *nearest[:1]]):
         found = fits[model].values
         start = {name: found[name] for name in (*MODELS[model], "width") if name in found}
-        explained = partial(_leaves_noise, model, block, settings(model), start)
+        explained = partial(leaves_noise, model, block, settings(model), start)
         first = _first([_from_top(motion, top) for top in tops], explained)
         if first == 0:
             return Disturbance(0.0, tops[0].time_s)
@@ -101,10 +101,21 @@ def _until(motion: Motion, end_s: float) -> Motion:
     return replace(motion, time_s=motion.time_s[before], theta=motion.theta[before])
 
 
-def _leaves_noise(
+def leaves_noise(
     model: str, block: Block, settings: FitSettings, start: Mapping[str, float], *parts: Motion
 ) -> bool:
-    """Whether the law with one set of parameters leaves only the noise at rest of parts of a run."""
+    """Whether the law with one set of parameters leaves only the noise at rest of parts of a run.
+
+    Parameters
+    ----------
+    model : str
+    block : Block
+    settings : FitSettings
+    start : mapping of str to float
+        Parameters to start from [SI].
+    parts : Motion
+        Of one run, or all of it.
+    """
     try:
         problem = posed(model, [block] * len(parts), parts, settings)
     except FreerockError:  # too few samples

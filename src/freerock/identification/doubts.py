@@ -1,6 +1,7 @@
 """What the fits of a run say against it, with its likely causes."""
 
 from freerock.identification.disturbance import find_disturbance
+from freerock.identification.hints import hints_for
 from freerock.identification.ladder import Identified, Ladder
 from freerock.identification.scene_notes import notes_on_scene
 from freerock.models.block import Block
@@ -18,8 +19,8 @@ ALWAYS = "alternating_restitution"  # its cause acts all through the run: no par
 def doubts_about(
     measured: Verdict, block: Block, motion: Motion, found: Identified, ladder: Ladder
 ) -> list[Reason]:
-    """Of a run that a candidate explains, what it found of base and release; else that none does, and what
-    acted on the block when.
+    """Of a run that a candidate explains, what it found of base and release; else that none does, under
+    which setting one would, or what acted on the block when.
 
     Parameters
     ----------
@@ -38,6 +39,9 @@ def doubts_about(
         return notes_on_scene(found.fits[chosen], block, motion) if chosen else []
     if not found.fits:
         return []
+    hints = list(hints_for(block, motion, found.fits, ladder))
+    if hints:
+        return [*hints, Reason("warn", "unexplained", UNEXPLAINED)]
     disturbance = None
     if ALWAYS not in measured.names:
         disturbance = find_disturbance(block, motion, found.fits, ladder.settings)

@@ -78,8 +78,11 @@ class Ladder:
 
     @property
     def candidates(self) -> tuple[str, ...]:
-        """All candidates, few freed numbers first."""
-        return candidates(self.models, self.kinematics, self.free)
+        """All candidates, few freed numbers first; without a law for which debonding is not worked out, where
+        another is left."""
+        rule = FitSettings(**self.options).debonding
+        worked_out = [law for law in self.models if LAWS[law].allows(rule, len(LAWS[law].dampings))]
+        return candidates(worked_out or self.models, self.kinematics, self.free)
 
 
 class LeftOut(NamedTuple):

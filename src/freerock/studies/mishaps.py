@@ -34,7 +34,7 @@ from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches
 from freerock.runs.verdict import Verdict
 from freerock.studies.document import renew
-from freerock.studies.truths import place
+from freerock.studies.truths import place, table_2
 from freerock.studies.virtual_run import Row
 from freerock.tables.csvfile import write_csv
 from freerock.virtual_lab import faults, mishaps
@@ -64,7 +64,7 @@ class Mishap:
     value : float
     spoil : callable
         (value, half period [s], generator) → what differs: fields of `Release`; `corner_sinks`; `faults`;
-        `rules` of the law; `sign`, of the laser.
+        `law`, `rules` of the law; `sign`, of the laser.
     names : collection of str
         Reasons that name it rightly.
     """
@@ -90,7 +90,9 @@ MISHAPS = {
         )
         for tilt in (0.05, 0.2)
     },
-    "sign of the laser": Mishap("sign", -1, lambda value, swing_s, draw: {"sign": value}, ALTERNATES),
+    "sign of the laser": Mishap(
+        "sign", -1, lambda value, swing_s, draw: {"sign": value}, (*ALTERNATES, "other_sign")
+    ),
     **{
         f"hit during a run, {rate:g}": Mishap(
             "rate [rad/s]",
@@ -165,8 +167,8 @@ MISHAPS = {
     "other debonding rule": Mishap(
         "",
         math.nan,
-        lambda value, swing_s, draw: {"rules": Rules("tensionless")},
-        ("unexplained",),
+        lambda value, swing_s, draw: {"rules": Rules("tensionless"), "law": "winkler"},
+        ("other_debonding",),
     ),
 }
 COLUMNS = ["mishap", "quantity", "value", "block", "foundation", "level", "names", "named", "model"]
@@ -197,6 +199,8 @@ def one(name: str, i: int) -> Row:
     }
     angle *= _either(draw) * draw.uniform(0.6, 1.0)
     how = mishap.spoil(mishap.value, math.pi / 2 / block.p, draw)
+    if "law" in how:
+        parameters = table_2(how["law"], foundation)
     record = spoiled(block, laser, parameters, angle, how, i)
     read = replace(laser, sign=int(how.get("sign", laser.sign)))
     row: Row = {"mishap": name, "quantity": mishap.quantity, "value": mishap.value}
@@ -222,7 +226,7 @@ def spoiled(
     return simulate_record(
         block,
         laser,
-        "hunt_crossley",
+        how.get("law", "hunt_crossley"),
         [release],
         seed=seed,
         recording=recording,

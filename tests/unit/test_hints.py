@@ -1,0 +1,98 @@
+"""What a run that nothing explains would fit with: the other rule of debonding, or sign of the laser."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from freerock.identification.as_measured import as_measured
+from freerock.identification.fit import fit_run
+from freerock.identification.hints import hints_for, mirrored
+from freerock.identification.ladder import BY_DEFAULT, Ladder
+from freerock.models.laws import GEOMETRIC, LAWS, Rules
+from freerock.models.published import BLOCKS, TABLE_2
+from freerock.rotation.beam import displaced, turned
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View
+from freerock.runs.motion import Motion
+from freerock.runs.noise import noise_at_rest
+
+BLOCK = BLOCKS["config2"]
+THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0
+LASER = Laser("horizontal", 0.20, 0.1)
+VIEW = View(BLOCK, LASER)
+TENSIONLESS = Rules("tensionless")
+
+
+def run(law="winkler", rules=GEOMETRIC, view=None, seen=lambda theta: theta):
+    """A run on the Aerstop of table 2 with white noise, whose angles are read otherwise than they are."""
+    generator = np.random.default_rng(3)
+    time_s = np.arange(0, 3.5, 1 / RATE_HZ)
+    values = {**TABLE_2["aerstop"][law], "theta0": THETA0}
+    theta = seen(as_measured(law, BLOCK, values, time_s, view, rules=rules))
+    theta0 = float(seen(np.array([THETA0]))[0])
+    noise = noise_at_rest([SIGMA * generator.standard_normal(4000)], RATE_HZ)
+    theta += SIGMA * generator.standard_normal(time_s.size)
+    return Motion(time_s, theta, SIGMA, theta0, SIGMA / 30, 1e-3, noise=noise, view=view)
+
+
+def hints(motion, law):
+    """Names and texts of what is said of a run that the law alone was fitted to."""
+    found = hints_for(BLOCK, motion, {law: fit_run(law, BLOCK, motion)}, BY_DEFAULT)
+    return [(each.name, each.text) for each in found]
+
+
+def test_the_other_rule_of_debonding():
+    assert hints(run(rules=TENSIONLESS), "winkler") == [
+        (
+            "other_debonding",
+            "would fit with fits.debonding: tensionless: Winkler then leaves only noise",
+        )
+    ]
+
+
+def read_with_the_other_sign(theta):
+    return turned(-displaced(theta, BLOCK, LASER), BLOCK, LASER)
+
+
+def test_the_other_sign_of_the_laser():
+    motion = run("hunt_crossley", view=VIEW, seen=read_with_the_other_sign)
+    assert hints(motion, "hunt_crossley") == [
+        ("other_sign", "would fit with the other sign of the laser: Hunt–Crossley then leaves only noise")
+    ]
+
+
+def test_a_motion_mirrored_twice_is_itself():
+    motion = run("hunt_crossley", view=VIEW)
+    once = mirrored(motion)
+    assert once.theta0 < 0 and abs(once.theta0 + THETA0) > 10 * SIGMA
+    twice = mirrored(once)
+    assert twice.theta0 == pytest.approx(THETA0, rel=1e-12)
+    assert np.allclose(twice.theta, motion.theta, rtol=0, atol=1e-12)
+
+
+def test_a_rotation_as_recorded_has_no_other_sign():
+    motion = run("hunt_crossley")
+    assert mirrored(motion) is None
+    rotation = View(BLOCK, replace(LASER, beam=None, position_m=None, units="rad"))
+    assert mirrored(replace(motion, view=rotation)) is None
+
+
+@pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])
+def test_nothing_is_said_where_neither_helps(law):
+    struck = run(law, view=VIEW)
+    slower = struck.time_s - 0.1 * np.maximum(struck.time_s - 0.4, 0)
+    theta = np.interp(slower, struck.time_s, struck.theta)
+    assert hints(replace(struck, theta=theta), law) == []
+
+
+def test_a_law_without_the_rule_is_left_out_where_another_is_left():
+    free = {name: law.free for name, law in LAWS.items()}
+    asked = ("winkler", "hunt_crossley", "general")
+    options = {"debonding": "tensionless"}
+    found = Ladder(asked, ("guided", "pivoting"), free, options).candidates
+    assert found == tuple(
+        name for name in Ladder(asked, ("guided", "pivoting"), free).candidates if "general" not in name
+    )
+    assert Ladder(("general",), (), free, options).candidates == ("general",)
