@@ -39,6 +39,7 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "snakemake --profile": "needs a cluster",
     "snakemake --executor": "needs a cluster",
     "snakemake --report": "needs results; made by tests/workflow/test_snakemake_report.py",
+    "freerock review": "serves until it is stopped; run by tests/browser/test_review_page.py",
     "freerock verify": "needs results; run by tests/workflow/test_ledger.py",
     "snakemake --config verify=true": "needs results; run by tests/workflow/test_ledger.py",
     "snakemake --unlock": "after a killed run only",

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from freerock import figures
+from freerock.arrays import extremes
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
 from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
@@ -349,7 +350,7 @@ def test_thinning_keeps_the_ends(n, n_drawn):
 
 @given(st.lists(st.floats(-1e3, 1e3) | st.just(np.nan), max_size=300), st.integers(1, 50))
 def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
-    kept = style.extremes(values, n_bins)
+    kept = extremes(values, n_bins)
     assert len(kept) <= 2 * n_bins
     assert np.all(np.diff(kept) > 0)
     finite = np.array(values)[np.isfinite(values)] if values else []

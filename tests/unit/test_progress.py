@@ -42,7 +42,8 @@ def test_pace_of_the_newest_run_tells_the_rest(tmp_path):
         "  records           3 of 4\n"
         "  fits              1 of 4\n"
         "  quality pages     0 of 4\n"
-        "  failed: b: no release"
+        "  failed: b: no release\n"
+        "  look at the runs: freerock review lab"
     )
 
 

@@ -147,6 +147,7 @@ rule report:
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),
+        changes=changes_of,
     output:
         html=report(
             "results/{campaign}/report.html",

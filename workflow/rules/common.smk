@@ -6,6 +6,7 @@ from pathlib import Path
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
+from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
@@ -96,6 +97,12 @@ def tests_of(wildcards):
 def scenes_of(records):
     """What block stood on what foundation in each of these records, as one word that can be compared."""
     return [f"{each.block} on {each.foundation}" for each in records]
+
+
+def changes_of(wildcards):
+    """Input function: the log of what was changed at the review desk, where there is one."""
+    log = log_of(f"config/campaigns/{wildcards.campaign}.csv")
+    return [str(log)] if log.exists() else []
 
 
 def figures_of(section):

@@ -15,4 +15,5 @@ with at_work(snakemake):
         list(zip(params.titles, inputs.figures, strict=True)),
         {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
         dict(snakemake.output.items()),
+        next(iter(inputs.changes), None),
     )

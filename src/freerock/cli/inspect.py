@@ -121,7 +121,7 @@ def look_into(path: str | Path) -> RecordLook:
 
 def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:
     """The one channel of a dataset, in short."""
-    from freerock.figures.style import extremes
+    from freerock.arrays import extremes
 
     (signal,), times = record.data_vars.values(), record["time"].values
     values = signal.values

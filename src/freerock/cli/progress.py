@@ -130,6 +130,7 @@ def progress_text(name: str, state: Progress) -> str:
     lines = [f"{name}: {when}"]
     lines += [f"  {step:13s} {number:5d} of {state.total}" for step, number in state.done.items()]
     lines += [f"  failed: {test}: {reasons}" for test, reasons in state.failed]
+    lines += [f"  look at the runs: freerock review {name}"] if state.done["records"] else []
     return "\n".join(lines)
 
 

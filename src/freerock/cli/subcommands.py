@@ -20,6 +20,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "check": "check configuration and files in seconds, without running anything",
     "plan": "predict, before any test, how well each parameter will be known",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
+    "review": "see, correct and refit runs in the browser",
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",
     "compare": "show what changed between two analyses of a campaign",

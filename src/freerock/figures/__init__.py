@@ -8,6 +8,7 @@ workflow's rule of figures.
 
 __all__ = [
     "foundation_effect",
+    "looks",
     "misfit_map",
     "models",
     "plan",

@@ -9,13 +9,12 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, extremes
 from freerock.figures.style import (
     MODEL_STYLES,
     Axes,
     Labels,
     Style,
-    extremes,
     footer,
     label,
     legend_above,

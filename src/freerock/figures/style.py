@@ -4,7 +4,6 @@ import functools
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import cycle
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -19,17 +18,19 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from freerock.figures.looks import MEASURED as MEASURED
+from freerock.figures.looks import MODEL_MARKERS as MODEL_MARKERS
+from freerock.figures.looks import MODEL_STYLES as MODEL_STYLES
+from freerock.figures.looks import Style as Style
 from freerock.files import atomic
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, PARAMETERS, SYMBOLS, unit_of
+from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
 from freerock.tables.text import SUPERSCRIPTS
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
-Style = dict[str, Any]
-"""Look of a line: keywords of Matplotlib."""
 Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
 Drawn = TypeVar("Drawn", covariant=True)
@@ -108,34 +109,6 @@ FOUNDATION_STYLES: tuple[Style, ...] = (
     {"color": "#00805e", "linestyle": ":"},
     {"color": "#9a4d83", "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
-MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
-# Colour, line and marker of a law, in the order of `models.laws`; a further one takes the next look.
-_LAW_LOOKS = (
-    ("#d55e00", "-.", ""),
-    ("#0072b2", "--", "s"),
-    ("black", "-", "^"),
-    ("#cc79a7", (0, (5, 1, 1, 1)), "v"),
-    ("#009e73", ":", "D"),
-    ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
-)
-_BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
-
-
-def _look(model: str) -> Style:
-    """Colour by law; of a rival a dash as long as its law asks, dots for what it is free in, no fill."""
-    candidate = CANDIDATES[model]
-    color, line, _ = _BY_LAW[candidate.law]
-    style: Style = {"color": color, "linestyle": line, "label": MODEL_LABELS[model]}
-    if candidate.is_rival:
-        moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
-        dots = 1 + candidate.width + 2 * moves
-        dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
-        style |= {"linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)), "markerfacecolor": "none"}
-    return style
-
-
-MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
-MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
 CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
@@ -198,29 +171,6 @@ def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
     """
     kept = np.arange(0, n_samples, max(1, round(n_samples / n_drawn)))
     return np.union1d(kept, n_samples - 1) if n_samples else kept
-
-
-def extremes(values: ArrayLike, n_bins: int = 1000) -> NDArray[np.intp]:
-    """Lowest and highest sample of each bin, so that no spike is lost by drawing fewer samples.
-
-    Parameters
-    ----------
-    values : array_like, shape (n_samples,)
-        Samples; NaN where there is none.
-    n_bins : int
-        Bins.
-
-    Returns
-    -------
-    ndarray of int
-        Indices to draw, in order.
-    """
-    values = np.asarray(values, dtype=float)
-    width = max(1, -(-len(values) // n_bins))
-    bins = np.pad(values, (0, -len(values) % width), constant_values=np.nan).reshape(-1, width)
-    low, high = np.where(np.isnan(bins), np.inf, bins), np.where(np.isnan(bins), -np.inf, bins)
-    first = width * np.arange(len(bins))
-    return np.union1d(first + low.argmin(axis=1), first + high.argmax(axis=1))
 
 
 def gathered(parts: Iterable[pd.DataFrame], columns: Sequence[str]) -> pd.DataFrame:

@@ -6,6 +6,7 @@ from typing import Any
 
 import xarray as xr
 
+from freerock.config.history import read_changes
 from freerock.files import write_json
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
@@ -21,6 +22,7 @@ def make_report(
     figures: Sequence[tuple[str, str | Path]],
     pages: Mapping[str, str | Path],
     output: Mapping[str, str | Path],
+    changes: str | Path | None = None,
 ) -> None:
     """Write the report of a campaign and its provenance.
 
@@ -38,6 +40,8 @@ def make_report(
         Quality page of each test.
     output : mapping of str to path
         html and provenance, the files to write.
+    changes : path, optional
+        Log of what was changed at the review desk.
     """
 
     def opened(test: str, samples: bool) -> tuple[xr.DataTree, xr.DataTree]:
@@ -63,4 +67,5 @@ def make_report(
         opened=opened,
         figures=figures,
         pages=pages,
+        changes=read_changes(changes) if changes else (),
     )

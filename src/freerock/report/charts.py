@@ -1,4 +1,4 @@
-"""The curves of a run as the report draws them: thinned, in degrees, packed into text; and their looks."""
+"""The curves of a run as the report draws them: thinned, in degrees, packed into text."""
 
 import base64
 from typing import Any
@@ -6,15 +6,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats
-from freerock.figures.style import MEASURED, MODEL_MARKERS, MODEL_STYLES, extremes
+from freerock.arrays import Floats, extremes
 from freerock.models.laws import MODELS
 from freerock.runs.angular_rate import angular_rate
 
 BINS = 1500  # of a run, with two samples drawn in each: more than a screen has columns
 MISSING = -32768
-DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # as figures.style, for the screen
-MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
 
 
 def run_curves(record: xr.DataTree, number: int, fitted: xr.DataTree | None = None) -> dict[str, Any]:
@@ -55,24 +52,6 @@ def run_curves(record: xr.DataTree, number: int, fitted: xr.DataTree | None = No
         "theta": {source: packed(np.degrees(values[drawn])) for source, values in theta.items()},
         "rate": {source: packed(np.degrees(values[drawn])) for source, values in rate.items()},
         "impacts": impacts,
-    }
-
-
-def looks() -> dict[str, dict[str, Any]]:
-    """Look of each curve on the screen, by source, as `freerock.figures.style` has it on paper."""
-    styles: dict[str, Any] = {"measured": MEASURED | {"color": "#999999"}}
-    styles |= {model: MODEL_STYLES[model] for model in MODELS}
-    return {
-        name: {
-            "color": style["color"],
-            "dash": DASHES.get(style["linestyle"])
-            if isinstance(style["linestyle"], str)
-            else style["linestyle"][1],
-            "width": 3 if name == "measured" else 1.5,
-            "marker": MARKERS[MODEL_MARKERS[name]] if name in MODEL_MARKERS else "circle",
-            "label": style["label"],
-        }
-        for name, style in styles.items()
     }
 
 

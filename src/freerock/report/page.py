@@ -14,11 +14,12 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from PIL import Image
 
+from freerock.config.history import Change
+from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.report import tables as made
-from freerock.report.charts import looks
 from freerock.report.evidence import scenes_of
 from freerock.report.records import charted, sections_of
 from freerock.report.scene import unexplained
@@ -42,6 +43,7 @@ def write_report(
     opened: Callable[[str, bool], tuple[xr.DataTree, xr.DataTree]],
     figures: Sequence[tuple[str, str | Path]] = (),
     pages: Mapping[str, str | Path] | None = None,
+    changes: Sequence[Change] = (),
 ) -> None:
     """Write the report of a campaign.
 
@@ -64,6 +66,8 @@ def write_report(
         Caption and PNG file of each figure to show.
     pages : mapping of str to path, optional
         File of the quality pages by record, linked relative to `path`.
+    changes : sequence of freerock.config.history.Change, optional
+        What was changed, and looked at, at the review desk.
     """
     folder = Path(path).parent
     linked = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
@@ -79,6 +83,8 @@ def write_report(
         n_charted=len(wanted),
         facts=facts(tables["runs"], sections, tables["restitution_comparison"], blocks),
         scripts=_scripts() if wanted else [],
+        by_hand=made.by_hand(changes, provenance["config"]),
+        looked=made.seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
     )
     write_text(path, html)
@@ -117,7 +123,7 @@ def _content(
         "software": provenance["software"],
         "git": provenance["git"],
         "other_software": provenance.get("other_software", ()),
-        "styles": {"mark": " – simulated" if simulated else "", "lines": looks()},
+        "styles": {"mark": " – simulated" if simulated else "", "lines": on_screen()},
     }
 
 

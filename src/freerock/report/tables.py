@@ -1,10 +1,11 @@
 """The tables of the report: heads and cells; each row leads to its run or record."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
@@ -143,6 +144,39 @@ def _named(answer: Answer | None) -> Cell:
         return Cell(MODEL_LABELS[answer.model] if answer else "–")
     nearest = f", nearest {MODEL_LABELS[answer.model]}" if answer.model else ""
     return Cell(f"none explains it{nearest}", kind="warn")
+
+
+def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Sortable | None:
+    """What was changed at the review desk, newest first; None where nothing was.
+
+    Parameters
+    ----------
+    changes : sequence of Change
+    config : mapping
+        The campaign's section: a line whose cell holds something else by now says so.
+    """
+    now = {line["test"]: line for line in config["records"]}
+    cells = [each for each in changes if each.cell != LOOKED_AT]
+    last = {(each.test, each.cell): each for each in cells}
+    rows = []
+    for each in reversed(cells):
+        held = now.get(each.test, {}).get(each.cell, "")
+        other = last[each.test, each.cell] is each and " ".join(each.after.split()) != held
+        anchor = f"record-{each.test}" if each.test in now else ""
+        why = each.why + (" (the CSV holds something else by now)" if other else "")
+        texts = (each.time, each.login, each.cell, each.before or "–", each.after or "–", why)
+        rows.append([Cell(each.test, anchor=anchor), *map(Cell, texts)])
+    heads = ["Record", "When", "Who", "Cell", "From", "To", "Why"]
+    return Sortable(heads, rows, "Changes at the review desk, newest first") if rows else None
+
+
+def seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
+    """How many runs were looked at since they were last corrected, and by whom; empty where nobody did."""
+    looked = looked_at(changes)
+    known = {(row.test, "" if pd.isna(row.run) else str(row.run)) for row in runs.itertuples()}
+    mine = [each for key, each in looked.items() if key in known]
+    people = ", ".join(sorted({each.login for each in mine}))
+    return f"Looked at: {len(mine)} of {len(known)} runs, by {people}." if mine else ""
 
 
 def _anchor(test: str, run: str) -> str:

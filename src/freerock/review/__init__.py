@@ -1,3 +1,7 @@
-"""The desk in the browser: a person looks at runs, corrects them, and keeps the corrections in the CSV."""
+"""The desk in the browser: a person looks at runs, corrects them, and keeps the corrections in the CSV.
 
-__all__ = ["csv_edit"]
+`server` answers the page, `desk` holds a campaign, `bench` processes a record again by the workflow's
+jobs, `csv_edit` writes cells.
+"""
+
+__all__ = ["bench", "corrections", "csv_edit", "desk", "pictures", "server"]

@@ -158,7 +158,7 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
     return made
 
 
-def save(path: str | Path, known: str, edits: Sequence[Edit]) -> bytes:
+def save(path: str | Path, known: str, edits: Sequence[Edit], back_to: bytes | None = None) -> bytes:
     """Change cells of a CSV file in one step; returns its new content.
 
     Parameters
@@ -168,6 +168,8 @@ def save(path: str | Path, known: str, edits: Sequence[Edit]) -> bytes:
     known : str
         `digest` of its content as it was read: nobody may have changed it since.
     edits : sequence of Edit
+    back_to : bytes, optional
+        What the file held before: written instead, so that what is undone is as it was, quotes included.
 
     Raises
     ------
@@ -178,7 +180,7 @@ def save(path: str | Path, known: str, edits: Sequence[Edit]) -> bytes:
     with _locked(path) as content:
         if digest(content) != known:
             raise FreerockError(path, "was changed by someone else since it was read", READ_AGAIN)
-        made = edited(content, edits, path)
+        made = edited(content, edits, path) if back_to is None else back_to
         if made != content:
             mode = path.stat().st_mode
             with atomic(path) as partial:

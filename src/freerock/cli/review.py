@@ -1,0 +1,34 @@
+"""See, correct and refit the runs of a campaign in the browser."""
+
+import os
+import webbrowser
+from argparse import ArgumentParser, Namespace
+from contextlib import suppress
+from threading import Thread
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n  freerock review palermo_virtual\n\n"
+        "The page is served to this computer only; its address holds a token, keep it to yourself.\n"
+        "What you save goes into the campaign's CSV; snakemake then makes what depends on it. Ctrl+C ends it."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN")
+    parser.add_argument("--no-browser", action="store_true", help="print the address, open no browser")
+    parser.add_argument("--port", type=int, default=0, help="by default any that is free")
+
+
+def run(chosen: Namespace) -> None:
+    """Serve the desk until Ctrl+C."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # as the workflow: the same last digits
+    from freerock.review.desk import Desk
+    from freerock.review.server import serve
+
+    def ready(address: str) -> None:
+        print(f"{chosen.campaign}: {address}\nCtrl+C ends it.", flush=True)
+        if not chosen.no_browser:
+            Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+
+    with suppress(KeyboardInterrupt):
+        serve(Desk(chosen.campaign), chosen.port, ready)

@@ -1,0 +1,58 @@
+"""How the lines of measured runs and of models look, on paper and on the screen; drawn elsewhere."""
+
+from itertools import cycle
+from typing import Any
+
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS
+
+Style = dict[str, Any]
+"""Look of a line: keywords of Matplotlib."""
+
+MEASURED: Style = {"color": "0.72", "linestyle": "-", "linewidth": 2.6, "label": "measured"}
+# Colour, line and marker of a law, in the order of `models.laws`; a further one takes the next look.
+_LAW_LOOKS = (
+    ("#d55e00", "-.", ""),
+    ("#0072b2", "--", "s"),
+    ("black", "-", "^"),
+    ("#cc79a7", (0, (5, 1, 1, 1)), "v"),
+    ("#009e73", ":", "D"),
+    ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
+)
+_BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
+
+
+def _look(model: str) -> Style:
+    """Colour by law; of a rival a dash as long as its law asks, dots for what it is free in, no fill."""
+    candidate = CANDIDATES[model]
+    color, line, _ = _BY_LAW[candidate.law]
+    style: Style = {"color": color, "linestyle": line, "label": MODEL_LABELS[model]}
+    if candidate.is_rival:
+        moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
+        dots = 1 + candidate.width + 2 * moves
+        dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
+        style |= {"linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)), "markerfacecolor": "none"}
+    return style
+
+
+MODEL_STYLES: dict[str, Style] = {model: _look(model) for model in CANDIDATES}
+MODEL_MARKERS = {model: _BY_LAW[each.law][2] for model, each in CANDIDATES.items()}
+DASHES = {"-": [], "--": [7, 3], "-.": [7, 3, 1.5, 3], ":": [1.5, 2]}  # on the screen
+MARKERS = {"": "diamond", "s": "square", "^": "triangle", "v": "inverted_triangle", "D": "hex", "P": "cross"}
+
+
+def on_screen() -> dict[str, dict[str, Any]]:
+    """Look of each curve on the screen, by source: that on paper."""
+    styles: dict[str, Any] = {"measured": MEASURED | {"color": "#999999"}}
+    styles |= {model: MODEL_STYLES[model] for model in MODELS}
+    return {
+        name: {
+            "color": style["color"],
+            "dash": DASHES.get(style["linestyle"])
+            if isinstance(style["linestyle"], str)
+            else style["linestyle"][1],
+            "width": 3 if name == "measured" else 1.5,
+            "marker": MARKERS[MODEL_MARKERS[name]] if name in MODEL_MARKERS else "circle",
+            "label": style["label"],
+        }
+        for name, style in styles.items()
+    }

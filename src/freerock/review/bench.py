@@ -1,0 +1,199 @@
+"""A record is processed and fitted again with corrections, by the workflow's jobs and with their settings.
+
+What a job would write is written to a folder of its own and read back: what is seen at the desk is what
+`snakemake` will write. Rotations and fits that a correction does not touch are remembered.
+"""
+
+import json
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import fields, is_dataclass
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Lock
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from freerock.config.campaign import Campaign
+from freerock.config.record import Record
+from freerock.config.step_settings import fit_settings, record_settings
+from freerock.errors import FreerockError
+from freerock.products.netcdf import open_fits, open_record
+
+ROTATIONS = 1  # remembered: that of the record on the desk
+FITS = 60  # runs whose fits are remembered
+BY_HAND = ("overrides", "exclusions", "excluded")
+
+
+class Superseded(Exception):
+    """Something newer was asked for meanwhile."""
+
+
+class Analysed(NamedTuple):
+    """The datasets of a record and of its fits; without fits where none were made yet."""
+
+    record: xr.DataTree
+    fits: xr.DataTree | None
+
+
+class Bench:
+    """Processes the records of a campaign again.
+
+    Parameters
+    ----------
+    checksums : mapping of str to str
+        SHA-256 of the record files as the manifest lists them.
+    """
+
+    def __init__(self, checksums: Mapping[str, str]):
+        self._checksums = checksums
+        self._rotations: OrderedDict[Hashable, xr.Dataset] = OrderedDict()
+        self._identified: OrderedDict[Hashable, Any] = OrderedDict()
+        self._rotating = Lock()
+
+    def settings(self, campaign: Campaign, line: Record) -> tuple[dict[str, Any], dict[str, Any]]:
+        """What the jobs of a record get: of its rotation and runs, and of its fits."""
+        own, shared = record_settings(campaign, [line], self._checksums)
+        own_fit, shared_fit = fit_settings(campaign, [line])
+        return own[line.test] | shared, own_fit[line.test] | shared_fit
+
+    def is_current(self, campaign: Campaign, line: Record, tree: xr.DataTree, step: int = 0) -> bool:
+        """Whether a product was made with the settings that hold now; step 0 is the record, 1 its fits."""
+        made_by = json.loads(tree.attrs.get("provenance", "{}")).get("config", {})
+        now = json.loads(json.dumps(self.settings(campaign, line)[step]))
+        return all(made_by.get(key) == now[key] for key in now if key != "attributes")
+
+    def rotate(self, campaign: Campaign, line: Record) -> None:
+        """Remember the rotation of a record, so that its first correction is as quick as the next."""
+        self._rotation(self.settings(campaign, line)[0])
+
+    def signals(self, campaign: Campaign, line: Record) -> xr.Dataset:
+        """A record whose runs are not known, over time [s]: its rotation, else its channels as in the file.
+
+        Raises
+        ------
+        FreerockError
+            The file can't be read.
+        """
+        from freerock.records.read import read_record
+
+        try:
+            return self._rotation(self.settings(campaign, line)[0])
+        except FreerockError:
+            path = Path(campaign.raw, line.file)
+            channels = [read_record(path, name or None) for name in line.channels]
+        first, *more = channels
+        for n, each in enumerate(more, 2):
+            if np.array_equal(each["time"].values, first["time"].values):
+                first = first.assign({f"{name}_{n}": each[name] for name in each.data_vars})
+        return first
+
+    def process(self, campaign: Campaign, line: Record) -> Analysed:
+        """The record without its fits."""
+        from freerock.jobs.record import make_record
+
+        with TemporaryDirectory(prefix="freerock-review-") as folder:
+            file = Path(folder, "record.nc")
+            make_record(self.settings(campaign, line)[0], file, self._rotation)
+            return Analysed(open_record(file), None)
+
+    def analyse(
+        self,
+        campaign: Campaign,
+        line: Record,
+        near_s: float | None = None,
+        needed: Callable[[], bool] = lambda: True,
+    ) -> Analysed:
+        """The record and its fits.
+
+        Parameters
+        ----------
+        campaign : Campaign
+        line : Record
+            With the corrections that are tried.
+        near_s : float, optional
+            Fit only the run whose release is the nearest [s], and leave out what is of all runs.
+        needed : callable
+            Asked before each run is fitted.
+
+        Raises
+        ------
+        Superseded
+            It is no longer needed.
+        FreerockError
+            The machine lacks something, such as space for what is written meanwhile.
+        """
+        from freerock.identification.ladder import identify_runs
+        from freerock.jobs.fit import make_fits
+        from freerock.jobs.record import make_record
+
+        def alone(*problem: Any) -> Any:
+            return self._remembered(self._identified, FITS, problem, lambda: _identify(problem, needed))
+
+        def nearest(block: Any, motions: Mapping[int, Any], ladder: Any) -> dict[int, Any]:
+            number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
+            return {} if number is None else {number: alone(block, motions[number], ladder)}
+
+        def all_runs(block: Any, motions: Mapping[int, Any], ladder: Any) -> dict[int, Any]:
+            return identify_runs(block, motions, ladder, alone)
+
+        of_record, of_fits = self.settings(campaign, line)
+        with TemporaryDirectory(prefix="freerock-review-") as folder:
+            record_file, fits_file = Path(folder, "record.nc"), Path(folder, "fits.nc")
+            make_record(of_record, record_file, self._rotation)
+            record = open_record(record_file)
+            release = {
+                int(run.attrs["run"]): run.dataset["release"].item() for run in record.children.values()
+            }
+            if not needed():
+                raise Superseded
+            if near_s is None:
+                make_fits(of_fits, record_file, fits_file, all_runs)
+            else:
+                make_fits(of_fits | {"pooled": False}, record_file, fits_file, nearest)
+            return Analysed(record, open_fits(fits_file))
+
+    def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
+        from freerock.jobs.record import rotation_of
+
+        own = {key: value for key, value in settings.items() if key not in (*BY_HAND, "attributes")}
+        look = Path(settings["raw"], settings["file"])
+        stamp = (look.stat().st_mtime_ns, look.stat().st_size) if look.is_file() else ()
+        with self._rotating:
+            found = self._remembered(self._rotations, ROTATIONS, (own, stamp), lambda: rotation_of(settings))
+        assert isinstance(found, xr.Dataset)
+        return found
+
+    @staticmethod
+    def _remembered(known: OrderedDict[Hashable, Any], most: int, of: Any, make: Callable[[], Any]) -> Any:
+        key = content(of)
+        if key not in known:
+            while len(known) >= most:
+                known.popitem(last=False)
+            known[key] = make()
+        known.move_to_end(key)
+        return known[key]
+
+
+def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
+    from freerock.identification.ladder import identify_run
+
+    if not needed():
+        raise Superseded
+    return identify_run(*problem)
+
+
+def content(value: Any) -> Hashable:
+    """What a value holds, as a key: equal for equal numbers, wherever they stand."""
+    if is_dataclass(value):
+        return type(value).__name__, *(content(getattr(value, field.name)) for field in fields(value))
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, sha256(value.tobytes()).hexdigest()
+    if isinstance(value, Mapping):
+        return tuple((key, content(each)) for key, each in sorted(value.items()))
+    if isinstance(value, list | tuple):
+        return tuple(map(content, value))
+    return value if isinstance(value, Hashable) else repr(value)

@@ -1,0 +1,369 @@
+"""The desk: a campaign, what is open of it, corrections that are tried, and corrections that are kept."""
+
+import os
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from freerock.config.campaign import Campaign, load_campaign
+from freerock.config.history import (
+    LOOKED_AT,
+    Change,
+    append_changes,
+    changed,
+    log_of,
+    looked_at,
+    read_changes,
+)
+from freerock.config.record import Record
+from freerock.config.step_settings import geometry, labels
+from freerock.errors import FreerockError
+from freerock.files import listed_checksums
+from freerock.models.block import Block
+from freerock.review.bench import Analysed, Bench
+from freerock.review.corrections import cells_of, corrected, correction_of
+from freerock.review.csv_edit import Edit, digest, save
+from freerock.review.listing import analysed_lines, is_behind, listed_rows
+from freerock.review.pictures import Json, rows_of, run_picture, window
+
+OPEN = 3  # records that stay open
+LARGE_BYTES = 100_000_000  # of a record: then it alone
+AHEAD_S = 1.0  # of a run shown before its hold
+
+
+class Saved(NamedTuple):
+    """What was kept: the lines of the log, the CSV before, and the digest of the CSV after."""
+
+    lines: list[Change]
+    before: bytes
+    after: str
+
+
+class Desk:
+    """A campaign at the desk.
+
+    Parameters
+    ----------
+    name : str
+        Of the campaign, in the current folder.
+
+    Raises
+    ------
+    FreerockError
+        The campaign is not there, or the configuration refuses it.
+    """
+
+    def __init__(self, name: str):
+        self.name = name
+        self.yaml = Path("config/campaigns", f"{name}.yaml")
+        self.csv = self.yaml.with_suffix(".csv")
+        self.results = Path("results", name)
+        self._open: OrderedDict[str, Analysed] = OrderedDict()
+        self._signals: OrderedDict[str, Any] = OrderedDict()
+        self._rows: dict[str, list[Json]] = {}
+        self._saved: list[Saved] = []
+        self._tried: tuple[Any, Any] = None, None  # the last correction whose fits are all known, and these
+        self.read()
+        self._bench = Bench(listed_checksums(self.campaign.raw))
+
+    def read(self) -> None:
+        """Read the campaign's files again; what was open of them is forgotten."""
+        self._digest = digest(self.csv.read_bytes()) if self.csv.exists() else ""
+        self.campaign: Campaign = load_campaign(self.yaml)
+        self.changes = read_changes(log_of(self.csv))
+        self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
+        self._open.clear()
+        self._rows.clear()
+        self._tried = None, None
+
+    def again(self) -> Json:
+        """Read the campaign's files again; returns the list of runs."""
+        self.read()
+        return self.listing()
+
+    @property
+    def read_only(self) -> str:
+        """Why nothing can be kept, empty where it can."""
+        for path in (self.csv, self.csv.parent):
+            if not os.access(path, os.W_OK):
+                return f"{path} can't be written: corrections are tried, but not kept"
+        return ""
+
+    def listing(self) -> Json:
+        """The list of runs, and what the page says of the campaign."""
+        looked = looked_at(self.changes)
+        rows = []
+        for line in self.campaign.records:
+            known = self._rows.get(line.test) or self._listed.get(line.test)
+            behind = line.test not in self._rows and is_behind(line, self._then.get(line.test))
+            names = {"test": line.test, "block": line.block, "foundation": line.foundation}
+            blank = {"run": None, "verdict": "", "reasons": "not analysed yet", "model": "", "epsilon": None}
+            for row in known or [names | blank | {"excluded": line.excluded}]:
+                look = looked.get((line.test, str(row["run"] or "")))
+                seen = f"{look.login}, {look.time[:16].replace('T', ' ')}" if look else ""
+                rows.append(row | {"behind": behind, "looked": seen})
+        return {
+            "campaign": self.name,
+            "title": self.campaign.title,
+            "simulated": self.campaign.origin == "simulated",
+            "read_only": self.read_only,
+            "csv": str(self.csv),
+            "labels": labels(self.campaign),
+            "undo": len(self._saved),
+            "digest": self._digest,
+            "rows": rows,
+        }
+
+    def record(self, test: str, run: int | None) -> Json:
+        """What the page shows of a record and of one of its runs, as the campaign's CSV has it now."""
+        line = self._line(test)
+        found = self._analysed(line)
+        problem = ""
+        try:
+            signals = self._signals_of(line, found)
+            time = signals["time"].values
+            span, step_s = (
+                [float(time[0]), float(time[-1])],
+                float(time[-1] - time[0]) / max(1, len(time) - 1),
+            )
+        except FreerockError as error:
+            problem, span, step_s = str(error), [0.0, 0.0], 0.0
+        return {
+            "test": test,
+            "file": self.campaign.file(test),
+            "correction": correction_of(line),
+            "cells": {key: getattr(line, key) for key in ("exclude", "override", "reason", "note")},
+            "span": span,
+            "step_s": step_s,
+            "problem": problem,
+            "current": found.fits is not None,
+            **self._picture(line, found, run),
+        }
+
+    def window(self, test: str, from_s: float, to_s: float) -> Json:
+        """The signals of a record between two instants [s]."""
+        line = self._line(test)
+        return window(self._signals_of(line, self._analysed(line)), from_s, to_s)
+
+    def ahead(self, test: str) -> None:
+        """Do what the first correction of a record will need."""
+        with suppress(FreerockError):
+            self._bench.rotate(self.campaign, self._line(test))
+
+    def refit(
+        self,
+        test: str,
+        correction: Mapping[str, Any],
+        run: int | None,
+        near_s: float | None,
+        whole: bool,
+        needed: Callable[[], bool] = lambda: True,
+    ) -> Json:
+        """The record as a correction would make it.
+
+        Parameters
+        ----------
+        test : str
+        correction : mapping
+            As `corrections.correction_of` has it.
+        run : int, optional
+            Number of the run that is shown.
+        near_s : float, optional
+            Its release [s], which counts where corrections have changed the numbers.
+        whole : bool
+            Fit all runs, alone and jointly; else only the one that is shown.
+        needed : callable
+            Asked now and then whether to go on.
+
+        Raises
+        ------
+        FreerockError
+            The configuration would refuse the correction.
+        bench.Superseded
+            It is no longer needed.
+        """
+        line = self._line(test)
+        cells = cells_of(correction, line)
+        then = corrected(line, cells)
+        key = (test, tuple(sorted(cells.items())))
+        if key != self._tried[0]:
+            found = self._bench.analyse(self.campaign, then, None if whole else (near_s or 0.0), needed)
+            if whole:
+                self._tried = key, found
+                if not cells:
+                    self._keep(test, found)
+        else:
+            found = self._tried[1]
+        return {"cells": cells, "rows": rows_of(test, found), **self._picture(then, found, run, near_s)}
+
+    def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
+        """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
+        from freerock.identification.misfit import misfit_map
+        from freerock.models.laws import MODEL_LABELS, MODELS
+        from freerock.review.pictures import symbol
+
+        line = self._line(test)
+        cells = cells_of(correction, line)
+        known, tried = self._tried
+        if known == (test, tuple(sorted(cells.items()))):
+            found = tried
+        else:
+            found = (
+                self._bench.analyse(self.campaign, corrected(line, cells)) if cells else self._analysed(line)
+            )
+        group = found.fits.children.get(f"run_{run}") if found.fits is not None else None
+        if group is None:
+            return {}
+        names = [str(group.children["choice"].attrs["selected"]), "hunt_crossley", "winkler"]
+        model = next((each for each in names if each in group.children and len(MODELS[each]) == 2), None)
+        if model is None:
+            return {}
+        fit = group.children[model].dataset
+        values = dict(zip(fit["parameter"].values.astype(str), fit["value"].values, strict=True))
+        block = Block(**geometry(self.campaign, line))
+        debonding = self.campaign.fits.debonding
+        made = misfit_map(
+            model, block, values, group.dataset["time"].values, group.dataset["theta"].values, debonding
+        )
+        return {
+            "label": MODEL_LABELS[model],
+            "names": [symbol(name) for name in made.names],
+            "first": [float(made.first_finer[0]), float(made.first_finer[-1])],
+            "second": [float(made.second_finer[0]), float(made.second_finer[-1])],
+            "at": [float(values[name]) for name in made.names],
+            "epsilon": np.round(np.log10(np.maximum(made.epsilon_finer, 1e-12)), 3).tolist(),
+        }
+
+    def keep(self, corrections: Mapping[str, Mapping[str, Any]], known: str, why: str) -> Json:
+        """Write corrections into the campaign's CSV: those cells that they change, and nothing else.
+
+        Parameters
+        ----------
+        corrections : mapping
+            By test, as `corrections.correction_of` has them.
+        known : str
+            Digest of the CSV as the page knows it.
+        why : str
+            Why, for the log; left out, the reason of each record.
+
+        Raises
+        ------
+        FreerockError
+            No reason is given; somebody changed the CSV meanwhile; a file can't be written.
+        """
+        lines = []
+        for test, correction in corrections.items():
+            line = self._line(test)
+            cells = cells_of(correction, line)
+            own = " ".join(why.split()) or " ".join(str(correction["reason"]).split())
+            for column, value in cells.items():
+                if not own:
+                    raise FreerockError(f"{test}: {column}", "is changed without a reason", "say why")
+                lines.append(changed(test, column, getattr(line, column), value, own))
+        if lines:
+            before = self.csv.read_bytes()
+            self._write(lines, known)
+            self._saved.append(Saved(lines, before, self._digest))
+        return self.listing()
+
+    def undo(self) -> Json:
+        """Take back what was kept last: the cells hold again what they held before."""
+        if not self._saved:
+            raise FreerockError("undo", "nothing was saved since the desk was opened", "correct the fields")
+        last, before, after = self._saved[-1]
+        back = [changed(each.test, each.cell, each.after, each.before, "undone") for each in last]
+        now = {each.test: each for each in self.campaign.records}
+        moved = next((each for each in last if getattr(now[each.test], each.cell) != each.after), None)
+        if moved:
+            what = f"{moved.cell} of {moved.test} was changed since"
+            raise FreerockError("undo", what, "correct the field instead")
+        self._write(back, self._digest, before if self._digest == after else None)
+        self._saved.pop()
+        return self.listing()
+
+    def look(self, test: str, run: int | None, seen: bool) -> Json:
+        """Note in the log that a run was looked at, or that it was not."""
+        if self.read_only:
+            raise FreerockError(self.csv, "can't be written", "allow writing to the folder")
+        number = str(run or "")
+        was = (self._line(test).test, number) in looked_at(self.changes)
+        if was != seen:
+            words = ("yes" if was else "", "yes" if seen else "")
+            self._log([changed(test, LOOKED_AT, *words, "", number)])
+        return self.listing()
+
+    def _write(self, lines: Sequence[Change], known: str, back_to: bytes | None = None) -> None:
+        """The log first, then the CSV: what the log says and the CSV does not hold was never kept."""
+        if digest(self.csv.read_bytes()) != known:
+            remedy = "read the file again; what was not saved is kept"
+            raise FreerockError(self.csv, "was changed by someone else since it was read", remedy)
+        self._log(lines)
+        edits = [Edit(each.test, each.cell, each.after) for each in lines]
+        made = save(self.csv, known, edits, back_to)
+        rows = {test: own for test, own in self._rows.items() if test not in {each.test for each in lines}}
+        self.read()
+        self._rows = rows
+        self._digest = digest(made)
+
+    def _log(self, lines: Sequence[Change]) -> None:
+        append_changes(log_of(self.csv), lines)
+        self.changes += lines
+
+    def _line(self, test: str) -> Record:
+        for line in self.campaign.records:
+            if line.test == test:
+                return line
+        raise FreerockError(self.csv, f"there is no record {test!r}", "read the file again")
+
+    def _analysed(self, line: Record) -> Analysed:
+        """The products of a record; what is not there or made otherwise is made, but for the fits."""
+        from freerock.products.netcdf import open_fits, open_record
+
+        if line.test not in self._open:
+            found = None
+            with suppress(FreerockError):
+                record = open_record(self.results / f"records/{line.test}.nc")
+                fits = open_fits(self.results / f"fits/{line.test}.nc")
+                if all(
+                    self._bench.is_current(self.campaign, line, tree, step)
+                    for step, tree in enumerate((record, fits))
+                ):
+                    found = Analysed(record, fits)
+            self._keep(line.test, found or self._bench.process(self.campaign, line), listed=found is None)
+        self._open.move_to_end(line.test)
+        return self._open[line.test]
+
+    def _keep(self, test: str, found: Analysed, listed: bool = True) -> None:
+        large = found.record.nbytes > LARGE_BYTES
+        while self._open and (large or len(self._open) >= OPEN):
+            self._open.popitem(last=False)
+        self._open[test] = found
+        if listed:
+            self._rows[test] = rows_of(test, found)
+
+    def _signals_of(self, line: Record, found: Analysed) -> Any:
+        """The record over time: as processed, else its rotation, else its channels as in the file."""
+        if "time" in found.record.dataset:
+            return found.record.dataset
+        if line.test not in self._signals:
+            self._signals.clear()
+            self._signals[line.test] = self._bench.signals(self.campaign, line)
+        return self._signals[line.test]
+
+    def _picture(self, line: Record, found: Analysed, run: int | None, near_s: float | None = None) -> Json:
+        """The runs of a record, and the picture of one: the nearest, the one asked for, or the first."""
+        runs = rows_of(line.test, found)
+        numbers = {row["run"]: row["release_s"] for row in runs if row["run"] is not None}
+        shown = run if run in numbers else next(iter(numbers), None)
+        if near_s is not None and numbers:
+            shown = min(numbers, key=lambda each: abs(numbers[each] - near_s))
+        block = Block(**geometry(self.campaign, line))
+        return {
+            "runs": runs,
+            "failure": runs[0]["reasons"] if shown is None else "",
+            "picture": None if shown is None else run_picture(found, shown, block),
+        }

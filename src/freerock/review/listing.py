@@ -1,0 +1,64 @@
+"""The list of all runs of a campaign, from the tables of the last `snakemake`."""
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from freerock.config.history import BY_HAND
+from freerock.config.record import Record
+from freerock.errors import FreerockError
+from freerock.files import read_json
+from freerock.models.laws import MODEL_LABELS
+
+Json = dict[str, Any]
+
+
+def listed_rows(results: Path) -> dict[str, list[Json]]:
+    """The rows of each test, as `pictures.rows_of` has them; none without tables that can be read."""
+    runs, choice = (_table(results / f"tables/{name}.csv") for name in ("runs", "choice"))
+    try:
+        chosen = {(row["test"], row["run"]): row for row in choice if row["status"] == "selected"}
+        found: dict[str, list[Json]] = {}
+        for row in runs:
+            own = chosen.get((row["test"], row["run"]))
+            numbers = {key: _float(row[key]) for key in ("release_s", "duration_s", "theta0_deg")}
+            found.setdefault(row["test"], []).append(
+                {key: row[key] for key in ("test", "block", "foundation", "verdict", "reasons")}
+                | {"run": int(row["run"]) if row["run"] else None, "excluded": row["excluded"] == "True"}
+                | numbers
+                | {
+                    "model": MODEL_LABELS.get(own["model"], "") if own else "",
+                    "explained": own is not None and own["explains"] == "True",
+                    "epsilon": _float(own["epsilon_theta"]) if own else None,
+                }
+            )
+    except (KeyError, ValueError):
+        return {}
+    return found
+
+
+def analysed_lines(results: Path) -> dict[str, Mapping[str, Any]]:
+    """The records as the campaign's CSV had them at the last report, by test."""
+    try:
+        config = read_json(results / "provenance.json", "run snakemake")["config"]
+        return {str(line["test"]): line for line in config["records"]}
+    except (FreerockError, KeyError, TypeError):
+        return {}
+
+
+def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:
+    """Whether a record's cells were changed since it was analysed; not known to be without an analysis."""
+    return then is not None and any(then.get(key, "") != getattr(line, key) for key in BY_HAND)
+
+
+def _table(path: Path) -> list[dict[str, str]]:
+    try:
+        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return []
+
+
+def _float(text: str) -> float | None:
+    return float(text) if text else None

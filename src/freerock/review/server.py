@@ -1,0 +1,238 @@
+"""The server of the desk: this computer only, and nothing without the token that its address holds.
+
+Each answer is JSON or a file of this package or of Bokeh's; no page may load from, or send to, anywhere else.
+"""
+
+import asyncio
+import json
+import logging
+import secrets
+import socket
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import tornado.httpserver
+import tornado.netutil
+import tornado.web
+
+from freerock.errors import FreerockError
+from freerock.review.desk import Desk
+
+HOST = "127.0.0.1"
+MOST_BYTES = 1_000_000  # of a request
+HERE = Path(__file__).parent
+OWN = {"review.js": "text/javascript", "charts.js": "text/javascript", "review.css": "text/css"}
+BOKEH = {"bokeh.min.js": "text/javascript", "bokeh-api.min.js": "text/javascript"}
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+log = logging.getLogger("freerock")
+
+
+class Work:
+    """One thread for what takes long and one for what the page waits for; of two refits the newer counts."""
+
+    def __init__(self) -> None:
+        self.long, self.short = (ThreadPoolExecutor(1, name) for name in ("refit", "look"))
+        self.newest = 0
+
+    def needed(self) -> Callable[[], bool]:
+        """Says whether nothing newer has been asked for since."""
+        self.newest += 1
+        mine = self.newest
+        return lambda: mine == self.newest
+
+
+class Page(tornado.web.RequestHandler):
+    """What all answers share."""
+
+    def initialize(self, desk: Desk, work: Work, token: str) -> None:
+        """Take what the server holds."""
+        self.desk, self.work, self.token = desk, work, token
+
+    def set_default_headers(self) -> None:
+        """Nothing leaves this computer."""
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+        self.clear_header("Server")
+
+    def prepare(self) -> None:
+        """Refuse what comes without the token, or under another name of this computer."""
+        given = self.path_kwargs.pop("token", "")
+        name = self.request.host.rpartition(":")[0]
+        if not secrets.compare_digest(str(given).encode(), self.token.encode()) or name not in (
+            HOST,
+            "localhost",
+        ):
+            raise tornado.web.HTTPError(404)
+
+    def write_error(self, status_code: int, **kwargs: Any) -> None:
+        """Say no more than the number."""
+        self.finish(str(status_code))
+
+    async def answer(self, make: Callable[[], Any], long: bool = False) -> None:
+        """Answer in JSON; a mistake is an answer as well, in a line."""
+        pool = self.work.long if long else self.work.short
+        try:
+            made = await asyncio.get_running_loop().run_in_executor(pool, make)
+        except FreerockError as error:
+            self.set_status(409)
+            made = {"error": str(error)}
+        except Exception as error:
+            from freerock.review.bench import Superseded
+
+            superseded = isinstance(error, Superseded)
+            self.set_status(410 if superseded else 500)
+            made = {"error": "" if superseded else f"{type(error).__name__}: {error}"}
+            if not superseded:
+                log.exception("freerock review: %s", self.request.path)
+        self.set_header("Content-Type", "application/json")
+        self.finish(json.dumps(made, ensure_ascii=False, allow_nan=False))
+
+
+class File(Page):
+    """The page, its script and its looks, and BokehJS."""
+
+    def get(self, name: str = "") -> None:
+        """A file."""
+        if not name:
+            self.set_header("Content-Type", "text/html; charset=utf-8")
+            self.finish((HERE / "review.html").read_bytes())
+            return
+        kinds = OWN | BOKEH
+        if name not in kinds:
+            raise tornado.web.HTTPError(404)
+        self.set_header("Content-Type", f"{kinds[name]}; charset=utf-8")
+        if name in BOKEH:
+            self.set_header("Cache-Control", "private, max-age=86400")
+        self.finish((HERE if name in OWN else _bokeh()).joinpath(name).read_bytes())
+
+
+class Ask(Page):
+    """What the page asks for; it changes nothing."""
+
+    async def get(self, what: str) -> None:
+        """A question by its name."""
+        desk, test = self.desk, self.get_query_argument("test", "")
+        run = self.get_query_argument("run", "")
+        number = int(run) if run.isdigit() else None
+        if what == "list":
+            await self.answer(desk.listing)
+        elif what == "again":
+            await self.answer(desk.again)
+        elif what == "styles":
+            await self.answer(_styles)
+        elif what == "record":
+            await self.answer(lambda: desk.record(test, number))
+            if self.get_status() == 200:
+                self.work.long.submit(desk.ahead, test)
+        elif what == "window":
+            times = [float(self.get_query_argument(name)) for name in ("from", "to")]
+            await self.answer(lambda: desk.window(test, times[0], times[1]))
+        else:
+            raise tornado.web.HTTPError(404)
+
+
+class Do(Page):
+    """What the page has done."""
+
+    async def post(self, what: str) -> None:
+        """A request by its name; JSON, so that no form of another page can send one."""
+        if not self.request.headers.get("Content-Type", "").startswith("application/json"):
+            raise tornado.web.HTTPError(415)
+        try:
+            given = json.loads(self.request.body)
+            make = self._made(what, given)
+        except (KeyError, TypeError, ValueError) as error:
+            raise tornado.web.HTTPError(400) from error
+        await self.answer(make, long=what in ("refit", "misfit"))
+
+    def _made(self, what: str, given: dict[str, Any]) -> Callable[[], Any]:
+        desk = self.desk
+        if what == "refit":
+            needed = self.work.needed()
+            asked = {key: given[key] for key in ("test", "correction", "run", "near_s", "whole")}
+            return lambda: desk.refit(**asked, needed=needed)
+        if what == "misfit":
+            return lambda: desk.misfit(given["test"], given["run"], given["correction"])
+        if what == "keep":
+            return lambda: desk.keep(given["corrections"], given["digest"], given["why"])
+        if what == "undo":
+            return desk.undo
+        if what == "look":
+            return lambda: desk.look(given["test"], given["run"], bool(given["seen"]))
+        raise tornado.web.HTTPError(404)
+
+
+def application(desk: Desk, token: str) -> tornado.web.Application:
+    """The server's addresses, all of them below the token."""
+    shared = {"desk": desk, "work": Work(), "token": token}
+    name = r"/(?P<token>[\w-]+)"
+    return tornado.web.Application(
+        [
+            (rf"{name}/(?P<name>[\w.-]*)", File, shared),
+            (rf"{name}/ask/(?P<what>\w+)", Ask, shared),
+            (rf"{name}/do/(?P<what>\w+)", Do, shared),
+        ],
+        default_handler_class=Page,
+        default_handler_args=shared,
+        log_function=lambda handler: None,
+    )
+
+
+def serve(desk: Desk, port: int, ready: Callable[[str], None]) -> None:
+    """Serve the desk until the process is stopped.
+
+    Parameters
+    ----------
+    desk : Desk
+    port : int
+        0 for any that is free.
+    ready : callable
+        Told the address once it answers.
+
+    Raises
+    ------
+    FreerockError
+        The port is taken.
+    """
+    try:
+        (listening,) = tornado.netutil.bind_sockets(port, HOST, socket.AF_INET)
+    except OSError as error:
+        remedy = "name another by --port, or none"
+        raise FreerockError(f"port {port}", str(error.strerror), remedy) from error
+    asyncio.run(_serve(desk, listening, ready))
+
+
+async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str], None]) -> None:
+    token = secrets.token_urlsafe(24)
+    server = tornado.httpserver.HTTPServer(application(desk, token), max_buffer_size=MOST_BYTES)
+    server.add_socket(listening)
+    ready(f"http://{HOST}:{listening.getsockname()[1]}/{token}/")
+    await asyncio.Event().wait()
+
+
+def _styles() -> Any:
+    from freerock.figures.looks import on_screen
+
+    return on_screen()
+
+
+def _bokeh() -> Path:
+    """BokehJS as it comes with the Python package, which need not be imported for it."""
+    found = find_spec("bokeh")
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError("No module named 'bokeh'", name="bokeh")
+    return Path(found.origin).parent / "server/static/js"

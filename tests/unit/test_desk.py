@@ -1,0 +1,314 @@
+"""The review desk without a browser: what it tries is what the jobs write; what it keeps; who it answers."""
+
+import asyncio
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT
+from tornado.httpclient import AsyncHTTPClient, HTTPRequest
+from tornado.httpserver import HTTPServer
+from tornado.netutil import bind_sockets
+
+from freerock.config.history import Change, append_changes, log_of, looked_at, read_changes
+from freerock.errors import FreerockError
+from freerock.jobs.fit import make_fits
+from freerock.jobs.record import make_record
+from freerock.models.block import Block
+from freerock.models.simulate import simulate
+from freerock.products.netcdf import open_fits
+from freerock.review import server
+from freerock.review.bench import Superseded
+from freerock.review.corrections import cells_of, corrected
+from freerock.review.desk import Desk
+from freerock.review.pictures import impact_speed, window
+from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock.virtual_lab.tdms import write_records
+
+LINES = "tall,tall.tdms,,tall,mat,high,,,,\nlost,lost.tdms,,squat,mat,low,,,,\n"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A campaign that was never analysed: a record of two runs, and one whose file is missing."""
+    folder = tmp_path_factory.mktemp("lab")
+    shape, laser, angle = BLOCKS["tall"]
+    releases = [Release(angle, MAT, tilt_s=1.2, held_s=1.5, pause_s=1.5)] * 2
+    recording = Recording(rate_hz=500.0)
+    record = simulate_record(shape, laser, "hunt_crossley", releases, seed=2, recording=recording)
+    (folder / "config/campaigns").mkdir(parents=True)
+    yaml = CAMPAIGN.replace("truth: truth.json\n", "")
+    (folder / "config/campaigns/small.yaml").write_text(yaml)
+    (folder / "config/campaigns/small.csv").write_text(COLUMNS + LINES)
+    write_records(folder / "raw/small", [("tall", record)])
+    return folder
+
+
+@pytest.fixture
+def lab(made, tmp_path, monkeypatch):
+    shutil.copytree(made, tmp_path / "lab")
+    monkeypatch.chdir(tmp_path / "lab")
+    return tmp_path / "lab"
+
+
+@pytest.fixture
+def desk(lab):
+    return Desk("small")
+
+
+def correction(**own):
+    return {"overrides": [], "exclude": [], "reason": "", "note": ""} | own
+
+
+def moved(run, release_s, end_s):
+    return [{"run": run, "release_s": release_s, "end_s": end_s, "hold_s": None}]
+
+
+def cell(lab, column, test="tall"):
+    with open(lab / "config/campaigns/small.csv", newline="", encoding="utf-8") as file:
+        return next(row[column] for row in csv.DictReader(file) if row["test"] == test)
+
+
+def parameters(picture, of="fits"):
+    return {
+        (each["model"], one["name"]): (one["value"], one["stderr"])
+        for each in picture[of]["candidates"]
+        for one in each["parameters"]
+    }
+
+
+def numbers_in(path, group):
+    tree = open_fits(path).children[group]
+    return {
+        (model, str(name)): (f"{value:.10g}", f"{stderr:.10g}" if np.isfinite(stderr) else "")
+        for model, fit in tree.children.items()
+        if model != "choice"
+        for name, value, stderr in zip(
+            fit["parameter"].values, fit["value"].values, fit["stderr"].values, strict=True
+        )
+    }
+
+
+def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
+    seen = desk.record("tall", 1)["picture"]
+    own = correction(overrides=moved(1, seen["release"] + 0.02, seen["end"]), reason="late")
+    tried = desk.refit("tall", own, 1, seen["release"], whole=False)
+    whole = desk.refit("tall", own, 1, seen["release"], whole=True)
+    line = desk.campaign.record("tall")
+    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, cells_of(own, line)))
+    make_record(of_record, tmp_path / "r.nc")
+    make_fits(of_fits, tmp_path / "r.nc", tmp_path / "f.nc")
+    assert parameters(tried["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
+    assert parameters(whole["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
+    assert parameters(whole["picture"], "pooled") == numbers_in(tmp_path / "f.nc", "pooled")
+    assert whole["cells"] == {"override": cells_of(own, line)["override"], "reason": "late"}
+
+
+def test_an_excluded_run_leaves_the_joint_fit(desk):
+    before = desk.refit("tall", correction(), 1, None, whole=True)
+    after = desk.refit("tall", correction(exclude=[2], reason="knocked"), 1, None, whole=True)
+    assert [row["excluded"] for row in after["rows"]] == [False, True]
+    assert parameters(after["picture"]) == parameters(before["picture"])
+    assert parameters(after["picture"], "pooled") != parameters(before["picture"], "pooled")
+
+
+def test_what_is_no_longer_needed_ends(desk):
+    with pytest.raises(Superseded):
+        desk.refit("tall", correction(), 1, None, whole=True, needed=lambda: False)
+
+
+def test_only_cells_that_differ_are_kept_and_undo_brings_the_file_back(desk, lab):
+    path = lab / "config/campaigns/small.csv"
+    before = path.read_bytes()
+    own = correction(exclude=[2], reason="knocked, seen")
+    shown = desk.keep({"tall": own}, desk.listing()["digest"], "")
+    assert path.read_bytes() == before.replace(b"high,,,,", b'high,2,,"knocked, seen",')
+    assert shown["undo"] == 1
+    changes = read_changes(log_of(path))
+    assert [(each.cell, each.before, each.after, each.why) for each in changes] == [
+        ("exclude", "", "2", "knocked, seen"),
+        ("reason", "", "knocked, seen", "knocked, seen"),
+    ]
+    desk.undo()
+    assert path.read_bytes() == before
+    assert [each.why for each in read_changes(log_of(path))][2:] == ["undone", "undone"]
+    with pytest.raises(FreerockError, match="nothing was saved since the desk was opened"):
+        desk.undo()
+
+
+def test_undo_leaves_what_others_changed_since(desk, lab):
+    path = lab / "config/campaigns/small.csv"
+    desk.keep({"tall": correction(note="mine")}, desk.listing()["digest"], "heard")
+    path.write_bytes(path.read_bytes() + b"# theirs\n")
+    with pytest.raises(FreerockError, match="was changed by someone else"):
+        desk.undo()
+    desk.again()
+    desk.undo()
+    assert path.read_text().endswith("# theirs\n")
+    assert cell(lab, "note") == ""
+
+
+REFUSED = {
+    "a note without why": (correction(note="x"), "tall: note: is changed without a reason; say why"),
+    "an exclusion without a reason": (
+        correction(exclude=[1]),
+        "tall: reason: a run is excluded or overridden without a reason; say why",
+    ),
+    "an end before its release": (
+        correction(overrides=moved(1, 5.0, 4.0), reason="x"),
+        "tall: override: run 1 ends before it is released; give the release first",
+    ),
+    "no correction": ({"exclude": []}, "tall: is no correction ('overrides'); correct the fields"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused(name, desk, lab):
+    own, told = REFUSED[name]
+    before = (lab / "config/campaigns/small.csv").read_bytes()
+    with pytest.raises(FreerockError) as error:
+        desk.keep({"tall": own}, desk.listing()["digest"], "")
+    assert str(error.value) == told
+    assert (lab / "config/campaigns/small.csv").read_bytes() == before
+    assert not log_of(lab / "config/campaigns/small.csv").exists()
+
+
+def test_a_cell_that_says_the_same_stays_as_it_is(desk, lab):
+    path = lab / "config/campaigns/small.csv"
+    path.write_text(path.read_text().replace("high,,,,", "high,2;1,1@5:9 ; 2@ 15.0:19,both,"))
+    desk.again()
+    line = desk.campaign.record("tall")
+    own = desk.record("tall", 1)["correction"]
+    assert cells_of(own, line) == {}
+    assert cells_of(own | {"note": "x"}, line) == {"note": "x"}
+
+
+def test_a_failed_record_and_one_left_out_are_seen(desk, lab):
+    assert "lost.tdms" in desk.record("lost", None)["failure"]
+    desk.keep({"tall": correction(exclude="record", reason="wet")}, desk.listing()["digest"], "")
+    left_out = desk.record("tall", None)
+    assert left_out["failure"] == "excluded: wet"
+    assert len(desk.window("tall", *left_out["span"])["theta"]["t"]) > 100
+    broken = xr.Dataset({"voltage": ("time", np.arange(9.0), {"units": "V"})}, {"time": np.arange(9.0)})
+    assert window(broken, 0, 9)["signals"][0]["unit"] == "V"
+
+
+def test_a_look_holds_until_the_record_is_corrected(desk):
+    desk.record("tall", 1)
+    desk.look("tall", 1, True)
+    assert [bool(row["looked"]) for row in desk.listing()["rows"]][:1] == [True]
+    log = read_changes(log_of(desk.csv))
+    assert set(looked_at(log)) == {("tall", "1")}
+    desk.keep({"tall": correction(exclude=[2], reason="x")}, desk.listing()["digest"], "")
+    assert looked_at(read_changes(log_of(desk.csv))) == {}
+
+
+def test_a_line_of_the_log_that_was_cut_short_spoils_no_other(tmp_path):
+    path = tmp_path / "a.review.csv"
+    lines = [Change("t", "me", "a", "", "note", "", 'x, "y"\u2028', "z"), Change(*"abcdefgh")]
+    append_changes(path, lines[:1])
+    path.write_bytes(path.read_bytes() + b"t,me,half")
+    append_changes(path, lines[1:])
+    assert read_changes(path) == lines
+
+
+def test_a_window_keeps_every_extreme_of_ten_minutes():
+    n = 600 * 1000
+    time = np.arange(n) / 1000
+    theta = 1e-3 * np.sin(time)
+    theta[[123_456, 543_210]] = 0.5, -0.25
+    flags = np.zeros(n, np.uint8)
+    flags[[7, 300_000]] = 2, 32
+    record = xr.Dataset(
+        {"theta": ("time", theta), "flags": ("time", flags), "voltage": ("time", theta.astype("f4"))},
+        {"time": time},
+    )
+    seen = window(record, 0.0, 600.0)
+    assert len(seen["theta"]["t"]) <= 1800
+    assert max(seen["theta"]["v"]) == pytest.approx(np.degrees(0.5))
+    assert min(seen["theta"]["v"]) == pytest.approx(np.degrees(-0.25))
+    assert [each[2] for each in seen["flags"]] == ["out of range", "spike"]
+    near = window(record, 123.45, 123.46)
+    assert 123.456 in near["theta"]["t"]
+    assert len(near["theta"]["t"]) <= 13
+
+
+def test_the_speed_at_an_impact_is_that_of_free_rocking():
+    """Against Housner's closed form of the motion, by a difference quotient at its first impact."""
+    block, theta0 = Block(0.28, 0.07, 5.84), 0.02
+    time = np.linspace(0.0, 0.5, 500_001)
+    theta = simulate("housner", block, {"r": 1.0}, time, theta0=theta0).theta
+    first = int(np.argmax(theta < 0))
+    rate = abs(theta[first - 1] - theta[first - 101]) / (100 * (time[1] - time[0]))
+    assert impact_speed(np.array([theta0]), block)[0] == pytest.approx(rate, rel=5e-3)
+
+
+# who is answered
+
+
+def asked(desk, *requests):
+    """Status, headers and body of requests to the desk's server; PORT and TOKEN are filled in."""
+
+    async def serve():
+        sockets = bind_sockets(0, server.HOST)
+        http = HTTPServer(server.application(desk, "s3cret"), max_buffer_size=server.MOST_BYTES)
+        http.add_sockets(sockets)
+        port, client, found = sockets[0].getsockname()[1], AsyncHTTPClient(), []
+        assert [each.getsockname()[0] for each in sockets] == ["127.0.0.1"]
+        for path, more in requests:
+            url = f"http://127.0.0.1:{port}{path}"
+            found.append(await client.fetch(HTTPRequest(url, **more), raise_error=False))
+        http.stop()
+        return [(each.code, each.headers, each.body) for each in found]
+
+    return asyncio.run(serve())
+
+
+STRANGERS = ["/", "/ask/list", "/review.js", "/wrong/", "/wrong/ask/list", "/wrong/review.js", "/s3cret"]
+STRANGERS += [
+    "/wrong/bokeh.min.js",
+    "/s3cre/",
+    "/s3crett/ask/list",
+    "/s3cret/../etc/passwd",
+    "/s3cret/server.py",
+]
+STRANGERS += ["/s3cret/..%2Fserver.py", "/%F0%9F%98%80/"]
+
+
+@pytest.mark.parametrize("path", STRANGERS)
+def test_without_the_token_nothing_is_served(desk, path):
+    ((status, _, body),) = asked(desk, (path, {}))
+    assert (status, body) == (404, b"404")
+
+
+def test_a_page_of_another_name_or_form_is_refused(desk):
+    post = {"method": "POST", "body": "{}"}
+    found = asked(
+        desk,
+        ("/s3cret/ask/list", {"headers": {"Host": "evil.example:80"}}),
+        ("/s3cret/do/undo", post | {"headers": {"Content-Type": "text/plain"}}),
+        ("/wrong/do/undo", post | {"headers": {"Content-Type": "application/json"}}),
+        ("/s3cret/do/undo", {}),
+        ("/s3cret/do/refit", post | {"headers": {"Content-Type": "application/json"}}),
+        ("/s3cret/do/undo", post | {"headers": {"Content-Type": "application/json"}}),
+    )
+    assert [status for status, *_ in found] == [404, 415, 404, 405, 400, 409]
+    assert "nothing was saved" in json.loads(found[-1][2])["error"]
+
+
+def test_no_page_may_load_from_elsewhere(desk):
+    page, script, listing = asked(
+        desk, ("/s3cret/", {}), ("/s3cret/bokeh.min.js", {}), ("/s3cret/ask/list", {})
+    )
+    assert [each[0] for each in (page, script, listing)] == [200, 200, 200]
+    assert b"http" not in page[2]
+    for _, headers, _ in (page, script, listing):
+        policy = dict(part.split(" ", 1) for part in headers["Content-Security-Policy"].split("; "))
+        assert policy["default-src"] == "'none'"
+        assert {policy[key] for key in ("script-src", "connect-src")} == {"'self'"}
+        assert headers["Referrer-Policy"] == "no-referrer"
+    rows = json.loads(listing[2])["rows"]
+    assert [row["test"] for row in rows] == ["tall", "lost"]
