@@ -166,6 +166,16 @@ def test_plan_has_a_row_per_case_and_parameter():
     sigma = math.radians(case["sigma_theta_deg"].iloc[0])
     alone = standard_errors("hunt_crossley", CONFIG2, MARBLE, np.arange(30, 4001) / 1000, TEN, sigma)
     assert case["stderr"].to_dict() == pytest.approx({name: alone[name] for name in MARBLE})
+    free = ("theta0", "t0", "tilt")
+    time_s = np.arange(30, 4001) / 1000
+    tilt = standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, sigma, free=free)["tilt"]
+    assert case["tilt_stderr_deg"].to_numpy() == pytest.approx(math.degrees(tilt))
+    fit = fitted("hunt_crossley", CONFIG2, MARBLE, TEN, 1, time_s, free=free)
+    known = dict(zip(fit.parameters, fit.stderr, strict=True))["tilt"]
+    assert known * sigma / SIGMA == pytest.approx(tilt, rel=0.05)
+    low, high = frame["tilt_stderr_deg"].min(), frame["tilt_stderr_deg"].max()
+    told = f"a base off level is told to ±{low:.1g} … {high:.1g}° by a fit that must find it"
+    assert plan_text(frame).splitlines()[-1] == told
 
 
 def test_what_cannot_be_had_is_said():

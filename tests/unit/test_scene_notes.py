@@ -119,6 +119,23 @@ def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
     assert let_go == pytest.approx(19.4, abs=0.01)
 
 
+def test_a_tilt_is_found_under_worn_corners_too():
+    worn, tilt = replace(BLOCK, contact_width_m=0.95 * BLOCK.width_m), math.radians(0.25)
+    moves = mishaps.off_level(tilt)
+    theta = moves(Scene("housner", worn, {"r": 0.9}), SINCE, State(0.0, 0.0, ANGLE, 0.0)).theta
+    noise = SIGMA * np.random.default_rng(6).standard_normal(SINCE.size)
+    motion = Motion(SINCE, theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
+    ladder = replace(BY_DEFAULT, models=("housner",))
+    found = identify_run(BLOCK, motion, ladder)
+    choice = found.choice(ladder)
+    assert (choice.selected, choice.explained) == ("housner_width", True) and "tilt" in found.scene
+    fit = found.fits["housner_width"]
+    truth = {"r": 0.9, "width": worn.contact_width_m, "tilt": tilt}
+    for name, value in truth.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+
+
 def test_neither_takes_up_a_blow():
     for at in (0.3, 0.5):
         found = identify_run(BLOCK, run(mishaps.hit(at, 0.2), "marble"), PLAIN)

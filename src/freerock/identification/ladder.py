@@ -23,6 +23,7 @@ from freerock.identification.noise import is_hopeless
 from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings
+from freerock.identification.swings import tilt_of_swings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
 from freerock.runs.motion import Motion
@@ -30,6 +31,7 @@ from freerock.runs.motion import Motion
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
 SCENES = (("release",), ("tilt",), ("release", "tilt"))  # of which a run may ask
 BARS_TILT = ("r_per_impact", "tilt")
+SEEN = 2.5e-3  # of a tilt as the swings have it [rad]: few swings of a level base show up to that much
 PROMISES = 0.5  # times the least mean square of a run, from which rivals are asked in another scene
 BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
 
@@ -195,7 +197,7 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
 def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified | None:
     """The candidates that explain a run in a scene of which less is taken for granted; None without any.
 
-    The laws come first; their rivals only in the scene that promises most.
+    The laws come first; their rivals only in the scene that promises most, or on a base whose tilt is seen.
     """
     tried = []
     for scene in SCENES:
@@ -207,10 +209,13 @@ def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) 
             return _climbed(found, block, motion, freeing)
         tried.append((_least_square(found, motion), found))
     least = min([each for each, _ in tried], default=math.inf)
+    near = [found for each, found in tried if each <= CONTENDS * least]
     if least > PROMISES * _least_square(level, motion):
+        seen = abs(tilt_of_swings(block, motion)) > SEEN
+        near = [found for _, found in tried if seen and found.scene == ("tilt",)]
+    if not near:
         return None
-    found = next(found for each, found in tried if each <= CONTENDS * least)
-    found = _climbed(found, block, motion, ladder.freeing(found.scene))
+    found = _climbed(near[0], block, motion, ladder.freeing(near[0].scene))
     return found if found.settled else None
 
 
@@ -329,8 +334,9 @@ def _fit(
 
 
 def _least_square(found: Identified, motion: Motion) -> float:
-    """Least mean square residual of the fits of a run [rad²]."""
-    return min((_mean_square(fit, motion) for fit in found.fits.values() if fit.success), default=math.inf)
+    """Least mean square residual of the laws as the paper has them [rad²]."""
+    laws = [fit for model, fit in found.fits.items() if fit.success and not CANDIDATES[model].is_rival]
+    return min((_mean_square(fit, motion) for fit in laws), default=math.inf)
 
 
 def _mean_square(fit: Fit, motion: Motion) -> float:

@@ -4,6 +4,7 @@ which rivals they will tell from it."""
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
 CASE += ["model"]
-COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "note"]
+COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "tilt_stderr_deg", "note"]
 RIVALS = [*CASE, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
 
 
@@ -168,7 +169,8 @@ def plan(
     pandas.DataFrame
         A row per case and parameter: block, foundation, laser, sensor, duration_s, sampling_rate_hz,
         release_angle_deg, model, sigma_theta_deg (of one sample, at the release angle), parameter, value,
-        stderr, unit, note (why there is no standard error).
+        stderr, unit, tilt_stderr_deg (of a base off level, were a fit of this model to find it), note (why
+        there is no standard error).
     """
     rows: list[tuple[Any, ...]] = []
     for setup in _different(setups):
@@ -234,17 +236,22 @@ def _rows(
     for angle, rate, duration in cases:
         time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
         theta0 = math.radians(angle)
+        errors = partial(standard_errors, model, block, parameters, time_s, theta0, 1.0, debonding=debonding)
         try:
-            unit_errors = standard_errors(
-                model, block, parameters, time_s, theta0, 1.0, free=free, debonding=debonding
+            unit_errors = errors(free=free)
+            unit_errors["tilt"] = errors(free=(*free, *({"tilt"} - {*free})))["tilt"]
+            fault = (
+                ""
+                if np.isfinite([unit_errors[name] for name in names]).all()
+                else "not determined by such a run"
             )
-            fault = "" if np.isfinite([*unit_errors.values()]).all() else "not determined by such a run"
         except FreerockError as error:
-            unit_errors, fault = dict.fromkeys(names, np.nan), error.what
+            unit_errors, fault = dict.fromkeys([*names, "tilt"], np.nan), error.what
         for case, sigma, off in _with_each_sensor(setup, (model, duration, angle), (rate,), choices):
+            known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
+            tilt_deg = math.degrees(known["tilt"])
             for name in names:
-                stderr = np.nan if off else unit_errors[name] * sigma
-                yield (*case, name, values[name], stderr, unit_of(name), fault or off)
+                yield (*case, name, values[name], known[name], unit_of(name), tilt_deg, fault or off)
 
 
 def _rival_rows(

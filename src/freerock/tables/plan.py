@@ -23,7 +23,7 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     Returns
     -------
     str
-        A line per case with a column per parameter; then a line per reason.
+        A line per case with a column per parameter; how well a tilt of the base is told; a line per reason.
     """
     rows = _printed(frame, labels)
     rows = rows.assign(
@@ -38,7 +38,16 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
         for row in rows.itertuples()
         if row.note
     ]
-    return "\n".join([title, table.to_string(), *dict.fromkeys(reasons)])
+    return "\n".join([title, table.to_string(), *_tilt(frame), *dict.fromkeys(reasons)])
+
+
+def _tilt(frame: pd.DataFrame) -> list[str]:
+    """How well the runs tell a base off level; nothing where none does."""
+    errors = frame["tilt_stderr_deg"]
+    known = errors[np.isfinite(errors)]
+    if known.empty:
+        return []
+    return [f"a base off level is told to ±{known.min():.1g} … {known.max():.1g}° by a fit that must find it"]
 
 
 def rivals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
