@@ -25,6 +25,8 @@ def test_a_clean_record_is_ok_and_gives_the_truth():
         ("base off level, 0.2", "uneven_restitution"),
         ("hit during a run, 0.05", "disturbed"),
         ("braked, 0.5", "disturbed_release"),
+        ("hold beyond the range", "hold_unseen"),
+        ("mains elsewhere", "other_mains"),
     ],
 )
 def test_a_mishap_is_warned_of_with_its_name(name, says):
@@ -47,6 +49,12 @@ def test_a_level_base_is_left_level_and_the_study_writes_its_records(monkeypatch
     frame = pd.read_csv(tmp_path / "off_level.csv")
     assert frame["level"].tolist() == ["ok", "ok"] and frame["scene"].isna().all()
     assert frame["tilt_found_deg"].isna().all() and frame["explained"].all()
+
+
+def test_a_caught_block_is_fitted_from_where_it_is_let_go_again():
+    row = one("caught and let go again, 0.1", AERSTOP_2)
+    assert (row["level"], row["names"], row["model"]) == ("ok", "let_go_again", "hunt_crossley")
+    assert abs(row["k_error_stderrs"]) < 4
 
 
 def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_segment import RATE_HZ, one_run, record
+from test_segment import RATE_HZ, SIGMA, one_run, record
 
 from freerock.config.override import Override, read_overrides, written_overrides
+from freerock.rotation.faults import SignalQuality
 from freerock.runs.by_hand import ByHand
+from freerock.runs.judged import judged_runs
 from freerock.runs.segment import find_runs
 
 WHY = "why"
@@ -218,3 +220,29 @@ def test_a_record_in_which_only_a_person_sees_a_run():
     arguments, (release,) = record()
     (run,) = by_hand(hidden(arguments, release), (1, release, release + 3))
     assert run.verdict.level == "warn" and run.n_impacts > 3
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        (1, 0.2, 0.8),
+        (1, 0.2, 0.201),
+        (1, 0.0, 99.0),
+        (3, 4.01, 4.02, (0.0, 4.0)),
+        (1, 0.0004, 0.0005),
+        (7, 10.0, 10.001, (9.9, 9.91)),
+    ],
+)
+def test_any_override_leaves_a_verdict_and_the_impacts_of_the_others(override):
+    arguments, _, _ = three()
+    t, theta, _, flags, block = arguments
+    signal = t, theta, np.full(t.size, SIGMA), flags
+    judged = judged_runs(signal, block, SignalQuality(), ByHand([(*override[:3], WHY, *override[3:])]))
+    assert sum(run.overridden for run, _ in judged) == 1
+    assert all(run.verdict.level == "fail" for run, _ in judged if run.overridden)
+    free = [(run, impacts) for run, impacts in judged if not run.overridden]
+    assert len(free) >= 2 and all(run.verdict.level == "ok" for run, _ in free)
+    assert all(impacts.time_s.size > 3 for _, impacts in free)
+    assert all(
+        np.isfinite([run.release_s, run.end_s, run.theta0, run.sigma_theta]).all() for run, _ in judged
+    )
