@@ -16,9 +16,9 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
-from freerock.identification.noise import LEVEL, against_rest, is_hopeless, noise_of
+from freerock.identification.noise import HOPELESS, LEVEL, against_rest, is_hopeless, noise_of
 from freerock.identification.problem import posed
-from freerock.identification.search import follow, growing_horizons
+from freerock.identification.search import approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings
 from freerock.identification.swings import tops_of
 from freerock.models.block import Block
@@ -102,7 +102,7 @@ def _until(motion: Motion, end_s: float) -> Motion:
 
 
 def leaves_noise(
-    model: str, block: Block, settings: FitSettings, start: Mapping[str, float], *parts: Motion
+    model: str, block: Block, settings: FitSettings, start: Mapping[str, float] | None, *parts: Motion
 ) -> bool:
     """Whether the law with one set of parameters leaves only the noise at rest of parts of a run.
 
@@ -111,8 +111,8 @@ def leaves_noise(
     model : str
     block : Block
     settings : FitSettings
-    start : mapping of str to float
-        Parameters to start from [SI].
+    start : mapping of str to float, or None
+        Parameters to start from [SI]; without them a scan finds some.
     parts : Motion
         Of one run, or all of it.
     """
@@ -120,7 +120,10 @@ def leaves_noise(
         problem = posed(model, [block] * len(parts), parts, settings)
     except FreerockError:  # too few samples
         return False
-    quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
+    if start is None:
+        quick = approach(problem, None, HOPELESS * max(noise_of(part).variance for part in parts))
+    else:
+        quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
     if is_hopeless(quick.mean_square, parts):
         return False
     samples = problem.samples()

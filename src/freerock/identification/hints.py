@@ -42,7 +42,7 @@ def hints_for(block: Block, motion: Motion, fits: Mapping[str, Fit], ladder: Lad
         if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
-        if as_mirrored is not None and leaves_noise(model, block, settings, start, as_mirrored):
+        if as_mirrored is not None and leaves_noise(model, block, settings, None, as_mirrored):
             yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
 
 
