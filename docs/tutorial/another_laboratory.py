@@ -39,7 +39,7 @@ def contact(k, lam, b, z, z_rate, theta, theta_rate):
 
 
 def rocking(block, k, lam, theta0, time):
-    """θ [rad] of a block let go at θ₀."""
+    """θ [rad] of a block let go at θ₀, and how deep its lower corner lies [m]."""
     h, b, m = block["height"] / 2, block["width"] / 2, block["mass"]
     inertia = m * (block["height"] ** 2 + block["width"] ** 2) / 12 + m * h * h
 
@@ -52,28 +52,38 @@ def rocking(block, k, lam, theta0, time):
         acceleration = (turn - m * h * s * down) / (inertia - m * (h * s) ** 2)
         return [z_rate, down - h * s * acceleration, theta_rate, acceleration]
 
-    depth = brentq(lambda z: contact(k, lam, b, z, 0, theta0, 0)[0] - m * G, -block["width"], block["width"])
+    depth = at_rest(block, k, theta0)
     found = solve_ivp(
         rates, (0, time[-1]), [depth, 0, theta0, 0], "DOP853", time, rtol=1e-8, atol=1e-11, max_step=5e-3
     )
-    return found.y[2]
+    return found.y[2], found.y[0] + b * np.abs(np.sin(found.y[2]))
 
 
-def reading(theta, block, beam_height):
-    """Movement of a side face at the height of the beam, of a block that turns about its corners."""
+def at_rest(block, k, theta):
+    """Depth of the base centre where the base carries the block [m]."""
+    width, weight = block["width"], block["mass"] * G
+    return brentq(lambda z: contact(k, 0.0, width / 2, z, 0, theta, 0)[0] - weight, -width, width)
+
+
+def reading(theta, sunk, block, beam_height):
+    """Movement of a side face at the height of the beam; the block turns about its corners, which sink."""
     width = np.where(theta > 0, block["width"], 0.0)
-    return beam_height * np.tan(theta) - width * (1 / np.cos(theta) - 1)
+    return (beam_height + sunk) * np.tan(theta) - width * (1 / np.cos(theta) - 1)
 
 
 def record(block, k, lam, laser, theta0, draw):
     """Volts of one record: rest, tilt, hold, rocking, rest."""
     ramp = np.linspace(0, 1, int(1.5 * RATE))
     held = np.full(int(draw.uniform(1.6, 2.2) * RATE), theta0)
-    theta = rocking(block, k, lam, theta0, np.arange(1, 12 * RATE) / RATE)
+    theta, sunk = rocking(block, k, lam, theta0, np.arange(1, 12 * RATE) / RATE)
     moving = np.flatnonzero(np.abs(theta) > 1e-5)[-1]
     rest = np.zeros(int(2 * RATE))
-    theta = np.concatenate([rest, theta0 * ramp**2 * (3 - 2 * ramp), held, theta[: moving + 1], rest])
-    volts = 5 + 10 * reading(theta, block, laser["beam_height"]) / laser["range"]
+    tilted = theta0 * ramp**2 * (3 - 2 * ramp)
+    before = [at_rest(block, k, each) + block["width"] / 2 * abs(math.sin(each)) for each in tilted]
+    before = np.concatenate([rest, before, np.full(held.size, before[-1])])
+    theta = np.concatenate([rest, tilted, held, theta[: moving + 1], rest])
+    sunk = np.concatenate([before, sunk[: moving + 1], rest])
+    volts = 5 + 10 * reading(theta, sunk, block, laser["beam_height"]) / laser["range"]
     return volts + 0.002 * draw.standard_normal(volts.size)
 
 

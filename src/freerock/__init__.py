@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from freerock.rotation.options import RotationOptions
     from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
+    from freerock.rotation.view import view_of
     from freerock.runs.by_hand import ByHand
     from freerock.runs.impacts import Impacts, find_impacts
     from freerock.runs.limits import ImpactLimits, RunLimits
@@ -46,6 +47,7 @@ _ROOMS = {  # module: the public names it holds
     "rotation.options": ("RotationOptions",),
     "rotation.rotation": ("find_rotation",),
     "rotation.sensor": ("Laser",),
+    "rotation.view": ("view_of",),
     "runs.by_hand": ("ByHand",),
     "runs.impacts": ("Impacts", "find_impacts"),
     "runs.limits": ("ImpactLimits", "RunLimits"),
@@ -87,6 +89,7 @@ __all__ = [
     "pulse",
     "read_record",
     "simulate",
+    "view_of",
 ]
 
 

@@ -14,6 +14,7 @@ from hypothesis.extra.numpy import arrays
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.contact import Foundation
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.models.simulate import simulate
 from freerock.rotation.faults import Fault, SignalQuality, signal_quality
@@ -417,12 +418,15 @@ def test_virtual_campaign(test):
     from freerock.records.read import read_record
     from freerock.rotation.rotation import find_rotation
     from freerock.rotation.sensor import Laser
+    from freerock.rotation.view import View
 
     truth = json.loads((RAW / "truth.json").read_text(encoding="utf-8"))[test]
     volts = read_record(RAW / f"{test}.tdms")
     (channel,) = volts.data_vars
     block = Block(**truth["block"])
-    signal = find_rotation(volts["time"].values, volts[channel].values, Laser(**truth["laser"]), block)
+    laser = Laser(**truth["laser"])
+    view = View(block, laser)
+    signal = find_rotation(volts["time"].values, volts[channel].values, laser, block)
     names = ("time", "theta", "sigma_theta", "flags")
     found = find_runs(*(signal[name].values for name in names), block, signal_quality(signal))
     assert len(found) == len(truth["runs"]) == 3
@@ -432,4 +436,5 @@ def test_virtual_campaign(test):
         assert begin <= run.release_s <= begin + fade + 2 / truth["sampling_rate_hz"]
         assert run.release_s == pytest.approx(begin + fade / 2, abs=4 * run.release_stderr_s)
         assert run.fit_start_s > begin + fade
-        assert run.theta0 == pytest.approx(true["theta0_rad"], abs=4 * run.theta0_stderr)
+        soil, held = Foundation(true["k"]), true["theta0_rad"]
+        assert view.released(run.theta0, block, soil) == pytest.approx(held, abs=4 * run.theta0_stderr)

@@ -13,6 +13,7 @@ from freerock.products.estimates import estimates_in
 from freerock.products.groups import one_of_each
 from freerock.products.misfit_maps import MODEL, RecordMap, record_map, write_misfit_maps
 from freerock.products.netcdf import open_fits
+from freerock.products.runs import sensors_view
 
 
 def make_misfit_maps(
@@ -51,5 +52,7 @@ def _map(
     first = estimates[0]
     run = tree.children["pooled" if first.run == "pooled" else f"run_{first.run}"].dataset
     time_s, theta = run["time"].values, run["theta"].values
-    found = misfit_map(MODEL, blocks[first.block], first.values, time_s, theta, debonding)
+    found = misfit_map(
+        MODEL, blocks[first.block], first.values, time_s, theta, debonding, sensors_view(tree.attrs)
+    )
     return record_map(found, estimates)

@@ -47,7 +47,8 @@ def motions_in(record: xr.DataTree, with_noise: bool = False) -> dict[int, Motio
         step = converter_step(next(samples[name].values for name in BASE if name in samples), theta)
         rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
         noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
-    return {run.number: motion_of(run, time_s, theta, sigma, noise) for run in runs}
+    view = sensors_view(record.attrs)
+    return {run.number: motion_of(run, time_s, theta, sigma, noise, view) for run in runs}
 
 
 def sensors_view(attrs: Mapping[Any, Any]) -> View | None:

@@ -28,6 +28,7 @@ from freerock.models.laws import GEOMETRIC, Rules
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
 from freerock.runs.judged import judged_runs
 from freerock.runs.motion import motion_of
 from freerock.runs.noise import noise_at_rest
@@ -63,8 +64,8 @@ class Mishap:
         What is set, with its unit.
     value : float
     spoil : callable
-        (value, half period [s], generator) → what differs: fields of `Release`; `corner_sinks`; `faults`;
-        `law`, `rules` of the law; `sign`, of the laser.
+        (value, half period [s], generator) → what differs: fields of `Release`; `faults`; `law`, `rules` of
+        the law; `sign` and `response_ms`, of the laser as it is described.
     names : collection of str
         Reasons that name it rightly.
     """
@@ -149,8 +150,10 @@ MISHAPS = {
         lambda value, swing_s, draw: {"faults": [faults.averaged(value)]},
         ("unexplained",),
     ),
-    "corner sinks": Mishap(
-        "", math.nan, lambda value, swing_s, draw: {"corner_sinks": True}, ("unexplained",)
+    "sensor averages, as it says": Mishap(
+        "time [s]",
+        4e-3,
+        lambda value, swing_s, draw: {"faults": [faults.averaged(value)], "response_ms": 1e3 * value},
     ),
     "hold beyond the range": Mishap(
         "share of the held reading",
@@ -202,7 +205,7 @@ def one(name: str, i: int) -> Row:
     if "law" in how:
         parameters = table_2(how["law"], foundation)
     record = spoiled(block, laser, parameters, angle, how, i)
-    read = replace(laser, sign=int(how.get("sign", laser.sign)))
+    read = replace(laser, **{key: how[key] for key in ("sign", "response_ms") if key in how})
     row: Row = {"mishap": name, "quantity": mishap.quantity, "value": mishap.value}
     row |= {"block": configuration, "foundation": foundation} | _judged(record, read, block, parameters["k"])
     named = row["names"].split()
@@ -220,9 +223,7 @@ def spoiled(
         held_s=1.5,
         **{key: how[key] for key in ("moves", "fade_s") if key in how},
     )
-    recording = Recording(
-        rate_hz=RATE_HZ, longest_s=16.0, noise=NOISE, corner_sinks=how.get("corner_sinks", False)
-    )
+    recording = Recording(rate_hz=RATE_HZ, longest_s=16.0, noise=NOISE)
     return simulate_record(
         block,
         laser,
@@ -268,7 +269,7 @@ def judged(
         return measured.verdict, Identified()
     time_s, theta, sigma, _ = signal
     noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), RATE_HZ)
-    motion = motion_of(measured, time_s, theta, sigma, noise)
+    motion = motion_of(measured, time_s, theta, sigma, noise, view_of([laser], block))
     identified = identify_run(block, motion, ladder)
     doubts = doubts_about(measured.verdict, block, motion, identified, ladder)
     return measured.verdict.adding(doubts), identified

@@ -2,8 +2,8 @@
 
 A record begins at rest. For every release there follow a tilt by hand (the hand in the beam now and then), a
 hold by a finger, the finger's fading support, free rocking to rest, and a pause. For the laser the block
-turns by θ about its corner, which neither slides nor sinks (see `freerock.rotation.beam`) unless it is asked
-for. That is how a pivoting block and a rigid one move sideways; a guided one goes b(1 - cosθ) less far.
+turns by θ about its corner, which does not slide but sinks as the law has it (`freerock.rotation.beam`). That
+is how a pivoting block and a rigid one move sideways; a guided one goes b(1 - cosθ) less far.
 """
 
 import math
@@ -20,7 +20,7 @@ from freerock.models.contact import Foundation, State, accelerations, contact_fo
 from freerock.models.ground import GroundMotion
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Response, Solver, simulate
-from freerock.rotation.beam import displacement_from_rotation, mirrored
+from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.noise import Disturbance, Noise, converted
 
@@ -111,7 +111,7 @@ class Recording:
         Sensor output at rest [V].
     noise : Noise
     corner_sinks : bool
-        Whether a horizontal beam sees that the corner sinks into the foundation.
+        Whether the beam sees that the corner sinks into the foundation, as that of a real laser does.
     """
 
     rate_hz: float = 2000.0
@@ -119,15 +119,17 @@ class Recording:
     longest_s: float = 20.0
     zero_v: float = 5.0
     noise: Noise = field(default_factory=Noise)
-    corner_sinks: bool = False
+    corner_sinks: bool = True
 
 
 @dataclass(frozen=True)
 class VirtualRecord:
-    """A simulated record: time [s], true θ [rad] (NaN once overturned), converter counts and the truth."""
+    """A simulated record: time [s], true θ [rad] (NaN once overturned), what of it the beam shows by the
+    geometry of a corner that does not sink, converter counts and the truth."""
 
     time_s: Floats
     theta: Floats
+    seen: Floats
     counts: NDArray[np.int32]
     volts_per_count: float
     truth: dict[str, Any] = field(repr=False)
@@ -173,15 +175,17 @@ def simulate_record(
     rate_hz, noise, clock = recording.rate_hz, recording.noise, recording.rest_s
     runs, parts = [], [np.zeros((2, math.ceil(clock * rate_hz)))]
     for number, release in enumerate(releases, 1):
-        part, truth, clock = _release(
-            Scene(model, block, release.parameters, rules), release, clock, recording
-        )
+        scene = Scene(model, block, release.parameters, rules)
+        part, truth, clock = _release(scene, release, clock, recording)
+        if laser.beam == "vertical" and recording.corner_sinks and LAWS[model].is_foundation:
+            part[1] -= static_depth(block, Foundation.of(release.parameters), 0.0)  # where its zero is
         parts.append(part)
         runs.append({"run": number} | truth)
     rotation, depth = np.hstack(parts)
     rotation = rotation.round(THETA_DECIMALS)
     time_s = np.arange(rotation.size) / rate_hz
-    distance_m = _displacement(rotation, depth if recording.corner_sinks else None, block, laser)
+    distance_m = displacement_from_rotation(rotation, block, laser, depth)
+    seen = rotation_from_displacement(distance_m, block, laser, np.sign(rotation))
     volts = _volts(laser, time_s, distance_m, runs, recording.zero_v)
     counts = converted(time_s, volts, noise, np.random.RandomState(seed), faults)
     truth = {
@@ -195,21 +199,13 @@ def simulate_record(
         "duration_s": rotation.size / rate_hz,
         "runs": runs,
     }
-    return VirtualRecord(time_s, rotation, counts, noise.volts_per_count, truth)
+    return VirtualRecord(time_s, rotation, seen, counts, noise.volts_per_count, truth)
 
 
 def _law(model: str, rules: Rules) -> dict[str, str]:
     """What the truth says of the law; a rigid block has no choice of kinematics."""
     kinematics = KINEMATICS[rules.kinematics if LAWS[model].is_foundation else "pivoting"]
     return {"origin": "simulated", "model": model, "debonding": rules.debonding, "kinematics": kinematics}
-
-
-def _displacement(rotation: Floats, depth: Floats | None, block: Block, laser: Laser) -> Floats:
-    """Displacement that the laser sees [m]; a horizontal beam meets a sunken block at a higher point."""
-    distance_m = displacement_from_rotation(rotation, block, laser)
-    if depth is not None and laser.beam == "horizontal":
-        distance_m += np.tan(-rotation if mirrored(laser) else rotation) * depth
-    return distance_m
 
 
 def _volts(
@@ -241,7 +237,7 @@ def _release(
     motion = release.moves(scene, grid[rocking] - free, begin)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
-    if recording.corner_sinks:
+    if recording.corner_sinks and LAWS[scene.model].is_foundation:
         soil = Foundation.of(scene.parameters)
         depth[~rocking] = [static_depth(scene.block, soil, each) for each in theta[~rocking]]
         depth[rocking] = motion.z_cb
