@@ -31,7 +31,7 @@ from freerock.virtual_lab.tdms import write_records
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "workflow"))
 
-FITS = "fits: {models: [hunt_crossley], pooled: false, paper_mode: true}\n"  # the quickest
+FITS = "fits: {models: [hunt_crossley], paper_mode: true}\n"  # the quickest
 LASERS = {"tall": "high", "squat": "low"}
 SETTINGS = [  # a line of the configuration, and what it becomes
     ("yaml", "mass_kg: 2.98", "mass_kg: 2.97"),

@@ -204,7 +204,7 @@ def test_another_scene_is_recovered_as_well(copy, seed):
     assert run("freerock new-campaign stones --from stick", folder)[0] == 0
     campaign = folder / "config/campaigns/stones.yaml"
     text = re.sub(r"(\w+): FILL_IN", lambda match: f"{match[1]}: {filled[match[1]]}", campaign.read_text())
-    campaign.write_text(text + "fits: {models: [hunt_crossley], pooled: false}\n")
+    campaign.write_text(text + "fits: {models: [hunt_crossley]}\n")
     assert run("freerock check stones", folder)[0] == 0
     code, printed = run(
         "snakemake --cores 2 results/stones/tables/parameters.csv --config campaigns=stones", folder

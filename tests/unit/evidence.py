@@ -10,17 +10,16 @@ VALUES = {"r": 0.95, "k": 6.88e6, "c": 2.36e4, "lambda": 1.3e8, "width": 0.063}
 WHERE = {"campaign": "made_up", "test": "t1", "block": "b1", "foundation": "marble"}
 
 
-def scene(*runs, explained=True, epsilon=1e-5, joint=False, **changed):
+def scene(*runs, explained=True, epsilon=1e-5, **changed):
     """Tables of the statuses of each run by candidate; others were not fitted. Values may be changed by
     name, or by name and candidate as k_winkler_pivoting."""
     choice, parameters = [], []
     for number, statuses in enumerate(runs, 1):
-        run = "pooled" if joint and number == len(runs) else number
         for rank, model in enumerate(CANDIDATES):
             status = statuses.get(model, NOT_FITTED)
             fitted, named = status != NOT_FITTED, status in (NAMED, POSSIBLE)
             row = WHERE | {
-                "run": run,
+                "run": number,
                 "model": model,
                 "status": status,
                 "n_freed": len(MODELS[model]) + CANDIDATES[model].width + 2,
@@ -33,7 +32,13 @@ def scene(*runs, explained=True, epsilon=1e-5, joint=False, **changed):
                 names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
                 parameters += [
                     WHERE
-                    | {"run": run, "model": model, "parameter": name, "unit": unit_of(name), "success": True}
+                    | {
+                        "run": number,
+                        "model": model,
+                        "parameter": name,
+                        "unit": unit_of(name),
+                        "success": True,
+                    }
                     | {"value": changed.get(f"{name}_{model}", changed.get(name, VALUES[name]))}
                     for name in names
                 ]

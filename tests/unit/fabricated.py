@@ -101,32 +101,27 @@ def failed_record():
 
 
 def fits(tree, failed=(), models=PAPER_MODELS):
-    """Fits of the runs of a record that are not excluded, and of all of them jointly."""
+    """Fits of the runs of a record that are not excluded."""
     runs = [run for run in runs_in(tree) if not run.excluded]
-    fitted = {run.number: {model: fit(tree, model, [run], failed) for model in models} for run in runs}
-    pooled = {model: fit(tree, model, runs, failed) for model in models} if runs else {}
+    fitted = {run.number: {model: fit(tree, model, run, failed) for model in models} for run in runs}
     attrs = {key: tree.attrs[key] for key in (*identity(*"    "), "verdict", "reasons")}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "fits.nc")
-        made = fitted | ({"pooled": pooled} if pooled else {})
-        choices = {run: choose([evidence(each) for each in models.values()]) for run, models in made.items()}
-        datasets.write_fits(path, fitted, pooled, attrs, choices)
+        choices = {run: choose([evidence(each) for each in own.values()]) for run, own in fitted.items()}
+        datasets.write_fits(path, fitted, attrs, choices)
         return datasets.open_fits(path)
 
 
-def fit(tree, model, runs, failed):
+def fit(tree, model, run, failed):
     rank = PAPER_MODELS.index(CANDIDATES[model].law)
     time_s = tree["time"].values
-    spans = [np.flatnonzero((time_s >= run.release_s) & (time_s <= run.end_s)) for run in runs]
-    since = [time_s[span] - run.release_s for run, span in zip(runs, spans, strict=True)]
-    angles = [np.degrees(run.theta0) for run in runs]
-    own = np.concatenate([swing(t, a, 1.24 - 0.02 * rank) for t, a in zip(since, angles, strict=True)])
-    theta = tree["theta"].values[np.concatenate(spans)]
-    theta0 = ["theta0"] if len(runs) == 1 else [f"theta0_{i + 1}" for i in range(len(runs))]
+    span = (time_s >= run.release_s) & (time_s <= run.end_s)
+    since, angle = time_s[span] - run.release_s, np.degrees(run.theta0)
+    own, theta = swing(since, angle, 1.24 - 0.02 * rank), tree["theta"].values[span]
     names = (
         *MODELS[model],
         *(["width"] if CANDIDATES[model].width else []),
-        *(theta0 if model != "housner" else []),
+        *(["theta0"] if model != "housner" else []),
     )
     value = np.array([VALUES.get(name, np.radians(10)) for name in names])
     stderr = np.array([STDERR.get(name, 1e-5) for name in names])
@@ -139,7 +134,7 @@ def fit(tree, model, runs, failed):
         ci95_high=value + 1.96 * stderr,
         covariance=np.diag(stderr**2),
         units=tuple(map(unit_of, names)),
-        time=np.concatenate(since),
+        time=since,
         theta=theta,
         theta_model=own,
         residual=own - theta,
@@ -151,7 +146,7 @@ def fit(tree, model, runs, failed):
         n_parameters=len(names),
         success=model not in failed,
         message="k lies at its bound" if model in failed else "converged",
-        impacts=impacts(0.0, angles[0], 0.8 + 0.02 * rank, 0.0) if len(runs) == 1 else None,
+        impacts=impacts(0.0, angle, 0.8 + 0.02 * rank, 0.0),
         diagnostics={
             "evaluations": 20.0,
             "rtol": [1e-6, 1e-6, 1e-7][rank],

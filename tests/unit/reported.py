@@ -74,9 +74,9 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
     imsave(image, np.zeros((24, 30, 3)))
     tidy = tidy_tables(records, fitted)
     frames = {name: tidy[name] for name in ("runs", "choice", "candidates")}
-    known = (tidy[name] for name in ("runs", "parameters", "restitution"))
+    known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames["restitution_comparison"] = restitution_comparison(*known, shapes)
-    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["parameters"])}
+    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["populations"], tidy["parameters"])}
     frames["table3"] = table3(tidy["epsilon"])
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")

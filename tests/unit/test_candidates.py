@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.candidates import candidates, n_freed, start_for, start_of_runs
+from freerock.identification.candidates import candidates, n_freed, start_for
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.screening import screen
 from freerock.identification.settings import FitSettings
@@ -64,21 +64,6 @@ def test_a_rival_starts_where_the_best_smaller_candidate_ended():
     assert start_for("housner_width", fits) is None  # r and width are scanned together
     assert start_for("winkler_width", {"winkler": replace(fits["winkler"], success=False)}) is None
     assert start_for("winkler", fits) is None
-
-
-def test_a_joint_fit_starts_from_its_runs_width_and_releases_included():
-    worn = replace(BLOCK, contact_width_m=0.065)
-    runs = [motion(worn, model="housner", values={"r": r}) for r in (0.92, 0.94)]
-    fits = [fit_run("housner_width", BLOCK, run) for run in runs]
-    start = start_of_runs(fits)
-    own = {f"{name}_{i}": fit.values[name] for i, fit in enumerate(fits, 1) for name in ("theta0", "t0")}
-    assert start == pytest.approx({"r": 0.93, "width": 0.065} | own, rel=1e-4)
-    assert set(start_of_runs([None, fits[1]])) == {"r", "width", "theta0_2", "t0_2"}
-    assert start_of_runs([None, *(replace(fit, success=False) for fit in fits)]) is None
-    alike = [motion(worn, model="housner", values={"r": 0.93}, theta0_deg=angle) for angle in (9, 10)]
-    joint = fit_record("housner_width", BLOCK, alike, start=start)
-    assert joint.success and joint.diagnostics["residual_over_sigma"] < 1.1
-    assert joint.value[:2] == pytest.approx([0.93, 0.065], rel=1e-4)
 
 
 def test_a_pivoting_block_is_found_from_the_guided_fit_that_is_far_off():

@@ -42,11 +42,6 @@ def test_counts_and_medians():
     assert (table[["n_selected", "n_also_possible", "n_rejected", "n_not_fitted"]].sum(axis=1) == 3).all()
 
 
-def test_the_joint_fit_is_not_counted():
-    choice, parameters = scene(*RUNS, joint=True)
-    assert set(candidates_table(choice, parameters)["n_runs"]) == {2}
-
-
 def test_printed_are_the_candidates_that_were_fitted():
     printed = printed_candidates(candidates_table(*scene(*RUNS)), "simulated", {"b1": "Slender"})
     assert printed.text.iloc[:, :6].values.tolist() == [

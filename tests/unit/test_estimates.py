@@ -11,10 +11,10 @@ def test_every_usable_fit_is_an_estimate():
     tree = fits(record("b1_marble"))
     found = list(estimates_in(tree))
     assert [(each.run, each.model) for each in found] == [
-        (run, model) for run in (1, 2, "pooled") for model in PAPER_MODELS
+        (run, model) for run in (1, 2) for model in PAPER_MODELS
     ]
     for each in found:
-        group = tree["pooled" if each.run == "pooled" else f"run_{each.run}"][each.model]
+        group = tree[f"run_{each.run}"][each.model]
         assert (each.test, each.block, each.foundation) == ("b1_marble", "b1", "marble")
         assert list(each.values) == group["parameter"].values.tolist()
         assert list(each.values.values()) == group["value"].values.tolist()

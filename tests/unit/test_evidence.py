@@ -1,6 +1,5 @@
 """What the report says of made-up evidence, word for word."""
 
-import pytest
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
@@ -156,22 +155,6 @@ def test_a_run_of_which_none_is_named():
         unexplained(scene(paper(), paper() | {"winkler": NAMED})[0]) == "No candidate explains 1 of 2 runs."
     )
     assert unexplained(scene(paper() | {"winkler": NAMED})[0]) == ""
-
-
-def test_laws_that_were_fitted_jointly_say_nothing_of_a_rival_that_explains_each_run():
-    run = paper(hunt_crossley_pivoting=NAMED)
-    assert "jointly" not in " ".join(told(run, run, paper() | {"winkler": POSSIBLE}, joint=True)["sentences"])
-
-
-@pytest.mark.parametrize(
-    ("explained", "text"),
-    [(True, "Winkler explains them"), (False, "no candidate explains them; the nearest is Winkler")],
-)
-def test_all_runs_jointly(explained, text):
-    run = paper() | {"winkler": NAMED}
-    found = told(run, run, run, joint=True, explained=explained)
-    assert found["sentences"][-1] == f"All runs of t1 jointly: {text}."
-    assert told(run, run, joint=True)["sentences"][-1].startswith("k is that of")
 
 
 def test_table_of_the_evidence():

@@ -255,7 +255,7 @@ def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, targ
 
 def predicted(datasets):
     epsilon = epsilon_table(datasets[1])
-    rows = epsilon[epsilon["run"] != "pooled"].assign(n_runs=2)
+    rows = epsilon.assign(n_runs=2)
     others = [
         rows.assign(basis=basis, epsilon_theta=3 * rows["epsilon_theta"]) for basis in ("other runs", "b2")
     ]
@@ -367,7 +367,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
     figure, data = misfit_map.draw(misfit_map.read(tmp_path / "misfit_map.nc"), "simulated", LABELS)
     identified = data[data["quantity"] == "identified"]
-    assert identified["run"].tolist() == ["1", "2", "pooled"]
+    assert identified["run"].tolist() == [1, 2]
     assert identified["correlation"].abs().max() <= 1
     assert set(data["test"]) == {tree.attrs["test"]}
     grid = data[data["quantity"] == "grid"]

@@ -171,16 +171,16 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
         ),
         (
             {"free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; use width, theta0, t0 or r_per_impact",
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0 or r_per_impact",
         ),
         (
             {"model": "housner_width", "free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; use width, theta0, t0 or r_per_impact",
+            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0 or r_per_impact",
         ),
         (
             {"model": "winkler_width", "free": ("r_per_impact",)},
             "fits.free.winkler: a restitution per impact belongs to one run of the Housner model; "
-            "remove r_per_impact or set fits.pooled: false",
+            "remove r_per_impact, or fit each run by itself",
         ),
     ],
 )

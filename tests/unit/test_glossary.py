@@ -13,7 +13,7 @@ from freerock.identification import plan, population, predict
 from freerock.models.block import Block
 from freerock.models.laws import LAWS
 from freerock.products.names import VARIABLES
-from freerock.tables import candidates, recovered, restitution, summary, tidy
+from freerock.tables import candidates, populations, recovered, restitution, summary, tidy
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -43,12 +43,19 @@ def columns():
     parameters, epsilon = (pd.DataFrame(columns=names) for names in (tidy.PARAMETERS, tidy.EPSILON))
     frames = [
         summary.table1([], {"block": Block(height_m=0.28, width_m=0.07, mass_kg=5.84)}),
-        summary.table2(parameters.astype({"success": bool})),
+        summary.table2(populations.populations_table(parameters), parameters),
         summary.table3(epsilon),
         recovered.recovered_table(parameters, {}),
     ]
     lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
-    lists += [candidates.COLUMNS, population.FOUNDATIONS, predict.PREDICTIONS, plan.COLUMNS, plan.RIVALS]
+    lists += [
+        candidates.COLUMNS,
+        population.FOUNDATIONS,
+        predict.PREDICTIONS,
+        populations.POPULATIONS,
+        plan.COLUMNS,
+        plan.RIVALS,
+    ]
     return {column for listed in [*lists, *frames] for column in listed}
 
 

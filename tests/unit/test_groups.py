@@ -28,9 +28,9 @@ def test_one_product_of_each_scene_is_opened_the_first_that_is_usable():
 
 
 def test_what_could_not_be_fitted_comes_back(tmp_path):
-    missed = (NotFitted(1, "winkler not fitted: too short; hold longer"), NotFitted("pooled", "so"))
+    missed = (NotFitted(1, "winkler not fitted: too short; hold longer"), NotFitted(None, "so"))
     attrs = identity("a", "b", "mat", "simulated") | {"verdict": "warn", "reasons": []}
-    write_fits(tmp_path / "a.nc", {}, {}, attrs | {"not_fitted": list(missed)})
+    write_fits(tmp_path / "a.nc", {}, attrs | {"not_fitted": list(missed)})
     assert not_fitted_in(open_fits(tmp_path / "a.nc").attrs) == missed
-    write_fits(tmp_path / "b.nc", {}, {}, attrs)
+    write_fits(tmp_path / "b.nc", {}, attrs)
     assert not_fitted_in(open_fits(tmp_path / "b.nc").attrs) == ()

@@ -9,6 +9,7 @@ from fabricated import campaign
 from freerock.models.block import Block
 from freerock.tables.latex import latex, numbers_tex
 from freerock.tables.paper import table1_text, table2_text, table3_text
+from freerock.tables.populations import populations_table
 from freerock.tables.recovered import recovered_table, recovered_text
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
@@ -51,20 +52,24 @@ def test_latex_leaves_names_alone():
 def test_numbers_are_macros_of_letters_alone(datasets):
     tidy = tidy_tables(*datasets)
     tidy["parameters"].loc[tidy["parameters"]["test"] == "b2_mat", "success"] = False
+    tidy["populations"] = populations_table(tidy["parameters"])
     lines = numbers_tex(tidy).splitlines()
     assert lines[0].startswith("% The records are simulated")
     names = [re.fullmatch(r"\\newcommand\{\\(fr[a-zA-Z]+)\}\{.+\}", line)[1] for line in lines[1:]]
-    assert len(set(names)) == len(names) == 2 + len(tidy["parameters"]) + 2 * len(tidy["epsilon"])
+    populations, epsilon = tidy["populations"], tidy["epsilon"]
+    of_records = (populations["level"] == "record").sum() + len(epsilon[["test", "model"]].drop_duplicates())
+    assert len(set(names)) == len(names) == 2 + of_records + len(tidy["parameters"]) + 2 * len(epsilon)
     assert r"\newcommand{\frRuns}{9}" in lines
-    assert r"\newcommand{\frBOneMarbleHousnerR}{0.9570 $\pm$ 0.0012}" in lines
+    assert r"\newcommand{\frBOneMarbleHousnerR}{0.957}" in lines
+    assert r"\newcommand{\frBOneMarbleRunOneHousnerR}{0.9570 $\pm$ 0.0012}" in lines
     k = r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ N m$^{-2}$"
     assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines
-    assert r"\newcommand{\frBTwoMatHousnerR}{failed fit}" in lines
+    assert r"\newcommand{\frBTwoMatRunOneHousnerR}{failed fit}" in lines
 
 
 def test_names_that_differ_by_signs_alone_get_macros_of_their_own(datasets):
     tidy = tidy_tables(*datasets)
-    for frame in (tidy["parameters"], tidy["epsilon"]):
+    for frame in (tidy["parameters"], tidy["epsilon"], tidy["populations"]):
         frame["test"] = frame["test"].replace({"b1_marble": "b_1", "b1_mat": "b1"})
     names = re.findall(r"\\newcommand\{(.*?)\}", numbers_tex(tidy))
     assert len(set(names)) == len(names)
@@ -81,7 +86,7 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
     }
     recovered = recovered_table(parameters, truth)
     blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
-    first, second = table1(records, blocks), table2(parameters, PUBLISHED)
+    first, second = table1(records, blocks), table2(populations_table(parameters), parameters, PUBLISHED)
     third = table3(epsilon_table(fitted), PUBLISHED)
     labels = {"b1": "Configuration #2", "mat": "Mat 100 % & more"}
     for name, text in (

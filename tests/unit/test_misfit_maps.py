@@ -12,7 +12,7 @@ def made_up(test="a"):
     covariance = np.array([[4.0, 1.0], [1.0, 1.0]])
     estimates = [
         Estimate("lab", test, run, "tall", "mat", "hunt_crossley", {"k": 2.0, "lambda": 4.0}, covariance)
-        for run in (1, "pooled")
+        for run in (1, 2)
     ]
     return record_map(found, estimates)
 
@@ -26,7 +26,7 @@ def test_maps_come_back(tmp_path):
     ]
     written = made_up()
     assert maps[0].identified == written.identified
-    assert [one.run for one in written.identified] == ["1", "pooled"]
+    assert [one.run for one in written.identified] == [1, 2]
     assert written.identified[0].correlation == 0.5
     for name in ("first", "second", "epsilon_theta", "first_finer", "second_finer", "epsilon_finer"):
         np.testing.assert_array_equal(getattr(maps[0].map, name), getattr(written.map, name))

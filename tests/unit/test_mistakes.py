@@ -37,15 +37,15 @@ YAML_MISTAKES = {
         "lab.yaml:9: blocks.tall.release_angle_deg: released at 10° the block overturns, its critical "
         "angle is 2.045°; correct the release angle, the height or the width",
     ),
-    "restitution per impact of all runs": (
-        ("title: ", "fits: {free: {housner: [r_per_impact]}}\ntitle: "),
-        "lab.yaml:1: fits.pooled: a joint fit has no restitution per impact; set it false, or free no "
-        "r_per_impact",
+    "a joint fit": (
+        ("title: ", "fits: {pooled: true}\ntitle: "),
+        "lab.yaml:1: fits.pooled: runs are no longer fitted jointly; "
+        "remove it: tables give the mean of the runs",
     ),
     "restitution per impact of a law without": (
         ("title: ", "fits: {free: {winkler: [r_per_impact]}}\ntitle: "),
-        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'theta0' or 't0'; "
-        "give width, theta0, t0 or none",
+        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'tilt', 'theta0' or 't0'; "
+        "give width, tilt, theta0, t0 or none",
     ),
     "unknown kinematics": (
         ("title", "fits: {kinematics: [pivotting]}\ntitle"),

@@ -82,11 +82,11 @@ def made_up_record():
     return xr.Dataset(variables, {"time": time}, {"sampling_rate_hz": np.float64(400)})
 
 
-def made_up_fit(model, runs=1, **changes):
+def made_up_fit(model, **changes):
     names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
-    names += tuple(("theta0", "t0") if runs == 1 else [f"theta0_{i + 1}" for i in range(runs)])
+    names += ("theta0", "t0")
     n = len(names)
-    time = np.tile(np.arange(SAMPLES) / 400, runs)
+    time = np.arange(SAMPLES) / 400
     theta = np.cos(7 * time)
     fit = {
         "model": model,
@@ -109,7 +109,7 @@ def made_up_fit(model, runs=1, **changes):
         "n_parameters": n,
         "success": True,
         "message": "converged",
-        "impacts": made_up_impacts() if runs == 1 else None,
+        "impacts": made_up_impacts(),
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
     }
     return SimpleNamespace(**fit | changes)
@@ -121,8 +121,7 @@ def write(folder, name="a"):
         folder / f"record_{name}.nc", made_up_record(), runs, [made_up_impacts(), made_up_impacts(0)], ATTRS
     )
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
-    pooled = {model: made_up_fit(model, runs=2) for model in MODELS}
-    write_fits(folder / f"fits_{name}.nc", fits, pooled, ATTRS | {"verdict": "ok", "reasons": []})
+    write_fits(folder / f"fits_{name}.nc", fits, ATTRS | {"verdict": "ok", "reasons": []})
 
 
 @pytest.fixture(scope="module")
@@ -194,11 +193,11 @@ def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded,
 
 def test_fits_come_back(folder):
     tree = open_fits(folder / "fits_a.nc")
-    assert list(tree.children) == ["run_1", "run_2", "pooled"]
-    for group, runs in (("run_1", 1), ("pooled", 2)):
+    assert list(tree.children) == ["run_1", "run_2"]
+    for group in ("run_1", "run_2"):
         assert list(tree[group].children) == list(MODELS)
         for model in MODELS:
-            node, fit = tree[f"{group}/{model}"], made_up_fit(model, runs)
+            node, fit = tree[f"{group}/{model}"], made_up_fit(model)
             assert tuple(node["parameter"].values) == fit.parameters
             assert tuple(node["unit"].values) == fit.units
             for name in ("value", "stderr", "ci95_low", "ci95_high", "covariance", "theta_model", "residual"):
@@ -222,7 +221,7 @@ def test_failed_fit_is_written_as_such(tmp_path):
     fit = made_up_fit(
         "housner", value=nothing, covariance=np.full((3, 3), np.nan), success=False, message="no"
     )
-    write_fits(tmp_path / "a.nc", {4: {"housner": fit}}, {}, ATTRS)
+    write_fits(tmp_path / "a.nc", {4: {"housner": fit}}, ATTRS)
     node = open_fits(tmp_path / "a.nc")["run_4/housner"]
     assert (node["success"].item(), node.attrs["message"]) == (0, "no")
     assert np.isnan(node["value"].values).all()
@@ -231,7 +230,7 @@ def test_failed_fit_is_written_as_such(tmp_path):
 def test_what_the_fits_say_against_a_run_is_kept(tmp_path):
     hit = Reason("warn", "disturbed", "something acted on the block")
     fits = {number: {"housner": made_up_fit("housner")} for number in (1, 2)}
-    write_fits(tmp_path / "a.nc", fits, {}, ATTRS, doubts={1: [], 2: [hit]})
+    write_fits(tmp_path / "a.nc", fits, ATTRS, doubts={1: [], 2: [hit]})
     tree = open_fits(tmp_path / "a.nc")
     assert "reasons" not in tree["run_1"].attrs
     assert reasons_in(tree["run_2"].attrs) == (hit,)
@@ -240,7 +239,7 @@ def test_what_the_fits_say_against_a_run_is_kept(tmp_path):
 def test_fits_of_a_run_share_their_time(tmp_path):
     fits = {"housner": made_up_fit("housner"), "winkler": made_up_fit("winkler", time=np.arange(SAMPLES))}
     with pytest.raises(ValueError, match="run_1: the fits must share their time axis"):
-        write_fits(tmp_path / "a.nc", {1: fits}, {}, ATTRS)
+        write_fits(tmp_path / "a.nc", {1: fits}, ATTRS)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -253,7 +252,7 @@ def test_failed_record_is_a_product(tmp_path):
     assert in_one_line([reason]) == "raw/a.tdms: is truncated; record it again"
     assert (tree.attrs["campaign"], tree.attrs["test"]) == ("lab", "a")
     assert runs_in(tree) == []
-    write_fits(tmp_path / "b.nc", {}, {}, ATTRS | {"verdict": "fail", "reasons": [reason]})
+    write_fits(tmp_path / "b.nc", {}, ATTRS | {"verdict": "fail", "reasons": [reason]})
     assert not open_fits(tmp_path / "b.nc").children
 
 

@@ -10,6 +10,7 @@ from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.tables.latex import latex
 from freerock.tables.paper import angle_notes, printed_tables, table1_text, table2_text, table3_text
+from freerock.tables.populations import populations_table
 from freerock.tables.restitution import restitution_comparison
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
@@ -50,13 +51,26 @@ def test_table1_says_where_the_nominal_angle_is_not_the_measured_one(datasets, n
 
 
 def test_table2_prints_value_and_published_side_by_side(datasets):
-    table = table2(parameters_table(datasets[1]), PUBLISHED)
+    table = second(parameters_table(datasets[1]), PUBLISHED)
     text = table2_text(table[table["block"] == "b1"], {"marble": "Marble", "mat": "Mat"})
-    assert list(text) == ["Foundation", "Model", "Parameter", "Identified", "Run by run", "Published"]
+    assert list(text) == [
+        "Foundation",
+        "Model",
+        "Parameter",
+        "Identified",
+        "τ / %",
+        "Next run",
+        "Runs",
+        "Published",
+    ]
     assert text["Foundation"].tolist() == ["Marble", "", "", "", "", "Mat", "", "", "", ""]
-    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.9570 ± 0.0012", "0.957", "0.958"]
-    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "(1.3000 ± 0.0040)·10⁸", "1.30·10⁸", "–"]
-    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.9570 ± 0.0012", "0.957", "–"]
+    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.957", "0", "0.957 … 0.957", "2", "0.958"]
+    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "1.30·10⁸", "0", "(1.30 … 1.30)·10⁸", "2", "–"]
+    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.957", "0", "0.957 … 0.957", "2", "–"]
+
+
+def second(parameters, *others):
+    return table2(populations_table(parameters), parameters, *others)
 
 
 def test_tables_and_figures_of_the_paper_show_its_models_and_none_of_their_rivals():
@@ -65,11 +79,11 @@ def test_tables_and_figures_of_the_paper_show_its_models_and_none_of_their_rival
     some, every = (fits(tree, models=models) for models in (PAPER_MODELS, (*PAPER_MODELS, *rivals)))
     tables, more = tidy_tables([tree], [some]), tidy_tables([tree], [every])
     assert set(more["parameters"]["model"]) == set(more["epsilon"]["model"]) == {*PAPER_MODELS, *rivals}
-    pd.testing.assert_frame_equal(table2(more["parameters"]), table2(tables["parameters"]))
+    pd.testing.assert_frame_equal(second(more["parameters"]), second(tables["parameters"]))
     pd.testing.assert_frame_equal(table3(more["epsilon"]), table3(tables["epsilon"]))
     blocks = {"b1": Block(0.28, 0.07, 5.84)}
     compared = [
-        restitution_comparison(each["runs"], each["parameters"], each["restitution"], blocks)
+        restitution_comparison(each["runs"], each["populations"], each["restitution"], blocks)
         for each in (tables, more)
     ]
     pd.testing.assert_frame_equal(*compared)
@@ -79,33 +93,45 @@ def test_tables_and_figures_of_the_paper_show_its_models_and_none_of_their_rival
     assert set(found["source"]) == {"experiment", *PAPER_MODELS}
 
 
-def test_table2_shows_how_far_runs_differ():
-    def rows(test, run, value):
-        known = {"block": "b", "foundation": "f", "model": "winkler", "parameter": "k", "unit": "N m-2"}
-        return known | {"test": test, "run": run, "value": value, "stderr": 1.0, "success": True}
+def of_run(test, run, value, success=True):
+    known = {"campaign": "c", "block": "b", "foundation": "f", "model": "winkler", "parameter": "k"}
+    known |= {"unit": "N m-2", "stderr": 1e-3 * value, "success": success}
+    return known | {"test": test, "run": run, "value": value}
 
+
+def test_table2_shows_the_mean_of_the_runs_and_how_far_they_differ():
     parameters = pd.DataFrame(
         [
-            rows("a", 1, 100.0),
-            rows("a", 2, 120.0),
-            rows("a", 3, 140.0),
-            rows("a", "pooled", 119.0),
-            rows("alone", 1, 90.0),
-            rows("alone", "pooled", 90.0),
+            *(of_run("a", i, value) for i, value in enumerate((100.0, 102.0, 104.0), 1)),
+            of_run("a", 4, 500.0, success=False),
+            of_run("alone", 1, 90.0),
+            *(of_run("alike", i, value) for i, value in enumerate((99.95, 100.0, 100.05), 1)),
+            of_run("lost", 1, 7.0, success=False),
         ]
     )
-    parameters.loc[2, "success"] = False
-    table = table2(parameters)
-    assert table["run_mean"].tolist() == [110.0, 90.0]
-    assert table["run_scatter"].tolist() == pytest.approx([math.sqrt(200), math.nan], nan_ok=True)
-    assert table2_text(table)["Run by run"].tolist() == ["110 ± 14", "–"]
-    assert "Run by run" not in table2_text(table[1:])
+    table = second(parameters)
+    assert table["n_runs"].tolist() == [3, 1, 3, 0]
+    assert table["success"].tolist() == [True, True, True, False]
+    assert table["mean"].tolist() == pytest.approx([np.exp(np.log([100, 102, 104]).mean()), 90, 100, 7])
+    assert table["tau"].tolist() == pytest.approx([2.0, math.nan, 0.0, math.nan], abs=0.03, nan_ok=True)
+    text = table2_text(table)
+    assert text["Identified"].tolist() == [
+        "102.0 ± 1.2",
+        "90.000 ± 0.090",
+        "100.000 ± 0.029",
+        "7.00 (failed fit)",
+    ]
+    assert text["τ / %"].tolist() == ["2.0", "–", "< 0.30", "–"]
+    assert text["Next run"].tolist() == ["93 … 112", "–", "99.75 … 100.25", "–"]
+    assert text["Runs"].tolist() == ["3", "1", "3", "0"]
+    one = table2_text(table[table["test"] == "alone"])
+    assert list(one) == ["Foundation", "Model", "Parameter", "Identified", "Runs", "Published"]
 
 
 def test_table3_prints_percent_and_final_time(datasets):
     table = table3(epsilon_table(datasets[1]), PUBLISHED)
     text = table3_text(table[table["block"] == "b1"])
-    assert text.iloc[0].tolist() == ["marble", "Housner", "24.6", "15.25", "4.00"]
+    assert text.iloc[0].tolist() == ["marble", "Housner", "24.6", "24.6 … 24.6", "2", "15.25", "4.00"]
     assert text["ε_θ / %"].tolist()[:3] == ["24.6", "2.60", "1.30·10⁻⁴"]
     assert text["Published / %"].tolist() == ["15.25", "–", "–", "–", "–", "–"]
 
@@ -113,7 +139,7 @@ def test_table3_prints_percent_and_final_time(datasets):
 def test_several_blocks_stand_under_their_names(datasets):
     text = table3_text(table3(epsilon_table(datasets[1])), {"b2": "Squat block"})
     assert text["Foundation"].tolist()[::7] == ["b1", "Squat block"]
-    assert text.iloc[7].tolist() == ["Squat block", "", "", "", ""]
+    assert text.iloc[7].tolist() == ["Squat block", *[""] * 6]
 
 
 def test_second_record_of_a_scene_is_told_apart():
@@ -122,71 +148,57 @@ def test_second_record_of_a_scene_is_told_apart():
     assert text["Foundation"].tolist() == ["marble (first)", "", "", "marble (second)", "", ""]
 
 
-def test_a_record_without_joint_fits_shows_the_fits_of_each_run(datasets):
-    tidy = tidy_tables(*datasets)
-    parameters = tidy["parameters"]
-    one = (parameters["test"] == "b1_marble") & (parameters["run"] == "pooled")
-    second = table2(parameters[~one])
-    assert set(second.loc[second["test"] == "b1_marble", "run"]) == set(
-        parameters.loc[(parameters["test"] == "b1_marble") & ~one, "run"]
-    )
-    assert set(second.loc[second["test"] != "b1_marble", "run"]) == {"pooled"}
-    own = second["run"] != "pooled"
-    assert second.loc[own, ["run_mean", "run_scatter"]].isna().all(axis=None)
-    key = ["test", "run", "model", "parameter"]
-    of_runs = parameters.set_index(key)["value"]
-    assert second[own].set_index(key)["value"].to_dict().items() <= of_runs.to_dict().items()
-    printed = table2_text(second)["Foundation"].tolist()
-    assert "marble (b1_marble, run 1)" in printed and "mat" in printed
+def test_no_fit_at_all_makes_empty_tables(datasets):
+    nothing = second(parameters_table(datasets[1])[:0])
+    assert nothing.empty
+    assert list(table2_text(nothing)) == [
+        "Foundation",
+        "Model",
+        "Parameter",
+        "Identified",
+        "Runs",
+        "Published",
+    ]
+    assert r"\begin{tabular}{llllll}" in latex(table2_text(nothing), "Nothing")
+    assert table3(epsilon_table(datasets[1])[:0]).empty
 
 
-def test_without_joint_fits_the_tables_are_run_by_run(datasets):
-    tidy = tidy_tables(*datasets)
-    alone = {name: tidy[name][tidy[name]["run"] != "pooled"] for name in ("parameters", "epsilon")}
-    frames = {
-        "table1": table1([], {}),
-        "table2": table2(alone["parameters"]),
-        "table3": table3(alone["epsilon"]),
-    }
-    printed = printed_tables(frames, "simulated")
-    assert list(printed["table2"].text) == ["Foundation", "Model", "Parameter", "Identified", "Published"]
-    assert list(printed["table3"].text) == ["Foundation", "Model", "ε_θ / %", "Published / %", "t_f / s"]
-    assert printed["table2"].caption == "Identified parameters, run by run"
-    nothing = table2(alone["parameters"][:0])
-    assert nothing.empty and list(table2_text(nothing)) == list(printed["table2"].text)
-    assert r"\begin{tabular}{lllll}" in latex(table2_text(nothing), "Nothing")
+def test_table3_has_the_median_and_the_range_of_the_runs_that_may_be_used(datasets):
+    epsilon = epsilon_table(datasets[1])
+    epsilon = epsilon[(epsilon["test"] == "b1_marble") & (epsilon["model"] == "winkler")]
+    epsilon = pd.concat([epsilon[:1].assign(run=run) for run in range(1, 5)])
+    epsilon = epsilon.assign(epsilon_theta=[0.01, 0.04, 0.02, 5.0], success=[True, True, True, False])
+    (row,) = table3(epsilon).itertuples()
+    assert (row.n_runs, row.epsilon_theta, row.epsilon_low, row.epsilon_high) == (3, 0.02, 0.01, 0.04)
+    assert table3_text(table3(epsilon)).iloc[0]["Range / %"] == "1.00 … 4.00"
+    (lost,) = table3(epsilon.assign(success=False)).itertuples()
+    assert (lost.n_runs, lost.success) == (0, False)
+    assert table3_text(table3(epsilon.assign(success=False))).iloc[0]["ε_θ / %"] == "3.00 (failed fit)"
 
 
-def test_models_that_most_runs_reject_or_ask_for_are_marked(datasets):
+def test_models_that_most_runs_choose_or_reject_are_marked(datasets):
     tidy = tidy_tables(*datasets)
     runs = tidy["parameters"].loc[lambda frame: frame["test"] == "b1_marble", "run"].unique()
-    numbers = [run for run in runs if run != "pooled"]
-    assert len(numbers) == 2
+    assert len(runs) == 2
 
-    def marked(rejected, joint=True):
+    def marked(rejected):
         status = ["rejected" if run in rejected else "selected" for run in runs]
         choice = pd.DataFrame({"test": "b1_marble", "run": runs, "model": "winkler", "status": status})
-        kept = {
-            name: tidy[name][joint | (tidy[name]["run"] != "pooled")] for name in ("parameters", "epsilon")
-        }
-        second, third = table2(kept["parameters"], None, choice), table3(kept["epsilon"], None, choice)
-        for frame in (second, third):
+        numbers = second(tidy["parameters"], None, choice)
+        found = numbers, table3(tidy["epsilon"], None, choice)
+        for frame in found:
             other = frame[(frame["test"] != "b1_marble") | (frame["model"] != "winkler")]
-            assert not other["rejected"].any()
-        frames = {"table1": table1([], {}), "table2": second, "table3": third}
+            assert not other[["rejected", "selected"]].any(axis=None)
+        frames = {"table1": table1([], {}), "table2": found[0], "table3": found[1]}
+        told = []
         for printed in list(printed_tables(frames, "simulated").values())[1:]:
-            told = [model for model in printed.text["Model"] if model.endswith("†")]
-            assert told == ["Winkler †"] * second.loc[second["rejected"], "run"].nunique()
-            chosen = [model for model in printed.text["Model"] if model.endswith("‡")]
-            assert chosen == ["Winkler ‡"] * second.loc[second["selected"], "run"].nunique()
-            assert any(note.startswith("‡ The one chosen") for note in printed.notes) == bool(chosen)
-            assert any(note.startswith("† Rejected by most of the runs") for note in printed.notes) == bool(
-                told
-            )
-        assert not (second["rejected"] & second["selected"]).any()
-        return tuple(set(second.loc[second[status], "run"]) for status in ("rejected", "selected"))
+            told.append([model for model in printed.text["Model"] if model[-1:] in "†‡" and model])
+            for mark, note in (("†", "† Rejected by most of the runs"), ("‡", "‡ The one chosen")):
+                noted = any(each.startswith(note) for each in printed.notes)
+                assert noted == (mark in "".join(told[-1]))
+        assert told[0] == told[1]
+        return told[0]
 
-    assert marked({"pooled", numbers[0]}) == (set(), set())
-    assert marked(set(numbers)) == ({"pooled"}, set())
-    assert marked({"pooled"}) == (set(), {"pooled"})
-    assert marked(set(numbers[1:]), joint=False) == (set(numbers[1:]), set(numbers[:1]))
+    assert marked({runs[0]}) == []
+    assert marked(set(runs)) == ["Winkler †"]
+    assert marked(set()) == ["Winkler ‡"]

@@ -238,7 +238,7 @@ def test_a_restitution_per_impact_is_planned_as_one(tmp_path):
 
     def per_impact(keys):
         plain(keys)
-        keys["fits"] = {"free": {"housner": ["theta0", "t0", "r_per_impact"]}, "pooled": False}
+        keys["fits"] = {"free": {"housner": ["theta0", "t0", "r_per_impact"]}}
 
     (*frames,) = (plan_campaign(campaign(tmp_path, change))[0] for change in (plain, per_impact))
     pd.testing.assert_frame_equal(*frames)

@@ -57,9 +57,8 @@ def test_a_freed_width_goes_into_the_prediction():
     assert predicted(record("a", [1.0, 1.0], width_m=0.066))["epsilon_theta"].max() < 1e-12
 
 
-def test_joint_fits_and_a_restitution_per_impact_neither_predict_nor_are_predicted():
+def test_a_restitution_per_impact_neither_predicts_nor_is_predicted():
     (own, other), motions = record("a", [1.0, 1.0])
-    joint = replace(own, run="pooled")
     per_impact = replace(own, model="housner", values={"r": 0.9, "r_2": 0.91})
-    assert predicted(([own, joint, per_impact], motions)).empty
-    assert predicted(([own, other, joint], motions))["n_runs"].tolist() == [1, 1]
+    assert predicted(([own, per_impact], motions)).empty
+    assert predicted(([own, other, per_impact], motions))["n_runs"].tolist() == [1, 1]

@@ -21,14 +21,14 @@ def tables():
     records, fits = campaign()
     blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
     tidy = tidy_tables(records, fits)
-    frames = {"table1": table1(records, blocks), "table2": table2(tidy["parameters"])}
+    frames = {"table1": table1(records, blocks), "table2": table2(tidy["populations"], tidy["parameters"])}
     return tidy | frames | {"table3": table3(tidy["epsilon"])}
 
 
 def test_printed_tables_are_those_of_the_datasets(tables, tmp_path):
     for name, frame in tables.items():
         write_csv(frame, tmp_path / f"{name}.csv")
-    names = ("runs", "parameters", "epsilon", "candidates", "table1", "table2", "table3")
+    names = ("runs", "parameters", "epsilon", "candidates", "populations", "table1", "table2", "table3")
     files = {name: tmp_path / f"{name}.csv" for name in names}
     print_tables(files, tmp_path, origin="simulated", doi="10.1/2", labels=LABELS)
     for name, table in printed_tables(tables, "simulated", doi="10.1/2", labels=LABELS).items():

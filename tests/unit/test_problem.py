@@ -118,7 +118,7 @@ def test_a_restitution_per_impact_belongs_to_one_rigid_run(model, n_runs):
         check(model, [BLOCK] * n_runs, FitSettings(free=("r_per_impact",)))
     assert str(error.value) == (
         f"fits.free.{model}: a restitution per impact belongs to one run of the Housner model; "
-        "remove r_per_impact or set fits.pooled: false"
+        "remove r_per_impact, or fit each run by itself"
     )
 
 

@@ -2,6 +2,7 @@ import pytest
 from fabricated import fits, record
 
 from freerock.models.block import Block
+from freerock.tables.populations import populations_table
 from freerock.tables.restitution import restitution_comparison
 from freerock.tables.tidy import parameters_table, restitution_table, runs_table
 
@@ -11,7 +12,11 @@ BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 def test_first_impact_is_compared_with_that_of_a_rigid_block():
     records = [record(n_runs=1, theta0_deg=9.9)]
     fitted = [fits(tree) for tree in records]
-    tables = (runs_table(records), parameters_table(fitted), restitution_table(records, fitted))
+    tables = (
+        runs_table(records),
+        populations_table(parameters_table(fitted)),
+        restitution_table(records, fitted),
+    )
     row = restitution_comparison(*tables, BLOCKS).iloc[0]
     assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)  # quarter period of this block from 10°
     assert row["first_impact_s"] == pytest.approx(0.3)
@@ -25,9 +30,9 @@ def test_a_run_without_impacts_is_in_neither_mean(run):
     records = [record(n_runs=2, theta0_deg=9.9)]
     fitted = [fits(tree) for tree in records]
     restitution = restitution_table(records, fitted).query("run == 1")
-    tables = [runs_table(records), parameters_table(fitted), restitution]
+    tables = [runs_table(records), populations_table(parameters_table(fitted)), restitution]
     if run:
-        tables = [table.astype({"run": run}) for table in tables]
+        tables = [table.astype({"run": run}) if "run" in table else table for table in tables]
     row = restitution_comparison(*tables, BLOCKS).iloc[0]
     assert row["rigid_s"] == pytest.approx(0.268884, abs=1e-6)
     assert row["first_impact_s"] == pytest.approx(0.3)

@@ -9,6 +9,7 @@ from freerock.identification import population, predict
 from freerock.tables import candidates, restitution
 from freerock.tables import tidy as tables
 from freerock.tables.paper import table2_text, table3_text
+from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, restitution_table, runs_table
 
@@ -36,7 +37,7 @@ def test_runs_in_degrees_and_seconds(datasets):
 def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
     records = [record(), record("b2_marble")]
     one, other = map(fits, records)
-    missed = [[1, "winkler not fitted: too short; hold longer"], ["pooled", "winkler not fitted: so"]]
+    missed = [[1, "winkler not fitted: too short; hold longer"], [2, "winkler not fitted: so"]]
     one.attrs["not_fitted"] = json.dumps(missed)
     unforeseen = json.dumps([[None, "unforeseen: ZeroDivisionError"]])
     other.attrs |= {"verdict": "fail", "not_fitted": unforeseen}
@@ -44,11 +45,10 @@ def test_models_that_could_not_be_fitted_are_told_in_the_rows_of_their_runs():
         del other[f"run_{number}"]
     runs = runs_table(records, [one, other])
     told = list(zip(runs["test"], runs["run"], runs["verdict"], runs["reasons"], strict=True))
-    joint = "all runs: winkler not fitted: so"
     left_out = "excluded: the block slid & turned <1°"
     assert told == [
-        ("b1_marble", 1, "warn", f"winkler not fitted: too short, hold longer; {joint}"),
-        ("b1_marble", 2, "warn", joint),
+        ("b1_marble", 1, "warn", "winkler not fitted: too short; hold longer"),
+        ("b1_marble", 2, "warn", "winkler not fitted: so"),
         ("b1_marble", 3, "warn", left_out),
         ("b2_marble", 1, "fail", "not fitted: unforeseen: ZeroDivisionError"),
         ("b2_marble", 2, "fail", "not fitted: unforeseen: ZeroDivisionError"),
@@ -71,17 +71,17 @@ def test_runs_are_ordered_by_number():
     assert runs_table([record(n_runs=11)])["run"].tolist() == list(range(1, 12))
 
 
-def test_parameters_per_run_and_pooled(datasets):
+def test_parameters_per_run(datasets):
     table = parameters_table(datasets[1])
     assert ",".join(table) == (
         "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,unit,success"
     )
     own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
-    assert own["run"].tolist() == [1] * 3 + [2] * 3 + ["pooled"] * 4
-    assert own["parameter"].tolist()[-4:] == ["k", "lambda", "theta0_1", "theta0_2"]
-    assert own["unit"].tolist()[-4:] == ["N m-2", "N s m-3", "rad", "rad"]
+    assert own["run"].tolist() == [1] * 3 + [2] * 3
+    assert own["parameter"].tolist()[-3:] == ["k", "lambda", "theta0"]
+    assert own["unit"].tolist()[-3:] == ["N m-2", "N s m-3", "rad"]
     assert own["value"].tolist()[:2] == [6.88e6, 1.30e8]
-    assert set(table2(table)["parameter"]) == {"r", "k", "c", "lambda"}
+    assert set(table2(populations_table(table), table)["parameter"]) == {"r", "k", "c", "lambda"}
 
 
 def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
@@ -116,7 +116,9 @@ def test_campaign_without_any_run():
     assert parameters_table(fitted).empty
     assert epsilon_table(fitted).empty
     assert restitution_table(records, fitted).empty
-    assert table2_text(table2(parameters_table(fitted))).empty
+    nothing = parameters_table(fitted)
+    second = table2(populations_table(nothing), nothing)
+    assert table2_text(second).empty
     assert table3_text(table3(epsilon_table(fitted))).empty
 
 

@@ -36,7 +36,7 @@ def stored(folder, motion, models):
     fits = {model: fit_run(model, NOMINAL, motion) for model in models}
     choice = choose([evidence(fit) for fit in fits.values()])
     doubts = doubts_about(Verdict(), NOMINAL, motion, Identified(fits), BY_DEFAULT)
-    write_fits(folder / "worn.nc", {1: fits}, {}, ATTRS, {1: choice}, {1: doubts})
+    write_fits(folder / "worn.nc", {1: fits}, ATTRS, {1: choice}, {1: doubts})
     return open_fits(folder / "worn.nc")
 
 

@@ -1,5 +1,5 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
-TIDY += ["candidates", "predictions", "foundations"]
+TIDY += ["candidates", "predictions", "foundations", "populations"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
 REPORTED = ["runs", "choice", "candidates", "restitution_comparison", *PRINTED]
 
@@ -45,7 +45,7 @@ rule tables:
 
 rule printed_tables:
     input:
-        csv_tables("runs", "parameters", "epsilon", "candidates", *PRINTED),
+        csv_tables("runs", "parameters", "epsilon", "candidates", "populations", *PRINTED),
     output:
         printed=[
             report(

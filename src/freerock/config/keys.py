@@ -184,9 +184,8 @@ class _EachOnce(Section):
 
 def _free_field(law: Law) -> tuple[Any, Any]:
     """Type and default of the key that says what is freed of one law."""
-    text = ", ".join(law.nuisances).replace("impact", "impact (of single runs: needs pooled: false)")
     names: Any = Literal.__getitem__(law.nuisances)  # type checkers want words written out
-    return tuple[names, ...], Field(law.free, description=f"{text} or none")
+    return tuple[names, ...], Field(law.free, description=f"{', '.join(law.nuisances)} or none")
 
 
 _FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items()}
@@ -230,26 +229,11 @@ class FitsSection(Section):
     profile: bool = Field(
         False, description="true for intervals of the profile likelihood, some seconds a fit, else false"
     )
-    pooled: bool = Field(
-        True,
-        validate_default=True,
-        description="true to fit all runs of a record jointly as well, else false",
-    )
 
     @field_validator("kinematics")
     @classmethod
     def _each_once(cls, names: Any) -> Any:
         return once(names)
-
-    @field_validator("pooled")
-    @classmethod
-    def _each_impact_is_of_one_run(cls, pooled: Any, info: ValidationInfo) -> Any:
-        free = info.data.get("free")
-        if pooled and free and any("r_per_impact" in names for _, names in free):
-            raise Invalid(
-                "a joint fit has no restitution per impact", "set it false, or free no r_per_impact"
-            )
-        return pooled
 
     @property
     def freed(self) -> dict[str, tuple[str, ...]]:

@@ -20,6 +20,12 @@ from freerock.config.values import (
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
+FORMER = {  # keys that earlier versions had
+    "pooled": (
+        "runs are no longer fitted jointly",
+        "remove it: tables give the mean of the runs",
+    ),
+}
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
 
 
@@ -98,6 +104,8 @@ def _explain(model: type[Section], loc: Key, fault: ErrorDetails) -> tuple[str, 
     if isinstance(context.get("error"), Invalid):
         return context["error"].what, context["error"].remedy
     if kind == "extra_forbidden":
+        if loc[-1] in FORMER:
+            return FORMER[loc[-1]]
         keys = _keys(model, loc[:-1])
         return "unknown key", did_you_mean(loc[-1], keys) or f"use one of {', '.join(keys)}"
     if context.get("pattern") == NAME and value:

@@ -96,8 +96,7 @@ def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Setting
         "models": list(campaign.fits.models),
         "kinematics": list(campaign.fits.rivals),
         "free": {model: list(free) for model, free in campaign.fits.freed.items()},
-        "pooled": campaign.fits.pooled,
-        "options": plain(campaign.fits, "models", "kinematics", "free", "paper_mode", "pooled"),
+        "options": plain(campaign.fits, "models", "kinematics", "free", "paper_mode"),
         "impacts": plain(campaign.processing.impacts),
     }
 

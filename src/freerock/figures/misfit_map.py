@@ -33,7 +33,6 @@ from freerock.tables.text import quantity
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 OF_A_RUN: Style = {"marker": "o", "color": "black", "linestyle": ""}
-JOINT: Style = {"marker": "x", "color": "#d55e00", "linestyle": ""}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
 
 
@@ -69,8 +68,7 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
         _panel(ax, each)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
         test, run = each.test, each.identified[0].run
-        drawn = f"{test}, joint fit" if run == "pooled" else of_run(test, run)
-        title = panel(i, len(maps), f"{block}, {foundation}: {drawn}")
+        title = panel(i, len(maps), f"{block}, {foundation}: {of_run(test, run)}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=axis_of("k"), ylabel=axis_of("lambda"))
     for ax in axes[len(maps) :]:
@@ -88,7 +86,6 @@ def _handles() -> list[Line2D]:
     return [
         Line2D([], [], color="0.4", linewidth=scaled(0.8), label=contour),
         Line2D([], [], **OF_A_RUN, markersize=scaled(4), label="identified, run by run"),
-        Line2D([], [], **JOINT, markersize=scaled(5), label="all runs jointly"),
     ]
 
 
@@ -109,8 +106,7 @@ def _panel(ax: Axes, record: RecordMap) -> None:
     small = 0.85 * matplotlib.rcParams["legend.fontsize"]
     texts = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
     for each in record.identified:
-        style = JOINT if each.run == "pooled" else OF_A_RUN
-        ax.plot(each.k, each.damping, markersize=scaled(4), **style)
+        ax.plot(each.k, each.damping, markersize=scaled(4), **OF_A_RUN)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):

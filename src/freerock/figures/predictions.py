@@ -52,16 +52,15 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `predictions`, with a row per fit of a run, basis `OWN`.
     """
-    single = epsilon[epsilon["run"].astype(str) != "pooled"]
-    own = single[single["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
+    own = epsilon[epsilon["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
     data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:
         figure = Figure(figsize=size(0.8))
         figure.suptitle("nothing to predict: no run has a fit that may be used", fontsize="medium")
         footer(figure, origin)
         return figure, data
-    shown = [model for model in MODELS if model in set(single["model"])]
-    scenes = list(dict.fromkeys(zip(single["block"], single["foundation"], strict=True)))
+    shown = [model for model in MODELS if model in set(epsilon["model"])]
+    scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
     below = -(-len(shown) // beside)
     figure = Figure(figsize=size(below * (0.8 + 0.3 * max(3, len(scenes)))))
@@ -70,7 +69,7 @@ def draw(
     for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
         ax.set_title(panel(i, len(shown), MODEL_LABELS[model]), loc="left")
         _panel(ax, data[data["model"] == model], scenes, kinds)
-        _mark_failed(ax, single[single["model"] == model], scenes)
+        _mark_failed(ax, epsilon[epsilon["model"] == model], scenes)
     for ax in axes.ravel()[len(shown) :]:
         ax.set_axis_off()
     names = [f"{label(labels, block)}, {label(labels, foundation)}" for block, foundation in scenes]

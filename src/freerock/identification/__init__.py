@@ -18,6 +18,7 @@ __all__ = [
     "plan",
     "population",
     "predict",
+    "random_effects",
     "rivals",
     "screening",
     "settings",

@@ -8,7 +8,7 @@ import numpy as np
 from freerock.identification.fit import Fit
 from freerock.identification.screening import Screening
 from freerock.identification.settings import freed
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, OF_RECORD, PARAMETERS, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, law_of
 
 
 def candidates(
@@ -66,34 +66,6 @@ def start_for(model: str, ends: Mapping[str, Fit | Screening]) -> dict[str, floa
     found = min(smaller, key=lambda end: float(np.nanmean(end.residual**2))).values
     traces = {name: PARAMETERS[name].trace * found["k"] for name in MODELS[model]}
     return traces | found
-
-
-def start_of_runs(fits: Sequence[Fit | None]) -> dict[str, float] | None:
-    """Where the joint fit of a candidate starts.
-
-    Parameters
-    ----------
-    fits : sequence of Fit or None
-        The candidate's fit to each run alone, in the order of the runs.
-
-    Returns
-    -------
-    dict of str to float, or None
-        The means of what its usable fits found of the parameters and, where they were freed, of width and
-        tilt; the release of each run as its own fit found it: theta0_1, t0_1 and so on [SI]. None where no
-        fit may be used.
-    """
-    usable = {i: fit for i, fit in enumerate(fits, 1) if fit is not None and fit.success}
-    if not usable:
-        return None
-    values = {i: fit.values for i, fit in usable.items()}
-    found = {
-        name: [each[name] for each in values.values() if name in each]
-        for name in (*MODELS[usable[min(usable)].model], *OF_RECORD)
-    }
-    means = {name: float(np.mean(each)) for name, each in found.items() if each}
-    own = {f"{name}_{i}": each[name] for i, each in values.items() for name in PER_RUN if name in each}
-    return means | own
 
 
 def _extended(model: str) -> list[str]:

@@ -13,26 +13,25 @@ NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interv
 
 @dataclass(frozen=True)
 class Estimate:
-    """Parameters of one model identified on one run of a record, or on all its runs jointly.
+    """Parameters of one model identified on one run of a record.
 
     Parameters
     ----------
     campaign, test, block, foundation : str
         Names of what was tested.
-    run : int or "pooled"
-        Number of the run; "pooled" for the joint fit.
+    run : int
+        Number of the run.
     model : str
         Name of the law.
     values : mapping of str to float
-        The model's parameters, then what else was freed (theta0, t0, width; in a joint fit numbered by run),
-        in SI units.
+        The model's parameters, then what else was freed (theta0, t0, width), in SI units.
     covariance : ndarray, shape (n, n)
         Of the model's n parameters, in the product of their units.
     """
 
     campaign: str
     test: str
-    run: int | str
+    run: int
     block: str
     foundation: str
     model: str
@@ -84,6 +83,6 @@ class MisfitMap:
     epsilon_finer: Floats
 
 
-def of_single_runs(estimates: Iterable[Estimate]) -> list[Estimate]:
-    """Estimates of single runs whose parameters can be carried over: not those with an r per impact."""
-    return [each for each in estimates if each.run != "pooled" and "r_2" not in each.values]
+def transferable(estimates: Iterable[Estimate]) -> list[Estimate]:
+    """Estimates whose parameters can be carried over to other runs: not those with an r per impact."""
+    return [each for each in estimates if "r_2" not in each.values]

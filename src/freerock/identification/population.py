@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import chdtrc, fdtrc
 
 from freerock.arrays import Floats
-from freerock.identification.estimate import Estimate, of_single_runs
+from freerock.identification.estimate import Estimate, transferable
 from freerock.models.laws import MODELS, law_of
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs", "n_runs_rejected"]
@@ -33,7 +33,7 @@ def shared_foundation(
     Parameters
     ----------
     estimates : iterable of Estimate
-        Those of a campaign; joint fits are left out, and Housner's, whose r belongs to the block.
+        Those of a campaign; Housner's are left out, whose r belongs to the block.
     rejected : collection of (str, int, str), optional
         Record, run and model of the fits that the choice of a model rejects.
 
@@ -46,7 +46,7 @@ def shared_foundation(
         reject (n_runs_rejected), as its parameters are no property of the foundation.
     """
     scenes: dict[tuple[str, str, str], list[Estimate]] = {}
-    for each in of_single_runs(estimates):
+    for each in transferable(estimates):
         if law_of(each.model).is_foundation:
             scenes.setdefault((each.campaign, each.foundation, each.model), []).append(each)
     rows = [

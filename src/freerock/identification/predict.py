@@ -10,7 +10,7 @@ import pandas as pd
 
 from freerock.identification.as_measured import as_measured
 from freerock.identification.discrepancy import epsilon_theta
-from freerock.identification.estimate import Estimate, of_single_runs
+from freerock.identification.estimate import Estimate, transferable
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.runs.motion import Motion
@@ -23,7 +23,7 @@ Basis = tuple[dict[str, float], int]  # parameters, and the number of runs they 
 
 def predictions(
     estimates: Iterable[Estimate],
-    motions: Callable[[str], Mapping[int | str, Motion]],
+    motions: Callable[[str], Mapping[int, Motion]],
     blocks: Mapping[str, Block],
     debonding: str = "geometric",
 ) -> pd.DataFrame:
@@ -35,7 +35,7 @@ def predictions(
     Parameters
     ----------
     estimates : iterable of Estimate
-        Those of a campaign, the runs of a test one after the other; joint fits are left out.
+        Those of a campaign, the runs of a test one after the other.
     motions : callable
         Takes a test and returns its runs' motions by run number; called once per test.
     blocks : mapping of str to Block
@@ -49,7 +49,7 @@ def predictions(
         Columns `PREDICTIONS`: basis is "other runs" (of the same record) or the name of another block on the
         same foundation, n_runs their number, epsilon_theta a fraction.
     """
-    single, rows = of_single_runs(estimates), []
+    single, rows = transferable(estimates), []
     by_block = _means_by_block(single)
     for test, every in groupby(single, attrgetter("test")):
         measured, alike = motions(test), list(every)

@@ -76,7 +76,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         raise FreerockError(key, "one width for several blocks", remedy)
     if "r_per_impact" in settings.free and ("r_per_impact" not in law.nuisances or len(blocks) > 1):
         what = "a restitution per impact belongs to one run of the Housner model"
-        raise FreerockError(key, what, "remove r_per_impact or set fits.pooled: false")
+        raise FreerockError(key, what, "remove r_per_impact, or fit each run by itself")
     if {"r_per_impact", "tilt"} <= {*settings.free}:
         what = "a restitution per impact is not worked out on a base off level"
         raise FreerockError(key, what, "remove r_per_impact or tilt")

@@ -1,4 +1,4 @@
-"""The models identified on each run of one record, and on all its runs jointly."""
+"""The models identified on each run of one record."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -6,11 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from freerock.errors import FreerockError
-from freerock.identification.candidates import start_of_runs
-from freerock.identification.choice import Choice, choose
+from freerock.identification.choice import Choice
 from freerock.identification.doubts import doubts_about
-from freerock.identification.fit import Fit, evidence, fit_record
+from freerock.identification.fit import Fit
 from freerock.identification.ladder import Identified, Ladder, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
@@ -29,7 +27,7 @@ log = logging.getLogger("freerock")
 def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
     """Write the fits of a record in whose identification something unforeseen happened: none."""
     outcome = {"verdict": "fail", "reasons": [Reason("fail", "not_processed", reason)]}
-    write_fits(output, {}, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
+    write_fits(output, {}, settings["attributes"] | outcome | {"not_fitted": [NotFitted(None, reason)]})
 
 
 def make_fits(
@@ -43,13 +41,12 @@ def make_fits(
     Parameters
     ----------
     settings : mapping
-        block, attributes, models, kinematics (of the rivals), free (by law), pooled, options (of
+        block, attributes, models, kinematics (of the rivals), free (by law), options (of
         `FitSettings`), impacts: sections of the configuration as plain values.
     record_file : path
         Dataset of the record.
     output : path
-        netCDF file to write; without groups where no run can be fitted. The joint fit of a single run is
-        that run's.
+        netCDF file to write; without groups where no run can be fitted.
     identify : callable, optional
         What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
         the work on runs that have not changed.
@@ -62,7 +59,7 @@ def make_fits(
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     found = identify(block, motions, ladder)
-    choices: dict[int | str, Choice] = {number: each.choice(ladder) for number, each in found.items()}
+    choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {
@@ -72,16 +69,12 @@ def make_fits(
         for number, each in found.items()
         if each.fits
     }
-    scene = tuple(dict.fromkeys(name for each in found.values() for name in each.scene))
-    pooled = _jointly(block, motions, fits, ladder.freeing(scene), not_fitted) if settings["pooled"] else {}
     attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
     attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
     if not_fitted:
         attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
     choices = {number: choice for number, choice in choices.items() if number in fits}
-    if pooled:
-        choices["pooled"] = choose([evidence(fit) for fit in pooled.values()])
     doubts = {
         number: doubts_about(runs[number].verdict, block, motions[number], each, ladder)
         for number, each in found.items()
@@ -89,12 +82,10 @@ def make_fits(
     for number, own in doubts.items():
         for doubt in own:
             log.info("run %d: %s", number, doubt.text)
-    write_fits(output, fits, pooled, attributes, choices, doubts)
+    write_fits(output, fits, attributes, choices, doubts)
 
 
-def _report(
-    found: Mapping[int, Identified], choices: Mapping[int | str, Choice], test: str
-) -> list[NotFitted]:
+def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:
     """Log what was found of each run; the laws of the campaign to which the data allow no fit."""
     missed = []
     for number, each in found.items():
@@ -107,31 +98,6 @@ def _report(
         choice = choices[number]
         log.info("run %d: %s: %s", number, choice.selected or "no candidate", choice.reason)
     return missed
-
-
-def _jointly(
-    block: Block,
-    motions: Mapping[int, Motion],
-    fits: Mapping[int, Mapping[str, Fit]],
-    ladder: Ladder,
-    not_fitted: list[NotFitted],
-) -> dict[str, Fit]:
-    """The laws that were fitted to any run, on all runs together; they start from these."""
-    if len(motions) == 1:
-        own = next(iter(fits.values()), {})
-        return {model: replace(own[model], impacts=None) for model in ladder.models if model in own}
-    pooled: dict[str, Fit] = {}
-    for model in ladder.models:
-        alone = [fits.get(number, {}).get(model) for number in motions]
-        if not any(alone):
-            continue
-        settings, start = ladder.settings(model), start_of_runs(alone)
-        try:
-            pooled[model] = fit_record(model, block, list(motions.values()), settings, start=start)
-        except FreerockError as error:
-            log.error("all runs: %s: %s", model, error)
-            not_fitted.append(NotFitted("pooled", f"{model} not fitted: {error}"))
-    return pooled
 
 
 def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:

@@ -50,7 +50,7 @@ def _map(
     tree: xr.DataTree, estimates: list[Estimate], blocks: Mapping[str, Block], debonding: str
 ) -> RecordMap:
     first = estimates[0]
-    run = tree.children["pooled" if first.run == "pooled" else f"run_{first.run}"].dataset
+    run = tree.children[f"run_{first.run}"].dataset
     time_s, theta = run["time"].values, run["theta"].values
     found = misfit_map(
         MODEL, blocks[first.block], first.values, time_s, theta, debonding, sensors_view(tree.attrs)

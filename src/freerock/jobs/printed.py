@@ -25,7 +25,7 @@ def print_tables(
     Parameters
     ----------
     files : mapping of str to path
-        CSV files of the tables runs, parameters, epsilon, candidates and table1 to table3.
+        CSV files of the tables runs, parameters, epsilon, candidates, populations and table1 to table3.
     folder : path
         Where they are written.
     origin, doi, labels

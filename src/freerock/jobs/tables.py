@@ -40,8 +40,8 @@ def make_tables(
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
     files = {Path(path).stem: path for path in record_files}
 
-    def motions(test: str) -> Mapping[int | str, Motion]:
-        return dict[int | str, Motion](motions_in(open_record(files[test])).items())
+    def motions(test: str) -> Mapping[int, Motion]:
+        return motions_in(open_record(files[test]))
 
     tables = tidy_tables(records, fits)
     estimates = estimates_of(fits)
@@ -50,13 +50,13 @@ def make_tables(
     rejected = set(choice[["test", "run", "model"]].itertuples(index=False, name=None))
     tables["foundations"] = shared_foundation(estimates, rejected)
     tables["restitution_comparison"] = restitution_comparison(
-        tables["runs"], tables["parameters"], tables["restitution"], blocks
+        tables["runs"], tables["populations"], tables["restitution"], blocks
     )
     origin = ", ".join(tables["runs"]["origin"].unique())
     published = settings["published"]
     for name, frame in (
         ("table1", table1(records, blocks, settings["release_angles_deg"])),
-        ("table2", table2(tables["parameters"], published, tables["choice"])),
+        ("table2", table2(tables["populations"], tables["parameters"], published, tables["choice"])),
         ("table3", table3(tables["epsilon"], published, tables["choice"])),
     ):
         tables[name] = frame.assign(origin=origin)

@@ -44,8 +44,8 @@ def choice_dataset(choice: "Choice") -> xr.Dataset:
     return xr.Dataset(arrays, {"candidate": [each.model for each in known]}, attrs)
 
 
-def choices_of(tree: xr.DataTree) -> Iterator[tuple[int | str, xr.Dataset]]:
-    """The choices of a fit dataset: of each run in order, then of all runs jointly ("pooled").
+def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:
+    """The choices of a fit dataset: of each run in order.
 
     Parameters
     ----------
@@ -54,13 +54,10 @@ def choices_of(tree: xr.DataTree) -> Iterator[tuple[int | str, xr.Dataset]]:
 
     Yields
     ------
-    run : int or "pooled"
+    run : int
     choice : xarray.Dataset
         As from `choice_dataset`.
     """
-    groups: list[tuple[int | str, xr.DataTree]] = [*runs_of(tree).items()]
-    if "pooled" in tree.children:
-        groups.append(("pooled", tree.children["pooled"]))
-    for run, group in groups:
+    for run, group in runs_of(tree).items():
         if GROUP in group.children:
             yield run, group.children[GROUP].dataset

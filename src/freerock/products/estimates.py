@@ -10,7 +10,7 @@ from freerock.products.groups import fits_of
 
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
-    """The fits of a record that may be used: of each run in order, then the joint ones (run "pooled").
+    """The fits of a record that may be used: of each run in order.
 
     Parameters
     ----------

@@ -14,9 +14,9 @@ Attrs = Mapping[Any, Any]  # names of attributes are texts; xarray says hashable
 
 
 class NotFitted(NamedTuple):
-    """A model that could not be fitted: to a run, to all jointly ("pooled"), or the whole record (None)."""
+    """A model that could not be fitted: to a run, or the whole record (None)."""
 
-    run: int | str | None
+    run: int | None
     text: str
 
 
@@ -53,8 +53,8 @@ def impacts_of(run: xr.DataTree) -> str:
     return f"{seen} impact{'' if seen == 1 else 's'} seen, {measured} with a restitution"
 
 
-def fits_of(tree: xr.DataTree) -> Iterator[tuple[int | str, str, xr.Dataset]]:
-    """Fits of a dataset: those of each run in order, then the joint fit of all runs ("pooled").
+def fits_of(tree: xr.DataTree) -> Iterator[tuple[int, str, xr.Dataset]]:
+    """Fits of a dataset: those of each run in order.
 
     Parameters
     ----------
@@ -63,15 +63,12 @@ def fits_of(tree: xr.DataTree) -> Iterator[tuple[int | str, str, xr.Dataset]]:
 
     Yields
     ------
-    run : int or "pooled"
+    run : int
     model : str
     fit : xarray.Dataset
         View of the group.
     """
-    groups: list[tuple[int | str, xr.DataTree]] = [*runs_of(tree).items()]
-    if "pooled" in tree.children:
-        groups.append(("pooled", tree.children["pooled"]))
-    for run, group in groups:
+    for run, group in runs_of(tree).items():
         for model in MODELS:
             if model in group.children:
                 yield run, model, group.children[model].dataset

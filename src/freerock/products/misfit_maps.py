@@ -16,9 +16,9 @@ MODEL = "hunt_crossley"  # the law that is mapped
 
 @dataclass(frozen=True)
 class Identified:
-    """What was identified on a run, or on all jointly ("pooled"): k and λ [SI], and their correlation."""
+    """What was identified on a run: k and λ [SI], and their correlation."""
 
-    run: str
+    run: int
     k: float
     damping: float
     correlation: float
@@ -38,7 +38,7 @@ class RecordMap:
 def record_map(found: MisfitMap, estimates: Sequence[Estimate]) -> RecordMap:
     """The map of a record around the first of its estimates."""
     first = estimates[0]
-    identified = [Identified(str(e.run), e.values["k"], e.values["lambda"], e.correlation) for e in estimates]
+    identified = [Identified(e.run, e.values["k"], e.values["lambda"], e.correlation) for e in estimates]
     return RecordMap(first.test, first.block, first.foundation, found, identified)
 
 

@@ -105,7 +105,7 @@ VARIABLES = {
         "quality",
         "epsilon_theta on the finer grid, theta(t) between the cells",
     ),
-    "identified_run": ("", "auxiliary", "run of the identified values, pooled for all runs jointly"),
+    "identified_run": ("", "auxiliary", "run of the identified values"),
     "identified_k": ("N m-2", "model", "identified stiffness"),
     "identified_lambda": ("N s m-3", "model", "identified damping"),
     "correlation": ("1", "quality", "correlation of the two identified parameters"),

@@ -79,12 +79,11 @@ def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:
 def write_fits(
     path: str | Path,
     fits: Mapping[int, Mapping[str, "Fit"]],
-    pooled: Mapping[str, "Fit"],
     attrs: Attrs,
-    choices: Mapping[int | str, "Choice"] | None = None,
+    choices: Mapping[int, "Choice"] | None = None,
     doubts: Mapping[int, Sequence[Reason]] | None = None,
 ) -> None:
-    """Write identified models: a group per run and for all runs jointly, with a group per model in each.
+    """Write identified models: a group per run, with a group per model in each.
 
     Parameters
     ----------
@@ -92,13 +91,10 @@ def write_fits(
         File to write.
     fits : mapping of int to mapping of str to Fit
         Fits of each run by run number and model; the fits of a run share their time axis.
-    pooled : mapping of str to Fit
-        Joint fits of all runs by model; empty when there is none. That of a single run is
-        written without samples: they stand in the run's group.
     attrs : mapping
         Root attributes, as for `write_record`; verdict and reasons are those of the record.
-    choices : mapping of int or str to Choice, optional
-        Which candidates explain a run, by run number, "pooled" for all runs jointly.
+    choices : mapping of int to Choice, optional
+        Which candidates explain a run, by run number.
     doubts : mapping of int to sequence of Reason, optional
         What the fits of a run say against it, by run number.
 
@@ -111,11 +107,8 @@ def write_fits(
     for number, models in fits.items():
         reasons = {"reasons": list(doubts[number])} if doubts and doubts.get(number) else {}
         groups |= _fits(f"run_{number}", models, {"run": number, **reasons})
-    if pooled:
-        several = bool(np.any(np.diff(next(iter(pooled.values())).time) < 0))  # it starts again with each run
-        groups |= _fits("pooled", pooled, {"comment": "all runs jointly, one after the other"}, several)
     for run, choice in (choices or {}).items():
-        group = run if run == "pooled" else f"run_{run}"
+        group = f"run_{run}"
         if group in groups:
             groups[f"{group}/{GROUP}"] = choice_dataset(choice)
     write_groups(path, groups)
@@ -164,13 +157,11 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
     }
 
 
-def _fits(
-    group: str, models: Mapping[str, "Fit"], attrs: Attrs, samples: bool = True
-) -> dict[str, xr.Dataset]:
+def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr.Dataset]:
     """Datasets of a run and of its models; each group has its own time, so that none is a dimension."""
     first = next(iter(models.values()))
     measured = xr.Dataset({"theta": ("sample", first.theta)}, {"time": ("sample", first.time)}, attrs)
-    groups = {group: measured if samples else xr.Dataset(attrs=attrs)}
+    groups = {group: measured}
     for model, fit in models.items():
         if not np.array_equal(fit.time, first.time):
             raise ValueError(f"{group}: the fits must share their time axis")
@@ -184,8 +175,7 @@ def _fits(
         arrays |= {
             name: ("parameter", getattr(fit, name)) for name in ("value", "stderr", "ci95_low", "ci95_high")
         }
-        if samples:
-            arrays |= {name: ("sample", getattr(fit, name)) for name in ("theta_model", "residual")}
+        arrays |= {name: ("sample", getattr(fit, name)) for name in ("theta_model", "residual")}
         arrays |= {
             name: ((), getattr(fit, name)) for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic")
         }

@@ -27,7 +27,7 @@ def verdict_of_run(number: int, run: xr.DataTree, fits: xr.DataTree | None) -> V
     missed = not_fitted_in(fits.attrs)
     if missed and verdict.level != "fail" and not run.attrs["excluded"]:
         lost: Level = "warn" if group is not None else "fail"
-        of = {number: "", "pooled": "all runs: ", None: "not fitted: "}
+        of = {number: "", None: "not fitted: "}
         texts = (of[each.run] + each.text for each in missed if each.run in of)
         verdict = verdict.adding(Reason(lost, "not_fitted", text) for text in texts)
     return (

@@ -8,8 +8,8 @@ import pandas as pd
 
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
-from freerock.report.scene import Scene, jointly, sentences
-from freerock.tables.candidates import answers, single_runs
+from freerock.report.scene import Scene, sentences
+from freerock.tables.candidates import answers
 from freerock.tables.paper import Cell, Labels, number
 from freerock.tables.text import fixed, quantity
 
@@ -48,11 +48,9 @@ def scenes_of(
     """
     found = []
     for (block, foundation), own in choice.groupby(["block", "foundation"], sort=False):
-        single = single_runs(own)
         here = candidates[(candidates["block"] == block) & (candidates["foundation"] == foundation)]
         summary = {row["model"]: row for row in here.to_dict("records")}
-        scene = Scene(single, answers(single), summary, blocks[block])
-        joint = own[own["run"].astype(str) == "pooled"]
+        scene = Scene(own, answers(own), summary, blocks[block])
         asked = [model for model in summary if scene.asked(model)]
         left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
         rows = [_row(scene, model) for model in asked]
@@ -60,7 +58,7 @@ def scenes_of(
         found.append(
             {
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
-                "sentences": sentences(scene) + jointly(joint, scene.answers),
+                "sentences": sentences(scene),
                 "heads": [HEADS[i] for i in used],
                 "rows": [[row[i] for i in used] for row in rows],
                 "left_out": f"{LEFT_OUT}: {'; '.join(left_out)}." if left_out else "",

@@ -84,7 +84,7 @@ def sections_of(
         sections.append(
             _section(record, line, provenance)
             | {"verdict": worst, "samples": len(time), "page": pages.get(test, "")}
-            | {"pooled": groups.get("pooled", []), "runs": found}
+            | {"runs": found}
         )
     return sections
 
@@ -126,9 +126,9 @@ def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) ->
     }
 
 
-def _fits(fits: xr.DataTree) -> dict[int | str, list[dict[str, Any]]]:
-    """The fits of each run, and of all runs jointly ("pooled")."""
-    groups: dict[int | str, list[dict[str, Any]]] = {}
+def _fits(fits: xr.DataTree) -> dict[int, list[dict[str, Any]]]:
+    """The fits of each run."""
+    groups: dict[int, list[dict[str, Any]]] = {}
     for run, model, fit in fits_of(fits):
         groups.setdefault(run, []).append(_fit(model, fit))
     return groups

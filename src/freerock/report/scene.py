@@ -10,7 +10,7 @@ import pandas as pd
 from freerock.identification.choice import NEAR, TELLS
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, PARAMETERS, SYMBOLS, law_of
-from freerock.tables.candidates import MEDIANS, Answer, answers, single_runs
+from freerock.tables.candidates import MEDIANS, Answer, answers
 from freerock.tables.text import quantity, unit_text
 
 PIVOTING = [m for m, each in CANDIDATES.items() if each.kinematics == "pivoting" and law_of(m).is_foundation]
@@ -77,7 +77,7 @@ class Scene:
 
 def unexplained(choice: pd.DataFrame) -> str:
     """How many runs no candidate explains, from the tidy table; "" where there is none."""
-    found = answers(single_runs(choice))
+    found = answers(choice)
     lost = sum(not each.explained for each in found)
     if not lost:
         return ""
@@ -93,24 +93,6 @@ def sentences(scene: Scene) -> list[str]:
         *_rigid_or_compliant(scene),
         *_guided_or_pivoting(scene),
     ]
-
-
-def jointly(joint: pd.DataFrame, single: Sequence[Answer]) -> list[str]:
-    """What all runs of a record say together, where there are several.
-
-    joint are the rows of the tidy table of joint fits. Nothing is said where none of the candidates that
-    explain a single run was fitted jointly.
-    """
-    told, explaining = [], {model for each in single if each.explained for model in each.possible}
-    for each in answers(joint):
-        fitted = set(joint[(joint["test"] == each.test) & (joint["status"] != "not_fitted")]["model"])
-        several = sum(run.test == each.test for run in single) > 1
-        if several and each.explained:
-            told.append(f"All runs of {each.test} jointly: {MODEL_LABELS[each.model]} explains them.")
-        elif several and (not explaining or explaining & fitted):
-            nearest = f"; the nearest is {MODEL_LABELS[each.model]}" if each.model else ""
-            told.append(f"All runs of {each.test} jointly: no candidate explains them{nearest}.")
-    return told
 
 
 def _explains(scene: Scene) -> list[str]:

@@ -9,7 +9,7 @@ from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
-from freerock.tables.paper import Cell, Labels, Printed, name_of, number
+from freerock.tables.paper import Cell, Labels, Printed, number
 from freerock.tables.text import fixed, quantity
 
 
@@ -57,7 +57,7 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
     """A printed table with several rows per record: tables 2 and 3."""
     rows = [
         [
-            Cell(name_of(row.test, row.run), anchor=_anchor(row.test, row.run)),
+            Cell(row.test, anchor=f"record-{row.test}"),
             *_scene(row, labels),
             *(column.cell(row) for column in table.columns),
         ]
@@ -106,7 +106,7 @@ def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
     rows = [
         [
             Cell(each.test, anchor=_anchor(each.test, each.run)),
-            Cell("all" if each.run == "pooled" else each.run),
+            Cell(each.run),
             *scenes[each.test],
             _named(each),
             Cell("; ".join(MODEL_LABELS[model] for model in each.others) or "–"),
@@ -180,7 +180,7 @@ def seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
 
 
 def _anchor(test: str, run: str) -> str:
-    return f"record-{test}" if run in ("–", "pooled") else f"run-{test}-{run}"
+    return f"record-{test}" if run == "–" else f"run-{test}-{run}"
 
 
 def _scene(row: Any, labels: Labels) -> list[Cell]:

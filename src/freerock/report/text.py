@@ -49,13 +49,7 @@ def facts(
     """
     known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
     later = 100 * (known["first_impact_s"] / known["rigid_s"] - 1)
-    fits = [
-        fit
-        for section in sections
-        for each in (section["runs"], [{"fits": section["pooled"]}])
-        for run in each
-        for fit in run["fits"]
-    ]
+    fits = [fit for section in sections for run in section["runs"] for fit in run["fits"]]
     integrated = pd.DataFrame(
         [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
     )

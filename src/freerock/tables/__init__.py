@@ -8,6 +8,7 @@ __all__ = [
     "markdown",
     "paper",
     "plan",
+    "populations",
     "recovered",
     "restitution",
     "summary",

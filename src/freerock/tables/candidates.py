@@ -26,12 +26,12 @@ POSSIBLE = ("selected", "also_possible")
 
 
 class Answer(NamedTuple):
-    """What the data say of one run, or of all runs of a record jointly.
+    """What the data say of one run.
 
     Parameters
     ----------
     test, run : str
-        Its number, or "pooled".
+        Its number.
     model : str
         The candidate named, or the nearest where none explains the run; "" where there is none.
     explained : bool
@@ -66,11 +66,6 @@ def answers(choice: pd.DataFrame) -> list[Answer]:
     return found
 
 
-def single_runs(choice: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the tidy table choice that are of single runs, not of all runs jointly."""
-    return choice[choice["run"].astype(str) != "pooled"]
-
-
 def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataFrame:
     """How often each candidate is named for a block on a foundation, with what numbers.
 
@@ -82,21 +77,20 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     Returns
     -------
     pandas.DataFrame
-        Columns `COLUMNS`, one row per block, foundation and candidate, of single runs. n_runs: those with a
+        Columns `COLUMNS`, one row per block, foundation and candidate. n_runs: those with a
         choice; n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate
         leaves no more than the noise at rest. epsilon_theta, epsilon_holdout: medians over the runs with a
         full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m:
         medians over the runs in which the candidate is named or also possible, NaN where there is none or it
         has no such parameter.
     """
-    runs = single_runs(choice)
-    possible = runs[runs["status"].isin(POSSIBLE)]
+    possible = choice[choice["status"].isin(POSSIBLE)]
     key = [*SCENE, "test", "run", "model"]
     usable = parameters[parameters["success"]].assign(run=lambda frame: frame["run"].astype(str))
     values = possible[key].assign(run=possible["run"].astype(str)).merge(usable, on=key)
     medians = values.groupby([*SCENE, "model", "parameter"])["value"].median()
     rows = []
-    for scene, asked in runs.groupby(SCENE, sort=False):
+    for scene, asked in choice.groupby(SCENE, sort=False):
         for model in (name for name in CANDIDATES if name in set(asked["model"])):
             each = asked[asked["model"] == model]
             row = dict(zip([*SCENE, "model"], (*scene, model), strict=True))

@@ -32,7 +32,7 @@ def write_csv(frame: pd.DataFrame, path: str | Path) -> None:
 
 
 def read_csv(path: str | Path) -> pd.DataFrame:
-    """Read a table written by `write_csv`; names are texts, run numbers too, as "pooled" is one of them.
+    """Read a table written by `write_csv`; names are texts, run numbers too.
 
     Parameters
     ----------

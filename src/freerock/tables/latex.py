@@ -15,6 +15,7 @@ TEX = {
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
     **{
+        "…": r"\ldots{}",
         "±": r"$\pm$",
         "·": r"$\cdot$",
         "−": "$-$",
@@ -24,7 +25,7 @@ TEX = {
         "‡": r"$\ddagger$",
         "’": "'",
     },
-    **{"α": r"$\alpha$", "λ": r"$\lambda$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
+    **{"α": r"$\alpha$", "λ": r"$\lambda$", "τ": r"$\tau$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
     **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
 }
 _TEX_TOKEN = re.compile(
@@ -73,14 +74,15 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     Parameters
     ----------
     tidy : mapping of str to pandas.DataFrame
-        The tidy tables runs, parameters and epsilon.
+        The tidy tables runs, parameters, epsilon and populations.
 
     Returns
     -------
     str
-        A file to `\input`: `\frRecords`, `\frRuns`, and of each fit its parameters with standard error and
-        unit, discrepancy and t_f, as `\frConfigTwoMarbleHuntCrossleyK`; of a single run with `RunOne` before
-        the model. The numbers of a fit that may not be used are the words "failed fit".
+        A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
+        standard error and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each fit
+        its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may not
+        be used are the words "failed fit".
     """
     runs, named = tidy["runs"], dict[str, str]()
 
@@ -92,12 +94,19 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
+    populations = tidy["populations"]
+    for row in populations[populations["level"] == "record"].itertuples():
+        value = f"{quantity(row.mean, row.stderr)} {unit_text(row.unit)}".rstrip()
+        macro([row.test, row.model, row.parameter], value)
+    usable = tidy["epsilon"][tidy["epsilon"]["success"]]
+    for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
+        macro([test, model, "epsilon"], f"{quantity(100 * epsilon.median())} %")
     for row in tidy["parameters"].itertuples():
         value = f"{quantity(row.value, row.stderr)} {unit_text(row.unit)}".rstrip()
         macro([*_fit_name(row), row.parameter], value if row.success else "failed fit")
     for row in tidy["epsilon"].itertuples():
-        epsilon = f"{quantity(100 * row.epsilon_theta)} %"
-        macro([*_fit_name(row), "epsilon"], epsilon if row.success else "failed fit")
+        text = f"{quantity(100 * row.epsilon_theta)} %"
+        macro([*_fit_name(row), "epsilon"], text if row.success else "failed fit")
         macro([*_fit_name(row), "final_time"], f"{fixed(row.final_time_s, 2)} s")
     notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
@@ -105,7 +114,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
 
 
 def _fit_name(row: Any) -> list[str]:
-    return [row.test, *(["run", str(row.run)] if row.run != "pooled" else []), row.model]
+    return [row.test, "run", str(row.run), row.model]
 
 
 def _letters(name: str) -> str:

@@ -10,13 +10,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
-from freerock.tables.text import fixed, quantity, with_unit
+from freerock.tables.text import between, fixed, quantity, with_unit
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
-RUN_BY_RUN_NOTE = (
-    "Identified: jointly, with its standard error. Run by run: mean and standard deviation of the fits of "
-    "single runs; where it exceeds the standard error, releases differ by more than the noise."
+RUNS_NOTE = (
+    "Mean of the runs with its standard error; τ: spread between runs without their noise, below a bound (<) "
+    "where noise alone may scatter them as much; next run: where it lies with 95 %."
 )
+ONE_RUN_NOTE = "One run: its own value and error of noise; how much runs differ can't be known from it."
 REJECTED = " †"
 REJECTED_NOTE = (
     "† Rejected by most of the runs: more than noise is left, and the numbers describe the fit, not the "
@@ -28,6 +29,8 @@ SELECTED_NOTE = (
     "nearest where none does."
 )
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
+
+SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 
 # Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
 NOMINAL_DIFFERS = 0.25
@@ -86,14 +89,32 @@ def _mark(row: Any) -> str:
     return SELECTED if row.selected else REJECTED if row.rejected else ""
 
 
-def _between_runs(row: Any) -> str:
-    """Mean and standard deviation of what the single runs of a record gave; "–" for a single one."""
-    return quantity(row.run_mean, row.run_scatter) if math.isfinite(row.run_scatter) else "–"
+def _spread(row: Any) -> Cell:
+    """Spread between runs in per cent of the mean."""
+    if not math.isfinite(row.tau):
+        return Cell("–")
+    if row.scatter_p > SCATTERS or row.tau == 0:
+        bound = 100 * row.tau_high / row.mean
+        return number(f"< {quantity(bound, digits=2)}" if bound else "0", bound)
+    return number(quantity(100 * row.tau / row.mean, digits=2), row.tau / row.mean)
+
+
+def _next_run(row: Any) -> Cell:
+    if not math.isfinite(row.next_low):
+        return Cell("–")
+    return number(between(row.next_low, row.next_high), row.next_low)
+
+
+def _range(row: Any) -> Cell:
+    if row.n_runs < 2:
+        return Cell("–")
+    return number(between(100 * row.epsilon_low, 100 * row.epsilon_high), row.epsilon_low)
 
 
 _MODEL = Column("Model", lambda row: Cell(MODEL_LABELS[row.model] + _mark(row)))
 PARAMETER = Column("Parameter", lambda row: Cell(with_unit(SYMBOLS[row.parameter], row.unit)))
-_RUN_BY_RUN = Column("Run by run", lambda row: number(_between_runs(row), row.run_mean))
+_RUNS = Column("Runs", lambda row: number(str(row.n_runs), row.n_runs))
+_BETWEEN_RUNS = (Column("τ / %", _spread), Column("Next run", _next_run))
 
 TABLE1 = (
     Column("2h / m", _given("height_m")),
@@ -109,8 +130,9 @@ TABLE1 = (
 TABLE2 = (
     _MODEL,
     PARAMETER,
-    Column("Identified", lambda row: number(quantity(row.value, row.stderr) + _failed(row), row.value)),
-    _RUN_BY_RUN,
+    Column("Identified", lambda row: number(quantity(row.mean, row.stderr) + _failed(row), row.mean)),
+    *_BETWEEN_RUNS,
+    _RUNS,
     Column("Published", lambda row: number(quantity(row.published), row.published)),
 )
 TABLE3 = (
@@ -119,6 +141,8 @@ TABLE3 = (
         "ε_θ / %",
         lambda row: number(quantity(100 * row.epsilon_theta) + _failed(row), row.epsilon_theta),
     ),
+    Column("Range / %", _range),
+    _RUNS,
     Column("Published / %", lambda row: number(fixed(100 * row.published, 2), row.published)),
     Column("t_f / s", lambda row: number(fixed(row.final_time_s, 2), row.final_time_s)),
 )
@@ -165,14 +189,14 @@ def printed_tables(
             second,
             columns,
             table2_text(second, labels),
-            f"Identified parameters, {_of_runs(second)}",
-            [*_marked_notes(second), *([RUN_BY_RUN_NOTE] if _RUN_BY_RUN in columns else []), *notes],
+            "Identified parameters, record by record",
+            [*_marked_notes(second), *_runs_note(second), *notes],
         ),
         "table3": Printed(
             third,
             TABLE3,
             table3_text(third, labels),
-            f"Discrepancy ε_θ between measured and modelled rotation up to t_f, {_of_runs(third)}",
+            "Discrepancy ε_θ between measured and modelled rotation up to t_f, median and range of the runs",
             [*_marked_notes(third), *notes],
         ),
     }
@@ -197,9 +221,9 @@ def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
 
 
 def table2_columns(frame: pd.DataFrame) -> Sequence[Column]:
-    """Columns of `summary.table2`; what the single runs gave stands beside where a record has several."""
-    several = frame["run_scatter"].notna().any()
-    return [column for column in TABLE2 if several or column is not _RUN_BY_RUN]
+    """Columns of `summary.table2`; those of how runs differ where a record has several."""
+    several = (frame["n_runs"] > 1).any()
+    return [column for column in TABLE2 if several or column not in _BETWEEN_RUNS]
 
 
 def table2_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
@@ -212,22 +236,14 @@ def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
     return _grouped(frame, labels, TABLE3)
 
 
-def name_of(test: str, run: str | int) -> str:
-    """Printed name of what a fit is of: a record, or a run of it."""
-    return test if str(run) == "pooled" else f"{test}, run {run}"
-
-
 def _marked_notes(frame: pd.DataFrame) -> list[str]:
     notes = {"selected": SELECTED_NOTE, "rejected": REJECTED_NOTE}
     return [note for status, note in notes.items() if frame[status].any()]
 
 
-def _of_runs(frame: pd.DataFrame) -> str:
-    """Whether the fits of `summary.table2` or `summary.table3` are joint ones, in words."""
-    joint = frame["run"].astype(str) == "pooled"
-    if joint.all():
-        return "all runs of a record jointly"
-    return "all runs of a record jointly, or run by run" if joint.any() else "run by run"
+def _runs_note(frame: pd.DataFrame) -> list[str]:
+    numbers = frame["n_runs"].tolist()
+    return [RUNS_NOTE] * any(n > 1 for n in numbers) + [ONE_RUN_NOTE] * (1 in numbers)
 
 
 def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Column]) -> pd.DataFrame:
@@ -238,10 +254,10 @@ def _grouped(frame: pd.DataFrame, labels: Labels | None, columns: Sequence[Colum
         if frame["block"].nunique() > 1:
             text.append({"Foundation": labels.get(block, block)})
         for foundation, own in rows.groupby("foundation", sort=False):
-            several = len(own[["test", "run"]].drop_duplicates()) > 1
-            for (test, run), fits in own.groupby(["test", "run"], sort=False):
+            several = own["test"].nunique() > 1
+            for test, fits in own.groupby("test", sort=False):
                 name = labels.get(foundation, foundation)
-                name += f" ({name_of(test, run)})" if several else ""
+                name += f" ({test})" if several else ""
                 printed = pd.DataFrame(
                     [[name, *(column.cell(row).text for column in columns)] for row in fits.itertuples()],
                     columns=heads,

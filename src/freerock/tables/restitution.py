@@ -14,13 +14,13 @@ COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigi
 
 
 def restitution_comparison(
-    runs: pd.DataFrame, parameters: pd.DataFrame, restitution: pd.DataFrame, blocks: Mapping[str, Block]
+    runs: pd.DataFrame, populations: pd.DataFrame, restitution: pd.DataFrame, blocks: Mapping[str, Block]
 ) -> pd.DataFrame:
     """Restitution of the fitted Housner model beside that of the impacts, and the time to the first impact.
 
     Parameters
     ----------
-    runs, parameters, restitution : pandas.DataFrame
+    runs, populations, restitution : pandas.DataFrame
         Tidy tables.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
@@ -28,17 +28,17 @@ def restitution_comparison(
     Returns
     -------
     pandas.DataFrame
-        Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (joint
-        fit of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
+        Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (mean
+        of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
         mean time of a rigid block from the angles of the same runs [s].
     """
     rows = []
     runs = usable_rows(runs)
     measured = restitution[restitution["source"] == "experiment"].merge(runs[["test", "run"]])
-    joint = parameters[(parameters["run"] == "pooled") & (parameters["parameter"] == "r")]
+    of_records = populations[(populations["level"] == "record") & (populations["parameter"] == "r")]
     for test, impacts in measured.groupby("test", sort=False):
-        fitted = joint[(joint["test"] == test) & (joint["model"] == "housner")]
+        fitted = of_records[(of_records["test"] == test) & (of_records["model"] == "housner")]
         first = impacts[impacts["impact"] == 1]
         own = runs[(runs["test"] == test) & runs["run"].isin(impacts["run"])]
         scene = own[["campaign", "test", "block", "foundation"]].iloc[0].to_dict()
@@ -46,7 +46,7 @@ def restitution_comparison(
         rows.append(
             {
                 **scene,
-                "r_fitted": fitted["value"].mean(),
+                "r_fitted": fitted["mean"].mean(),
                 "r_fitted_stderr": fitted["stderr"].mean(),
                 "r_first": first["r"].mean(),
                 "r_median": impacts["r"].median(),

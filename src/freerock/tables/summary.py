@@ -14,7 +14,6 @@ import xarray as xr
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import usable_runs
-from freerock.tables.candidates import single_runs
 
 STATUSES = ["selected", "rejected"]  # of a model in the choice, which the tables mark
 Published = Mapping[str, Any] | None  # values by block, foundation, model and quantity
@@ -65,16 +64,17 @@ def table1(
 
 
 def table2(
-    parameters: pd.DataFrame, published: Published = None, choice: pd.DataFrame | None = None
+    populations: pd.DataFrame,
+    parameters: pd.DataFrame,
+    published: Published = None,
+    choice: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Identified parameters of the laws, beside the published ones; without their rivals.
-
-    Of all runs of a record jointly, or of each run of a record without a joint fit.
+    """Identified parameters of the laws, record by record, beside the published ones; without their rivals.
 
     Parameters
     ----------
-    parameters : pandas.DataFrame
-        Tidy table.
+    populations, parameters : pandas.DataFrame
+        Tidy tables.
     published : mapping, optional
         Published values by block, foundation, model and quantity.
     choice : pandas.DataFrame, optional
@@ -83,37 +83,51 @@ def table2(
     Returns
     -------
     pandas.DataFrame
-        Columns test, run, block, foundation, model, parameter, unit, value, stderr, run_mean, run_scatter,
-        published, success, selected and rejected (by the choice of most of the fitted runs); SI units. run
-        is "pooled" for a joint fit, run_mean and run_scatter are mean and standard deviation of the fits of
-        single runs beside it.
+        Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, tau, tau_high,
+        next_low, next_high, scatter_p (as in populations), published, success, selected and rejected (by
+        the choice of most of the fitted runs); SI units. A law of which no fit may be used has n_runs 0 and
+        the mean of what these gave.
     """
-    key = ["test", "model", "parameter"]
-    single = parameters[(parameters["run"] != "pooled") & parameters["success"]]
-    runs = single.groupby(key)["value"].agg(run_mean="mean", run_scatter="std")
-    frame = _leading(parameters).join(runs, on=key)
-    frame.loc[frame["run"].astype(str) != "pooled", ["run_mean", "run_scatter"]] = math.nan
-    own = [row.parameter in MODELS[row.model] for row in frame.itertuples()]
-    frame = frame[np.array(own, bool)].reset_index(drop=True)
+    of_law = [row.model in LAWS and row.parameter in MODELS[row.model] for row in parameters.itertuples()]
+    of_laws = parameters[np.array(of_law, bool)]
+    named = ["test", "block", "foundation", "model", "parameter", "unit"]
+    of_records = populations[populations["level"] == "record"]
+    numbers = ["n_runs", "mean", "stderr", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
+    every = of_laws.groupby(named, sort=False, as_index=False).agg(failed=("value", "mean"))
+    frame = every.merge(of_records[[*named, *numbers]], on=named, how="left")
+    frame["success"] = frame["mean"].notna()
+    frame["mean"] = frame["mean"].fillna(frame.pop("failed"))
+    frame["n_runs"] = frame["n_runs"].fillna(0)
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
-    columns = ["test", "run", "block", "foundation", "model", "parameter", "unit", "value", "stderr"]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
-    return frame[[*columns, "run_mean", "run_scatter", "published", "success", *STATUSES]]
+    return frame[[*named, *numbers, "published", "success", *STATUSES]]
 
 
 def table3(
     epsilon: pd.DataFrame, published: Published = None, choice: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Discrepancy ε_θ of the same fits as in `table2`, beside the published one, from the tidy table.
+    """Discrepancy ε_θ of the laws, record by record, beside the published one, from the tidy table.
 
-    Columns test, run, block, foundation, model, epsilon_theta, published (fractions), final_time_s, success,
-    selected, rejected.
+    Columns test, block, foundation, model, n_runs, epsilon_theta (median of the runs, each under its own
+    parameters), epsilon_low, epsilon_high (their range), published (fractions), final_time_s (the longest),
+    success, selected, rejected. A law of which no fit may be used has n_runs 0 and the numbers of those.
     """
-    frame = _leading(epsilon).reset_index(drop=True)
+    of_laws = epsilon[epsilon["model"].isin(LAWS)]
+    named = ["test", "block", "foundation", "model"]
+    any_use = of_laws.groupby(named, sort=False)["success"].transform("any")
+    used = of_laws[of_laws["success"] | ~any_use]
+    frame = used.groupby(named, sort=False, as_index=False).agg(
+        n_runs=("success", "sum"),
+        epsilon_theta=("epsilon_theta", "median"),
+        epsilon_low=("epsilon_theta", "min"),
+        epsilon_high=("epsilon_theta", "max"),
+        final_time_s=("final_time_s", "max"),
+    )
+    frame["success"] = frame["n_runs"] > 0
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
-    columns = ["test", "run", "block", "foundation", "model", "epsilon_theta", "published", "final_time_s"]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
-    return frame[[*columns, "success", *STATUSES]]
+    numbers = ["n_runs", "epsilon_theta", "epsilon_low", "epsilon_high", "published", "final_time_s"]
+    return frame[[*named, *numbers, "success", *STATUSES]]
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
@@ -131,25 +145,12 @@ def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
     return max(shifts, default=math.nan)
 
 
-def _leading(fits: pd.DataFrame) -> pd.DataFrame:
-    """Joint fits of the laws, and the fits of each run of a record that has no joint one."""
-    joint = fits["run"].astype(str) == "pooled"
-    return fits[fits["model"].isin(LAWS) & (joint | ~fits["test"].isin(fits.loc[joint, "test"]))]
-
-
-def _mostly(status: str, fits: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
-    """Whether the model of each fit has a status in its run; of a joint fit, in most runs of the record."""
+def _mostly(status: str, rows: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
+    """Whether the law of each row has a status in most runs of its record."""
     if choice is None or choice.empty:
-        return [False] * len(fits)
-    runs = single_runs(choice)
-    found = runs[["test", "model"]].assign(run=runs["run"].astype(str), share=runs["status"] == status)
-    of_run = found.groupby(["test", "run", "model"])["share"].mean().to_dict()
-    of_record = found.groupby(["test", "model"])["share"].mean().to_dict()
-    keys = fits[["test", "run", "model"]].astype(str).itertuples(index=False, name=None)
-    return [
-        (of_record.get((test, model), 0) if run == "pooled" else of_run.get((test, run, model), 0)) > 0.5
-        for test, run, model in keys
-    ]
+        return [False] * len(rows)
+    share = (choice["status"] == status).groupby([choice["test"], choice["model"]]).mean().to_dict()
+    return [share.get((row.test, row.model), 0.0) > 0.5 for row in rows.itertuples()]
 
 
 def _published(published: Published, row: Any, name: str) -> float:

@@ -3,6 +3,7 @@
 import math
 import re
 
+CLOSE = 1e-9  # relative difference of two values that are one
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -36,6 +37,22 @@ def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:
         text = f"({text})" if known else text
         text += "·10" + str(power).translate(SUPERSCRIPTS)
     return text
+
+
+def between(low: float, high: float, digits: int = 3) -> str:
+    """Two values of a kind with one power of ten: "(6.71 … 7.05)·10⁶"; "–" for NaN.
+
+    Both have as many decimals as the larger needs for `digits`, and more where they are close.
+    """
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return "–"
+    magnitude = _exponent(max(abs(low), abs(high)), digits)
+    power = magnitude if not -3 <= magnitude < 4 else 0
+    differ = high - low > CLOSE * abs(high)
+    apart = 1 - _exponent(high - low, 2) + power if differ else 0
+    decimals = max(0, digits - 1 - magnitude + power, apart)
+    text = " … ".join(fixed(value / 10.0**power, decimals) for value in (low, high))
+    return f"({text})·10{str(power).translate(SUPERSCRIPTS)}" if power else text
 
 
 def fixed(value: float, decimals: int) -> str:

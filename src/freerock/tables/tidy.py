@@ -14,6 +14,7 @@ from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
+from freerock.tables.populations import populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [
@@ -96,8 +97,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`; run is "pooled" for the joint fit of a record's runs, SI units; success says
-        whether the fit may be used.
+        Columns `PARAMETERS`, SI units; success says whether the fit may be used.
     """
     rows = []
     for tree in fits:
@@ -186,13 +186,13 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
         |θ| before it.
     """
-    parts: list[tuple[xr.DataTree, int | str, str, xr.Dataset, float]] = []
+    parts: list[tuple[xr.DataTree, int, str, xr.Dataset, float]] = []
     for tree in records:
         for number, group in runs_of(tree).items():
             measured = group.dataset
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
-        parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree) if run != "pooled"]
+        parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
     frames = [
         pd.DataFrame(
             {
@@ -220,7 +220,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
 
 
 def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
-    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, restitution.
+    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, populations, restitution.
 
     Parameters
     ----------
@@ -234,6 +234,7 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
         "epsilon": epsilon_table(fits),
         "choice": choice,
         "candidates": candidates_table(choice, parameters),
+        "populations": populations_table(parameters),
         "restitution": restitution_table(records, fits),
     }
 

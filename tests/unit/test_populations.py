@@ -1,0 +1,102 @@
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from freerock.tables.populations import POPULATIONS, populations_table
+
+
+def fitted(test, foundation, values, parameter="k", model="hunt_crossley", stderr=1e-5):
+    unit = {"k": "N m-2", "r": "1"}[parameter]
+    return pd.DataFrame(
+        {
+            "campaign": "lab",
+            "test": test,
+            "run": range(1, len(values) + 1),
+            "block": f"block of {test}",
+            "foundation": foundation,
+            "model": model,
+            "parameter": parameter,
+            "value": values,
+            "stderr": stderr * np.asarray(values),
+            "unit": unit,
+            "success": True,
+        }
+    )
+
+
+def by_level(table):
+    return {level: rows.reset_index(drop=True) for level, rows in table.groupby("level")}
+
+
+def test_levels_of_a_campaign():
+    draw = np.random.default_rng(2)
+    parameters = pd.concat(
+        [fitted(test, "mat", 3e6 * np.exp(draw.normal(0, 0.03, 40))) for test in ("a", "b", "c")]
+        + [fitted("d", "stone", 7e6 * np.exp(draw.normal(0, 0.03, 40)))]
+    )
+    table = populations_table(parameters)
+    assert list(table) == POPULATIONS
+    levels = by_level(table)
+    assert levels["record"]["test"].tolist() == ["a", "b", "c", "d"]
+    assert levels["record"]["tau"].tolist() == pytest.approx([0.09e6] * 3 + [0.21e6], rel=0.3)
+    assert levels["foundation"]["foundation"].tolist() == ["mat"]
+    mat = levels["foundation"].iloc[0]
+    assert (mat["n_records"], mat["n_runs"]) == (3, 120)
+    assert mat["mean"] == pytest.approx(3e6, rel=0.01)
+    assert mat["scatter_p"] > 0.01
+    (whole,) = levels["campaign"].itertuples()
+    assert whole.tau / whole.mean == pytest.approx(0.03, rel=0.15)
+    assert whole.tau_low < whole.tau < whole.tau_high
+    assert math.isnan(whole.stderr)
+
+
+def test_blocks_that_differ_have_a_spread_on_their_foundation():
+    values = np.array([0.98, 1.0, 1.02])
+    parameters = pd.concat(
+        [fitted(test, "mat", k * values) for test, k in (("a", 3e6), ("b", 4e6), ("c", 5e6))]
+    )
+    (mat,) = by_level(populations_table(parameters))["foundation"].itertuples()
+    assert mat.scatter_p < 1e-9
+    assert mat.tau / mat.mean == pytest.approx(np.log([3, 4, 5]).std(ddof=1), rel=0.01)
+
+
+def test_r_belongs_to_the_block_and_stays_below_one():
+    parameters = pd.concat([fitted(test, "mat", [0.99, 0.97, 0.999], "r", "housner") for test in ("a", "b")])
+    levels = by_level(populations_table(parameters))
+    assert set(levels) == {"record", "campaign"}
+    row = levels["record"].iloc[0]
+    assert 0 < row["next_low"] < row["mean"] < row["next_high"] < 1
+
+
+def test_a_single_run_has_its_own_error_and_no_spread():
+    (row,) = populations_table(fitted("a", "mat", [3e6])).itertuples()
+    assert (row.level, row.n_runs, row.mean) == ("record", 1, pytest.approx(3e6))
+    assert row.stderr == pytest.approx(30)
+    assert math.isnan(row.tau) and math.isnan(row.next_low)
+
+
+def test_runs_without_a_standard_error_do_not_count_beside_others():
+    parameters = fitted("a", "mat", [3e6, 3.1e6, 9e6])
+    parameters.loc[2, "stderr"] = math.nan
+    (row,) = by_level(populations_table(parameters))["record"].itertuples()
+    assert (row.n_runs, row.mean) == (2, pytest.approx(math.sqrt(3e6 * 3.1e6)))
+    (lost,) = populations_table(parameters[2:]).itertuples()
+    assert (lost.n_runs, lost.mean) == (0, pytest.approx(9e6))
+    assert math.isnan(lost.stderr)
+
+
+def test_failed_fits_and_releases_are_left_out():
+    parameters = fitted("a", "mat", [3e6, 3e6])
+    assert populations_table(parameters.assign(success=False)).empty
+    assert populations_table(parameters.assign(parameter="theta0", unit="rad")).empty
+    assert list(populations_table(parameters[:0])) == POPULATIONS
+
+
+def test_a_tilt_has_a_sign():
+    parameters = fitted("a", "mat", [3e6, 3.1e6, 3.2e6])
+    tilts = parameters.assign(parameter="tilt", unit="rad", value=[-1e-3, 1.2e-3, 1.1e-3], stderr=1e-4)
+    (row,) = by_level(populations_table(tilts))["record"].itertuples()
+    assert row.mean == pytest.approx(1.3e-3 / 3)
+    assert row.next_low < 0 < row.next_high

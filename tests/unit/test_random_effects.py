@@ -1,0 +1,65 @@
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import t
+
+from freerock.identification.random_effects import population
+
+
+def test_equal_noise_gives_the_intervals_of_a_sample():
+    values, n = np.array([1.0, 1.3, 0.8, 1.1]), 4
+    found = population(values, np.full(n, 0.05))
+    s, quantile = values.std(ddof=1), t.ppf(0.975, n - 1)
+    assert found.mean == pytest.approx(values.mean())
+    assert found.stderr == pytest.approx(s / math.sqrt(n))
+    assert (found.high - found.low) / 2 == pytest.approx(quantile * s / math.sqrt(n))
+    assert found.tau == pytest.approx(math.sqrt(s**2 - 0.05**2))
+    assert (found.next_high - found.next_low) / 2 == pytest.approx(quantile * s * math.sqrt(1 + 1 / n))
+    assert found.tau_low < found.tau < found.tau_high
+    assert found.p < 1e-6
+
+
+def test_runs_that_scatter_less_than_their_noise_have_no_spread():
+    found = population([1.0, 1.001, 0.999], [0.01, 0.01, 0.01])
+    assert (found.tau, found.tau_low) == (0.0, 0.0)
+    assert found.p > 0.9
+    assert found.stderr == pytest.approx(0.001 / math.sqrt(3))
+
+
+def test_a_value_counts_by_its_noise():
+    near = population([1.0, 2.0, 1.01], [0.01, 10.0, 0.01])
+    assert near.mean == pytest.approx(1.005, abs=1e-3)
+
+
+def test_a_single_value_says_nothing_of_a_population():
+    found = population([2.0], [0.5])
+    assert (found.n, found.mean, found.stderr) == (1, 2.0, 0.5)
+    assert (found.low, found.high) == pytest.approx((2 - 0.98, 2 + 0.98), abs=1e-3)
+    assert all(math.isnan(each) for each in (found.tau, found.tau_high, found.next_low, found.p))
+
+
+@pytest.mark.parametrize("stderrs", [[0.0, 1.0], [math.nan, 1.0]])
+def test_values_without_noise_are_refused(stderrs):
+    with pytest.raises(ValueError, match="standard errors above zero"):
+        population([1.0, 2.0], stderrs)
+
+
+@pytest.mark.parametrize(
+    ("n", "tau", "sigma"), [(3, 0.03, 1e-4), (3, 0.03, 0.03), (3, 0.0, 1e-3), (10, 0.03, 1e-3)]
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(n, tau, sigma):
+    draw, runs = np.random.default_rng(5), 2000
+    held = np.zeros(3)
+    for _ in range(runs):
+        values = draw.normal(0, tau, n + 1) + draw.normal(0, sigma, n + 1)
+        found = population(values[:n], np.full(n, sigma))
+        held += (
+            found.low <= 0 <= found.high,
+            found.next_low <= values[n] <= found.next_high,
+            found.tau_low <= tau,
+        )
+    mean, following, spread = held / runs
+    assert 0.935 < mean < 0.965
+    assert 0.935 < following < 0.965
+    assert spread > 0.96
