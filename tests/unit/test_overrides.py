@@ -183,6 +183,17 @@ def test_a_run_that_takes_the_place_of_two_where_one_is_excluded():
     assert two.excluded and three_ == found[2]
 
 
+def test_a_run_that_is_released_before_the_one_before_it_ends():
+    arguments, _, found = three()
+    release_s = found[0].end_s - 0.04
+    one, two, *others = by_hand(arguments, (2, release_s, release_s + 1.0))
+    assert (one, len(others)) == (found[0], 2) and two.verdict.level == "fail"
+    assert two.verdict.texts[1] == (
+        f"run 1 ends at {found[0].end_s:.3f} s, run 2 is released at {release_s:.3f} s: "
+        "release it later, or exclude run 1"
+    )
+
+
 def test_a_run_that_ends_after_the_record():
     arguments, (_, _, third), found = three()
     *others, last = by_hand(arguments, (3, third, 99.0))

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 from freerock.runs.verdict import Reason
 
+SHARED = 0.5  # of the time of the shorter of two runs: then they are one
+
 
 class Override(NamedTuple):
     """A run set by hand.
@@ -70,8 +72,8 @@ class ByHand:
     def merged(self, found: Sequence[tuple[float, float]], record_end_s: float) -> list[Planned]:
         """The runs of a record in the order of release.
 
-        A run set by hand takes the place of the one found at its time: whose release is the nearest of those
-        that rock while it does. Where there is none, or another has its place, it is added.
+        A run set by hand takes the place of the one found at its time: with the nearest release of those that
+        share `SHARED` of their time with it. Where there is none, or another has its place, it is added.
 
         Parameters
         ----------
@@ -130,11 +132,11 @@ class ByHand:
 
 def _place(override: Override, found: Sequence[tuple[float, float]]) -> int | None:
     """Which of the runs found a run set by hand stands for, None for none."""
-    near = [
-        (abs(release_s - override.release_s), i)
-        for i, (release_s, end_s) in enumerate(found)
-        if release_s < override.end_s and end_s > override.release_s
-    ]
+    near = []
+    for i, (release_s, end_s) in enumerate(found):
+        together = min(end_s, override.end_s) - max(release_s, override.release_s)
+        if together > SHARED * min(end_s - release_s, override.end_s - override.release_s):
+            near.append((abs(release_s - override.release_s), i))
     return min(near)[1] if near else None
 
 
