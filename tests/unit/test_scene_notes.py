@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.candidates import start_of_runs
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import fit_record, fit_run
@@ -152,14 +151,11 @@ def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
         assert fit.epsilon_holdout_runs < 3 * fit.epsilon_theta
 
 
-def test_the_joint_fit_of_a_record_has_one_tilt_for_all_its_runs():
+def test_a_joint_fit_has_one_tilt_for_all_its_runs():
     motions = [tilted(0.1), tilted(0.1, seed=4)]
     settings = PLAIN.freeing(("tilt",)).settings("hunt_crossley")
     alone = [fit_run("hunt_crossley", BLOCK, motion, settings) for motion in motions]
-    level = fit_run("hunt_crossley", BLOCK, motions[0])
-    start = start_of_runs([*alone, level])
-    assert start["tilt"] == pytest.approx(np.mean([fit.values["tilt"] for fit in alone]))
-    joint = fit_record("hunt_crossley", BLOCK, motions, settings, start=start_of_runs(alone))
+    joint = fit_record("hunt_crossley", BLOCK, motions, settings, start=alone[0].values)
     assert joint.parameters == ("k", "lambda", "tilt", "theta0_1", "t0_1", "theta0_2", "t0_2")
     assert abs(joint.value[2] - math.radians(0.1)) < 4 * joint.stderr[2]
     assert joint.stderr[2] == pytest.approx(alone[0].stderr[2] / math.sqrt(2), rel=0.1)
