@@ -17,7 +17,12 @@ from freerock.rotation.response import delay_s, moments
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, attributes, view_in, view_of
+from freerock.runs.segment import find_runs
+from freerock.virtual_lab import faults
+from freerock.virtual_lab.noise import Noise
+from freerock.virtual_lab.record import Recording, Release, simulate_record
 
+QUIET = Recording(noise=Noise(mains_v=0.0, drift_v=0.0))
 BLOCK = Block(0.28, 0.07, 5.84)
 SOIL = Foundation(6.88e6, 0.0, 1.3e8)
 PARAMETERS = {"k": SOIL.k, "lambda": SOIL.lam}
@@ -198,3 +203,21 @@ def test_two_lasers_of_different_response():
         str(error.value)
         == "laser signal: the two lasers differ in their response; give both the same response_ms"
     )
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_release_before_a_sensor_that_averages(sign):
+    """Late by half the time it averages over, unless the laser is said to."""
+    laser, release = replace(LEFT, range_m=0.1), Release(sign * 0.15, PARAMETERS, fade_s=0.0)
+    record = simulate_record(
+        BLOCK, laser, "hunt_crossley", [release], seed=3, faults=[faults.averaged(8e-3)], recording=QUIET
+    )
+    (truth,) = record.truth["runs"]
+    late = []
+    for told in (laser, replace(laser, response_ms=8.0)):
+        found = find_rotation(record.time_s, record.volts, told, BLOCK)
+        signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+        (run,) = find_runs(*signal, BLOCK)
+        late.append(run.release_s - truth["release_s"])
+    assert late[0] - late[1] == pytest.approx(4e-3, abs=1e-4)
+    assert abs(late[1]) < 1e-3

@@ -150,7 +150,7 @@ MISHAPS = {
         lambda value, swing_s, draw: {"faults": [faults.averaged(value)]},
         ("unexplained",),
     ),
-    "sensor averages, as it says": Mishap(
+    "sensor averages and says so": Mishap(
         "time [s]",
         4e-3,
         lambda value, swing_s, draw: {"faults": [faults.averaged(value)], "response_ms": 1e3 * value},
