@@ -50,7 +50,7 @@ MAINS_V = 0.005
 SCATTER = 0.03
 ALTERNATES = ("alternating_restitution", "uneven_restitution", "touched")
 INTERRUPTED = ("outlying_restitution", "uneven_restitution", "touched", "disturbed", "disturbed_release")
-AT_RELEASE = ("disturbed_release", "pushed", "held_back", "release_not_timed", "hold_wanders")
+AT_RELEASE = ("braked", "disturbed_release", "pushed", "held_back", "release_not_timed", "hold_wanders")
 MARK = ("<!-- mishaps -->\n", "<!-- end of the mishaps -->\n")
 
 
