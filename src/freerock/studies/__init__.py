@@ -10,6 +10,7 @@ __all__ = [
     "confusion",
     "coverage",
     "faults",
+    "golden",
     "methods",
     "mishaps",
     "model_cost",
