@@ -22,6 +22,7 @@ from freerock.config.record import Record
 from freerock.config.step_settings import fit_settings, record_settings
 from freerock.errors import FreerockError
 from freerock.products.netcdf import open_fits, open_record
+from freerock.products.provenance import provenance
 
 ROTATIONS = 1  # remembered: that of the record on the desk
 FITS = 60  # runs whose fits are remembered
@@ -33,7 +34,7 @@ class Superseded(Exception):
 
 
 class Analysed(NamedTuple):
-    """The datasets of a record and of its fits; without fits where none were made yet."""
+    """The datasets of a record, without what runs over time, and of its fits, None where none were made."""
 
     record: xr.DataTree
     fits: xr.DataTree | None
@@ -61,10 +62,12 @@ class Bench:
         return own[line.test] | shared, own_fit[line.test] | shared_fit
 
     def is_current(self, campaign: Campaign, line: Record, tree: xr.DataTree, step: int = 0) -> bool:
-        """Whether a product was made with the settings that hold now; step 0 is the record, 1 its fits."""
-        made_by = json.loads(tree.attrs.get("provenance", "{}")).get("config", {})
-        now = json.loads(json.dumps(self.settings(campaign, line)[step]))
-        return all(made_by.get(key) == now[key] for key in now if key != "attributes")
+        """Whether a product is one of the settings and the software of now; step 0: record, 1: fits."""
+        made_by = json.loads(tree.attrs.get("provenance", "{}"))
+        if made_by.get("software") != provenance([], {})["software"]:
+            return False
+        then, now = made_by["config"], json.loads(json.dumps(self.settings(campaign, line)[step]))
+        return all(then.get(key) == now[key] for key in now if key != "attributes")
 
     def rotate(self, campaign: Campaign, line: Record) -> None:
         """Remember the rotation of a record, so that its first correction is as quick as the next."""
@@ -98,7 +101,7 @@ class Bench:
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             file = Path(folder, "record.nc")
             make_record(self.settings(campaign, line)[0], file, self._rotation)
-            return Analysed(open_record(file), None)
+            return Analysed(open_record(file, samples=False), None)
 
     def analyse(
         self,
@@ -144,7 +147,7 @@ class Bench:
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             record_file, fits_file = Path(folder, "record.nc"), Path(folder, "fits.nc")
             make_record(of_record, record_file, self._rotation)
-            record = open_record(record_file)
+            record = open_record(record_file, samples=False)
             release = {
                 int(run.attrs["run"]): run.dataset["release"].item() for run in record.children.values()
             }

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.history import (
@@ -24,6 +25,7 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.models.block import Block
+from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, save
@@ -63,7 +65,8 @@ class Desk:
         self.csv = self.yaml.with_suffix(".csv")
         self.results = Path("results", name)
         self._open: OrderedDict[str, Analysed] = OrderedDict()
-        self._signals: OrderedDict[str, Any] = OrderedDict()
+        self._signals: dict[str, xr.Dataset] = {}  # of one record
+        self._as_made: set[str] = set()  # records whose products hold
         self._rows: dict[str, list[Json]] = {}
         self._saved: list[Saved] = []
         self._tried: tuple[Any, Any] = None, None  # the last correction whose fits are all known, and these
@@ -77,6 +80,8 @@ class Desk:
         self.changes = read_changes(log_of(self.csv))
         self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
         self._open.clear()
+        self._signals.clear()
+        self._as_made.clear()
         self._rows.clear()
         self._tried = None, None
 
@@ -124,7 +129,7 @@ class Desk:
         found = self._analysed(line)
         problem = ""
         try:
-            signals = self._signals_of(line, found)
+            signals = self._signals_of(line)
             time = signals["time"].values
             span, step_s = (
                 [float(time[0]), float(time[-1])],
@@ -147,12 +152,15 @@ class Desk:
     def window(self, test: str, from_s: float, to_s: float) -> Json:
         """The signals of a record between two instants [s]."""
         line = self._line(test)
-        return window(self._signals_of(line, self._analysed(line)), from_s, to_s)
+        self._analysed(line)
+        return window(self._signals_of(line), from_s, to_s)
 
     def ahead(self, test: str) -> None:
         """Do what the first correction of a record will need."""
+        line = self._line(test)
         with suppress(FreerockError):
-            self._bench.rotate(self.campaign, self._line(test))
+            if self._signals_of(line).nbytes <= LARGE_BYTES:
+                self._bench.rotate(self.campaign, line)
 
     def refit(
         self,
@@ -198,6 +206,9 @@ class Desk:
                     self._keep(test, found)
         else:
             found = self._tried[1]
+        if any(each.nbytes > LARGE_BYTES for each in self._signals.values()):
+            self._as_made.discard(test)  # its rotation is in memory by now: that is drawn
+            self._signals.clear()
         return {"cells": cells, "rows": rows_of(test, found), **self._picture(then, found, run, near_s)}
 
     def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
@@ -321,38 +332,43 @@ class Desk:
 
     def _analysed(self, line: Record) -> Analysed:
         """The products of a record; what is not there or made otherwise is made, but for the fits."""
-        from freerock.products.netcdf import open_fits, open_record
-
         if line.test not in self._open:
             found = None
             with suppress(FreerockError):
-                record = open_record(self.results / f"records/{line.test}.nc")
+                record = open_record(self._record_file(line), samples=False)
                 fits = open_fits(self.results / f"fits/{line.test}.nc")
                 if all(
                     self._bench.is_current(self.campaign, line, tree, step)
                     for step, tree in enumerate((record, fits))
                 ):
                     found = Analysed(record, fits)
+                    self._as_made.add(line.test)
             self._keep(line.test, found or self._bench.process(self.campaign, line), listed=found is None)
         self._open.move_to_end(line.test)
         return self._open[line.test]
 
     def _keep(self, test: str, found: Analysed, listed: bool = True) -> None:
-        large = found.record.nbytes > LARGE_BYTES
+        large = found.fits is not None and found.fits.nbytes > LARGE_BYTES
         while self._open and (large or len(self._open) >= OPEN):
             self._open.popitem(last=False)
         self._open[test] = found
         if listed:
             self._rows[test] = rows_of(test, found)
 
-    def _signals_of(self, line: Record, found: Analysed) -> Any:
+    def _signals_of(self, line: Record) -> xr.Dataset:
         """The record over time: as processed, else its rotation, else its channels as in the file."""
-        if "time" in found.record.dataset:
-            return found.record.dataset
-        if line.test not in self._signals:
+        made = self._signals.get(line.test)
+        if made is None:
             self._signals.clear()
-            self._signals[line.test] = self._bench.signals(self.campaign, line)
-        return self._signals[line.test]
+            if line.test in self._as_made:
+                made = open_record(self._record_file(line)).to_dataset()
+            if made is None or "time" not in made:
+                made = self._bench.signals(self.campaign, line)
+            self._signals[line.test] = made
+        return made
+
+    def _record_file(self, line: Record) -> Path:
+        return self.results / f"records/{line.test}.nc"
 
     def _picture(self, line: Record, found: Analysed, run: int | None, near_s: float | None = None) -> Json:
         """The runs of a record, and the picture of one: the nearest, the one asked for, or the first."""
