@@ -79,10 +79,13 @@ class Desk:
         self.page = browser.new_page(viewport={"width": 1280, "height": 900, **size})
         self.page.on("request", lambda request: self.requests.append(request.url))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on(
-            "console", lambda told: self.complaints.append(told.text) if told.type == "error" else None
-        )
+        self.page.on("console", self.told)
         self.page.goto(self.address)
+
+    def told(self, line):
+        """A complaint of the page, but for answers that refuse (409) or are no longer wanted (410)."""
+        if line.type == "error" and not any(code in line.text for code in ("409 (Conflict)", "410 (Gone)")):
+            self.complaints.append(line.text)
 
     def until(self, script, seconds=90):
         """Wait until a script of the page says so: its own policy forbids Playwright's way of waiting."""

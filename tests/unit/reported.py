@@ -67,7 +67,7 @@ def settings(trees, **changes):
     return config | changes
 
 
-def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
+def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes):
     records, fitted = datasets
     pairs = {pair[0].attrs["test"]: pair for pair in zip(records, fitted, strict=True)}
     image = folder / "image.png"
@@ -93,5 +93,6 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, **changes):
         opened=lambda test, samples: pairs[test],
         figures=[("Figure 2", image)] if figures is None else figures,
         pages={records[0].attrs["test"]: folder / "figures/qc.png"},
+        changes=by_hand,
     )
     return Outline((folder / "report.html").read_text(encoding="utf-8"))

@@ -254,7 +254,7 @@ def asked(desk, *requests):
 
     async def serve():
         sockets = bind_sockets(0, server.HOST)
-        http = HTTPServer(server.application(desk, "s3cret"), max_buffer_size=server.MOST_BYTES)
+        http = HTTPServer(server.application(desk, "s3cret", "first"), max_buffer_size=server.MOST_BYTES)
         http.add_sockets(sockets)
         port, client, found = sockets[0].getsockname()[1], AsyncHTTPClient(), []
         assert [each.getsockname()[0] for each in sockets] == ["127.0.0.1"]
@@ -275,13 +275,22 @@ STRANGERS += [
     "/s3cret/../etc/passwd",
     "/s3cret/server.py",
 ]
-STRANGERS += ["/s3cret/..%2Fserver.py", "/%F0%9F%98%80/"]
+STRANGERS += ["/open/s3cret", "/open/", "/s3cret/..%2Fserver.py", "/%F0%9F%98%80/"]
 
 
 @pytest.mark.parametrize("path", STRANGERS)
 def test_without_the_token_nothing_is_served(desk, path):
     ((status, _, body),) = asked(desk, (path, {}))
     assert (status, body) == (404, b"404")
+
+
+def test_the_address_that_opens_the_browser_leads_to_the_page_once(desk):
+    still = {"follow_redirects": False}
+    first, again = asked(desk, ("/open/first", still), ("/open/first", still))
+    assert (first[0], first[1]["Location"]) == (302, "/s3cret/")
+    assert again[0] == 404
+    wrong, late = asked(desk, ("/open/guess", still), ("/open/first", still))
+    assert (wrong[0], late[0]) == (404, 404)
 
 
 def test_a_page_of_another_name_or_form_is_refused(desk):

@@ -5,6 +5,7 @@ import pytest
 from fabricated import campaign, failed_record, fits, record
 from reported import BLOCKS, make, settings
 
+from freerock.config.history import LOOKED_AT, Change
 from freerock.models.block import Block
 from freerock.tables.paper import PUBLISHED_NOTE, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
@@ -40,6 +41,21 @@ def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     page = make(tmp_path, ([tree], [fits(tree)]), figures=[(HOSTILE, tmp_path / "image.png")], **changes)
     assert page.html.count("<script>alert") == 0
     assert page.text.count("alert(1)") > 8
+
+
+def test_report_shows_what_was_changed_at_the_review_desk(tmp_path):
+    tree = record("b1_marble")
+    changes = [
+        Change("2026-11-01T10:00:00+01:00", "anna", "b1_marble", "", "exclude", "", "2", "fell"),
+        Change("2026-11-01T11:00:00+01:00", "anna", "b1_marble", "", "reason", "", HOSTILE, "fell"),
+        Change("2026-11-01T12:00:00+01:00", "bert", "b1_marble", "1", LOOKED_AT, "", "yes", ""),
+    ]
+    page = make(tmp_path, ([tree], [fits(tree)]), by_hand=changes)
+    table = page.text.partition("Changes at the review desk, newest first")[2].partition("freerock review")[0]
+    assert table.index("11:00:00") < table.index("10:00:00")
+    assert table.count("(the CSV holds something else by now)") == 2
+    assert "Looked at: 1 of " in table and "runs, by bert." in table
+    assert page.html.count("<script>alert") == 0
 
 
 def test_report_shows_every_run_with_verdict_and_reasons(page):

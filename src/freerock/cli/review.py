@@ -25,10 +25,10 @@ def run(chosen: Namespace) -> None:
     from freerock.review.desk import Desk
     from freerock.review.server import serve
 
-    def ready(address: str) -> None:
+    def ready(address: str, once: str) -> None:
         print(f"{chosen.campaign}: {address}\nCtrl+C ends it.", flush=True)
         if not chosen.no_browser:
-            Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+            Thread(target=webbrowser.open, args=(once,), daemon=True).start()
 
     with suppress(KeyboardInterrupt):
         serve(Desk(chosen.campaign), chosen.port, ready)

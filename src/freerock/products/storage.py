@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,13 +20,15 @@ from freerock.products.names import SAMPLES, SINGLE_PRECISION, describe
 if TYPE_CHECKING:
     import netCDF4
 
+ONE_THREAD = RLock()  # two in the netCDF library at once end the process
+
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
     """Write the groups of a file; several times faster than xarray's own way."""
     import netCDF4
 
     simulated = groups["/"].attrs["origin"] == "simulated"
-    with atomic(path) as partial:
+    with ONE_THREAD, atomic(path) as partial:
         try:
             with netCDF4.Dataset(partial, "w") as file:
                 defined = [
@@ -90,7 +93,7 @@ def readable(path: str | Path) -> Iterator["netCDF4.Dataset"]:
     if not Path(path).is_file():
         raise FreerockError(path, "there is no such file", "run snakemake to make it")
     try:
-        with netCDF4.Dataset(path) as file:
+        with ONE_THREAD, netCDF4.Dataset(path) as file:
             yield file
     except (OSError, ValueError, RuntimeError, KeyError, AttributeError) as error:
         remedy = "delete the file and run snakemake again"

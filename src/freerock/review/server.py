@@ -102,6 +102,20 @@ class Page(tornado.web.RequestHandler):
         self.finish(json.dumps(made, ensure_ascii=False, allow_nan=False))
 
 
+class Opening(Page):
+    """Leads the browser that freerock opens to the page, once: others see its command line, token and all."""
+
+    def prepare(self) -> None:
+        """Anybody may ask."""
+
+    def get(self, once: str) -> None:
+        """The way to the page, for who comes first with the right word."""
+        known = self.settings.pop("once", "")
+        if not known or not secrets.compare_digest(once.encode(), known.encode()):
+            raise tornado.web.HTTPError(404)
+        self.redirect(f"/{self.token}/")
+
+
 class File(Page):
     """The page, its script and its looks, and BokehJS."""
 
@@ -176,12 +190,13 @@ class Do(Page):
         raise tornado.web.HTTPError(404)
 
 
-def application(desk: Desk, token: str) -> tornado.web.Application:
-    """The server's addresses, all of them below the token."""
+def application(desk: Desk, token: str, once: str = "") -> tornado.web.Application:
+    """The server's addresses, all of them below the token; `once` leads there a single time."""
     shared = {"desk": desk, "work": Work(), "token": token}
     name = r"/(?P<token>[\w-]+)"
     return tornado.web.Application(
         [
+            (r"/open/(?P<once>[\w-]+)", Opening, shared),
             (rf"{name}/(?P<name>[\w.-]*)", File, shared),
             (rf"{name}/ask/(?P<what>\w+)", Ask, shared),
             (rf"{name}/do/(?P<what>\w+)", Do, shared),
@@ -189,10 +204,11 @@ def application(desk: Desk, token: str) -> tornado.web.Application:
         default_handler_class=Page,
         default_handler_args=shared,
         log_function=lambda handler: None,
+        once=once,
     )
 
 
-def serve(desk: Desk, port: int, ready: Callable[[str], None]) -> None:
+def serve(desk: Desk, port: int, ready: Callable[[str, str], None]) -> None:
     """Serve the desk until the process is stopped.
 
     Parameters
@@ -201,7 +217,7 @@ def serve(desk: Desk, port: int, ready: Callable[[str], None]) -> None:
     port : int
         0 for any that is free.
     ready : callable
-        Told the address once it answers.
+        Told the address once it answers, and another that leads there a single time.
 
     Raises
     ------
@@ -216,11 +232,13 @@ def serve(desk: Desk, port: int, ready: Callable[[str], None]) -> None:
     asyncio.run(_serve(desk, listening, ready))
 
 
-async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str], None]) -> None:
-    token = secrets.token_urlsafe(24)
-    server = tornado.httpserver.HTTPServer(application(desk, token), max_buffer_size=MOST_BYTES)
+async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str, str], None]) -> None:
+    token, once = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
+    served = application(desk, token, once)
+    server = tornado.httpserver.HTTPServer(served, max_buffer_size=MOST_BYTES)
     server.add_socket(listening)
-    ready(f"http://{HOST}:{listening.getsockname()[1]}/{token}/")
+    root = f"http://{HOST}:{listening.getsockname()[1]}"
+    ready(f"{root}/{token}/", f"{root}/open/{once}")
     await asyncio.Event().wait()
 
 
