@@ -2,18 +2,20 @@
 # make quick         set up, then lint and the tests that take seconds
 # make test          set up, then lint and every test
 # make slurm         what jobs on a Slurm cluster need besides
+# make peers         the engines of other fields that docs/benchmark.md compares, in an environment of their own
 # make test-cluster  tests on a real Slurm, where its programs are installed
 PYTHON ?= python3
 VENV := .venv
 READY := $(VENV)/.ready
 KERNEL := $(VENV)/.kernel
 SLURM := $(VENV)/.slurm
+PEERS := .venv-peers
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
 # The tests of a file share what they set up.
 TESTS := python -m pytest --numprocesses 2 --dist loadfile
 
-.PHONY: all setup slurm lint quick test test-cluster clean
+.PHONY: all setup slurm peers lint quick test test-cluster clean
 
 all: setup
 	snakemake
@@ -41,6 +43,13 @@ $(SLURM): profiles/slurm/requirements.lock $(READY)
 	python -m pip install --quiet --disable-pip-version-check --require-hashes --no-deps -r $<
 	touch $@
 
+peers: setup $(PEERS)/.ready
+
+$(PEERS)/.ready: requirements-peers.lock
+	$(PYTHON) -m venv $(PEERS)
+	$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r $<
+	touch $@
+
 lint: setup
 	ruff check .
 	ruff format --check .
@@ -59,4 +68,4 @@ test-cluster: setup $(SLURM)
 	python -m pytest tests/cluster
 
 clean:
-	rm -rf $(VENV) .snakemake results
+	rm -rf $(VENV) $(PEERS) .snakemake results

@@ -3,6 +3,8 @@
 
 STUDIES = [
     "speed_accuracy",
+    "engines",
+    "numerics",
     "model_cost",
     "stability",
     "paper",

@@ -1,5 +1,6 @@
 """Figure of the stability atlas: where each method converges and where it fails."""
 
+import textwrap
 from collections.abc import Mapping
 
 import numpy as np
@@ -65,13 +66,21 @@ MAP_TITLES = {
 def _atlas_page(
     frame: pd.DataFrame, maps: list[str], by: list[str], title: str, bounds: Bounds | None
 ) -> Figure:
-    """A row of panels per group, a panel per method, a legend below."""
-    rows = list(frame[frame["map"].isin(maps)].groupby(by, sort=False))
-    n_columns = max(group["method"].nunique() for _, group in rows)
+    """A row of panels per group, a panel per method, a legend below; where nothing fails, only its name."""
+    rows: list[tuple[tuple[str, ...], list[tuple[str, pd.DataFrame]]]] = []
+    green = []
+    for key, group in frame[frame["map"].isin(maps)].groupby(by, sort=False):
+        methods = list(group.groupby("method", sort=False))
+        told = [(method, cells) for method, cells in methods if not _all_green(cells)]
+        names = [method for method, cells in methods if _all_green(cells)]
+        if told or len(maps) == 1:
+            rows.append((key, told or methods))
+        if told and names:
+            green.append(f"{', '.join(names)} ({_row_title(key)})".replace("\n", " "))
+    n_columns = max(len(methods) for _, methods in rows)
     figure = Figure(figsize=(7.0, 1.55 * len(rows) + 0.75))
     axes = figure.subplots(len(rows), n_columns, squeeze=False)
-    for i, (key, group) in enumerate(rows):
-        methods = list(group.groupby("method", sort=False))
+    for i, (key, methods) in enumerate(rows):
         for ax in axes[i, len(methods) :]:
             ax.axis("off")
         for ax, (method, cells) in zip(axes[i], methods, strict=False):
@@ -97,10 +106,19 @@ def _atlas_page(
     if bounds:
         handles.append(Patch(fill=False, label="bounds of the fit"))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
+    if green:
+        note = textwrap.fill(f"Converged everywhere, not drawn: {'; '.join(green)}", 130)
+        figure.text(0.99, 0.995, note, ha="right", va="top", fontsize=6)
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
     )
     return figure
+
+
+def _all_green(cells: pd.DataFrame) -> bool:
+    """Whether a method converges in every cell and nothing is marked in any."""
+    marked = cells["cause"].fillna("").str.startswith(tuple(CAUSE_STYLES))
+    return bool((cells["state"] == "converged").all() and not marked.any())
 
 
 def _row_title(key: tuple[str, ...]) -> str:

@@ -19,6 +19,7 @@ from freerock.models.laws import Rules
 from freerock.studies.methods.problem import ATOL_SHARE, BLOWN_UP, Problem, Solution, solution
 
 NEWTON_ITERATIONS = 20
+IMPLICIT = {"Newmark": 0.0, "HHT-α": -0.1}  # α
 Ends = tuple[float, float, float, float]
 
 
@@ -149,6 +150,24 @@ def scipy(
     return solution(problem, time, result.y[2], result.nfev, result.success)
 
 
+def ode45(problem: Problem, time: Floats, rtol: float = 1e-3) -> Solution:
+    """MATLAB's ode45 as it is called: Dormand and Prince's pair, atol = rtol/1000 throughout, no events.
+
+    Its defaults are 1e-3 and 1e-6. SciPy's RK45 is the same pair; its step control differs in details.
+    Parameters as in `scipy`.
+    """
+    result = solve_ivp(
+        plain_right_hand_side(problem),
+        (0.0, time[-1]),
+        problem.start,
+        method="RK45",
+        t_eval=time,
+        rtol=rtol,
+        atol=1e-3 * rtol,
+    )
+    return solution(problem, time, result.y[2], result.nfev, result.success)
+
+
 def _with_law(law: Floats, t: float, y: Floats) -> Floats:
     return right_hand_side(t, y, law)
 
@@ -207,18 +226,39 @@ def fixed_step(method: str, problem: Problem, time: Floats, step: float, limit: 
     Parameters
     ----------
     method : str
-        "RK4" (classical Runge-Kutta) or "Newmark" (average acceleration, Newton's iteration).
+        "RK4" (classical Runge-Kutta), "Newmark" (average acceleration, Newton's iteration), "HHT-α" (Hilber,
+        Hughes and Taylor with α = -0.1, doi:10.1002/eqe.4290050306) or "central difference".
     step : float
         Size of the steps [s].
     limit : float
         Steps after which to give up. The other parameters as in `scipy`.
     """
     theta = np.full(time.size, np.nan)
-    run = {"RK4": _rk4, "Newmark": _newmark}[method]
     most = int(min(limit, 2**62))
-    outcome, evaluations = run(problem.start, problem.law, step, most, problem.amplitudes, time, theta)
+    arguments = problem.start, problem.law, step, most, problem.amplitudes, time, theta
+    outcome, evaluations = _stepper(method)(*arguments)
     failure = ("non_finite", "step_limit", "not_converged")[outcome]
     return solution(problem, time, theta, evaluations, False, failure)
+
+
+def stepped_states(method: str, problem: Problem, step: float, steps: int, intervals: int) -> Floats:
+    """z_cb, ż_cb, θ, θ̇ at the release and after each interval of so many steps, shape (4, 1 + intervals).
+
+    The other parameters as in `fixed_step`.
+    """
+    y, found = problem.start, [problem.start]
+    for _ in range(intervals):
+        end = np.array([(steps - 0.5) * step])
+        _stepper(method)(y, problem.law, step, steps, problem.amplitudes, end, np.empty(1))
+        found.append(y.copy())
+    return np.stack(found, axis=1)
+
+
+def _stepper(method: str) -> Callable[..., tuple[int, int]]:
+    """What takes the steps, from a state that it leaves at their end."""
+    if method in IMPLICIT:
+        return partial(_newmark, alpha=IMPLICIT[method])
+    return {"RK4": _rk4, "central difference": _central}[method]
 
 
 @njit(cache=True, nogil=True)
@@ -257,11 +297,50 @@ def _rk4(
 
 
 @njit(cache=True, nogil=True)
-def _newmark(
+def _central(
     y: Floats, law: Floats, step: float, most: int, amplitudes: Floats, time: Floats, theta: Floats
 ) -> tuple[int, int]:
-    """β = 1/4, γ = 1/2 (Newmark 1959); the accelerations at the end of the step by Newton's iteration."""
-    dy, base, turned = np.empty(4), np.empty(4), np.empty(4)
+    """Rates half a step behind positions; the damping takes them as predicted by the last acceleration."""
+    dy, here = np.empty(4), y.copy()
+    rates(dy, y, law)
+    a, turn = dy[1], dy[3]
+    v, w = y[1] - 0.5 * step * a, y[3] - 0.5 * step * turn
+    n = 0
+    for i in range(most):
+        here[0], here[2] = y[0], y[2]
+        here[1], here[3] = v + 0.5 * step * a, w + 0.5 * step * turn
+        rates(dy, here, law)
+        a, turn = dy[1], dy[3]
+        v, w = v + step * a, w + step * turn
+        y[0], y[2] = here[0] + step * v, here[2] + step * w
+        ends = (here[2], y[2], w - 0.5 * step * turn, w + 0.5 * step * turn)
+        n = _sample(time, theta, n, i * step, step, ends)
+        if n == time.size or not abs(y[2]) < BLOWN_UP:
+            here[0], here[2] = y[0], y[2]
+            here[1], here[3] = v + 0.5 * step * a, w + 0.5 * step * turn
+            rates(dy, here, law)
+            y[1], y[3] = v + 0.5 * step * dy[1], w + 0.5 * step * dy[3]
+            return 0, i + 3
+    return 1, most + 1
+
+
+@njit(cache=True, nogil=True)
+def _newmark(
+    y: Floats,
+    law: Floats,
+    step: float,
+    most: int,
+    amplitudes: Floats,
+    time: Floats,
+    theta: Floats,
+    alpha: float,
+) -> tuple[int, int]:
+    """β = (1 - α)²/4, γ = 1/2 - α (Newmark 1959 with α = 0; Hilber, Hughes and Taylor 1977).
+
+    The accelerations at the end of a step, by Newton's iteration, are (1 + α) times the right-hand side there
+    less α times that at its beginning.
+    """
+    dy, base, turned, old = np.empty(4), np.empty(4), np.empty(4), np.zeros(4)
     new = np.empty(4)
     rates(dy, y, law)
     a, turn = dy[1], dy[3]
@@ -272,20 +351,24 @@ def _newmark(
     for i in range(most):
         a1, turn1 = a, turn
         converged = False
+        if alpha != 0:
+            rates(old, y, law)
+            evaluations += 1
         for _ in range(NEWTON_ITERATIONS):
-            _average(new, y, step, a, turn, a1, turn1)
+            _average(new, y, step, alpha, a, turn, a1, turn1)
             rates(base, new, law)
-            _average(new, y, step, a, turn, a1 + shift[0], turn1)
+            _average(new, y, step, alpha, a, turn, a1 + shift[0], turn1)
             rates(dy, new, law)
-            _average(new, y, step, a, turn, a1, turn1 + shift[1])
+            _average(new, y, step, alpha, a, turn, a1, turn1 + shift[1])
             rates(turned, new, law)
             evaluations += 3
             # Newton on acceleration minus right-hand side
-            j11 = 1 - (dy[1] - base[1]) / shift[0]
-            j21 = -(dy[3] - base[3]) / shift[0]
-            j12 = -(turned[1] - base[1]) / shift[1]
-            j22 = 1 - (turned[3] - base[3]) / shift[1]
-            r1, r2 = base[1] - a1, base[3] - turn1
+            j11 = 1 - (1 + alpha) * (dy[1] - base[1]) / shift[0]
+            j21 = -(1 + alpha) * (dy[3] - base[3]) / shift[0]
+            j12 = -(1 + alpha) * (turned[1] - base[1]) / shift[1]
+            j22 = 1 - (1 + alpha) * (turned[3] - base[3]) / shift[1]
+            r1 = (1 + alpha) * base[1] - alpha * old[1] - a1
+            r2 = (1 + alpha) * base[3] - alpha * old[3] - turn1
             determinant = j11 * j22 - j12 * j21
             da = (r1 * j22 - r2 * j12) / determinant
             dturn = (r2 * j11 - r1 * j21) / determinant
@@ -296,7 +379,7 @@ def _newmark(
                 break
         if not converged:
             return 2, evaluations
-        _average(new, y, step, a, turn, a1, turn1)
+        _average(new, y, step, alpha, a, turn, a1, turn1)
         n = _sample(time, theta, n, i * step, step, (y[2], new[2], y[3], new[3]))
         y[:] = new
         a, turn = a1, turn1
@@ -306,8 +389,11 @@ def _newmark(
 
 
 @njit(cache=True, nogil=True)
-def _average(new: Floats, y: Floats, step: float, a: float, turn: float, a1: float, turn1: float) -> None:
-    new[0] = y[0] + step * y[1] + 0.25 * step * step * (a + a1)
-    new[1] = y[1] + 0.5 * step * (a + a1)
-    new[2] = y[2] + step * y[3] + 0.25 * step * step * (turn + turn1)
-    new[3] = y[3] + 0.5 * step * (turn + turn1)
+def _average(
+    new: Floats, y: Floats, step: float, alpha: float, a: float, turn: float, a1: float, turn1: float
+) -> None:
+    gamma, beta = 0.5 - alpha, 0.25 * (1 - alpha) ** 2
+    new[0] = y[0] + step * y[1] + step * step * ((0.5 - beta) * a + beta * a1)
+    new[1] = y[1] + step * ((1 - gamma) * a + gamma * a1)
+    new[2] = y[2] + step * y[3] + step * step * ((0.5 - beta) * turn + beta * turn1)
+    new[3] = y[3] + step * ((1 - gamma) * turn + gamma * turn1)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numba import njit
 from scipy.integrate import solve_ivp
 
 from freerock.arrays import Floats
@@ -79,6 +80,39 @@ def housner_events(problem: Problem, time: Floats, rtol: float, limit: float = m
         start, rate = result.t_events[0][0], r * result.y_events[0][0][1]
         state, sign = (0.0, rate), math.copysign(1.0, rate)
     return solution(problem, time, theta, evaluations, True)
+
+
+def housner_eventless(problem: Problem, time: Floats, step: float, limit: float = math.inf) -> Solution:
+    """Housner's block by Runge and Kutta's steps; after one in which θ changes sign, θ̇ is multiplied by r.
+
+    The impact is not sought within the step. Samples lie on the straight line between steps.
+
+    Parameters
+    ----------
+    step : float
+        Size of the steps [s]. The other parameters as in `scipy`.
+    """
+    n = int(min(math.ceil(time[-1] / step) + 1, limit))
+    block, theta = problem.block, np.empty(n + 1)
+    _eventless(block.p**2, block.theta_cr, problem.parameters["r"], problem.theta0, step, theta)
+    reached = np.interp(time, step * np.arange(n + 1), theta, right=math.nan)
+    return solution(problem, time, reached, 4 * n, True, "step_limit")
+
+
+@njit(cache=True)
+def _eventless(p2: float, theta_cr: float, r: float, theta0: float, step: float, theta: Floats) -> None:
+    x, w = theta0, 0.0
+    theta[0] = x
+    for i in range(theta.size - 1):
+        sign = 1.0 if x > 0 or (x == 0 and w > 0) else -1.0
+        x1, w1, dx, dw = x, w, 0.0, 0.0
+        for part, weight in ((0.0, 1 / 6), (0.5, 1 / 3), (0.5, 1 / 3), (1.0, 1 / 6)):
+            at, rate = x + part * step * dx, w + part * step * dw
+            dx, dw = rate, -sign * p2 * math.sin(theta_cr - sign * at)
+            x1, w1 = x1 + weight * step * dx, w1 + weight * step * dw
+        w = r * w1 if x1 * sign < 0 else w1
+        x = x1
+        theta[i + 1] = x
 
 
 def housner_overturns(block: Block, r: float, amplitude: float, period_s: float, rtol: float = 1e-10) -> bool:
