@@ -50,6 +50,7 @@ def sentences(tree):
 def record():
     """The record of the run, as far as the table runs reads it."""
     zero = {name: ((), 0.0) for name in ("release", "end", "theta0", "sigma_theta")}
+    zero["n_impacts"] = ((), 0)
     run = xr.Dataset(zero, attrs={"verdict": "ok", "reasons": "[]", "excluded": 0})
     return xr.DataTree.from_dict({"/": xr.Dataset(attrs=ATTRS), "run_1": run})
 
