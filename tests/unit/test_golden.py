@@ -13,7 +13,7 @@ from freerock.models import contact
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import Rules
-from freerock.studies.golden import files, fixed_point, make, ours
+from freerock.studies.golden import files, fixed_point, make, ours, table
 from freerock.studies.golden.files import Trajectory
 from freerock.studies.golden.scenes import PULSE_END_S, PULSE_PERIOD_S, PULSE_START_S, instants, scenes
 from freerock.studies.golden.score import line, score
@@ -38,10 +38,10 @@ def test_every_scene_is_quoted_and_the_methods_agree(golden):
 def test_the_tables_are_the_netcdf_file(golden):
     tables = files.read_solution(files.SOLUTIONS / files.TRAJECTORIES)
     assert list(tables) == list(golden)
-    for name, table in tables.items():
-        assert np.array_equal(table.time_s, golden[name].time_s)
-        assert np.allclose(table.theta_rad, golden[name].theta_rad, rtol=1e-14, atol=1e-300)
-        assert np.allclose(table.theta_rate_rad_s, golden[name].theta_rate_rad_s, rtol=1e-14, atol=1e-300)
+    for name, read in tables.items():
+        assert np.array_equal(read.time_s, golden[name].time_s)
+        assert np.allclose(read.theta_rad, golden[name].theta_rad, rtol=1e-14, atol=1e-300)
+        assert np.allclose(read.theta_rate_rad_s, golden[name].theta_rate_rad_s, rtol=1e-14, atol=1e-300)
 
 
 def test_sine_in_fixed_point_and_the_inverse_of_a_series():
@@ -178,6 +178,15 @@ def test_the_other_kinematics_is_told(golden):
     assert digits(name, ours.solve(SCENES[name.replace("guided", "pivoting")], 1e-12), golden) < 2.5
 
 
+@pytest.mark.slow
+def test_the_table_of_scores_tells_methods_apart():
+    made = [row.strip("| ").split(" | ") for row in table.rows(SMALL)]
+    digits_of = {cells[0]: float(cells[-2]) for cells in made}
+    assert digits_of["freerock, rtol 1e-12"] > 11 > digits_of["freerock, rtol 1e-10"]
+    assert digits_of["SciPy LSODA, rtol 1e-8, no events"] > 4 > digits_of["Newmark, 0.5 ms, no events"]
+    assert {cells[0]: cells[1] for cells in made}["RK4, 1 ms, no events"] == "5 of 124"
+
+
 # Grading
 
 
@@ -190,6 +199,13 @@ def test_an_error_of_a_thousandth_of_the_critical_angle_is_three_digits(golden):
     assert graded["digits_of_rate"] == 15
     assert graded["at_s"] == pytest.approx(0.07)
     assert graded["largest_error_rad"] == pytest.approx(1e-3 * SCENES[name].block.theta_cr)
+
+
+def test_digits_are_never_shown_rounded_up(golden):
+    name, true = next(iter(golden.items()))
+    theta = true.theta_rad + 10**-10.996 * SCENES[name].block.theta_cr
+    graded = score({name: Trajectory(true.time_s, theta, None)}, golden, "test")
+    assert line(graded, "near", 124) == "| near | 1 of 124 | 10.9 | — | — | 10.9 | 10.9 |"
 
 
 def test_rows_in_any_order_and_instants_besides_are_taken(golden):
@@ -263,10 +279,10 @@ def test_files_that_are_none_are_refused(tmp_path):
 
 
 def test_the_command_prints_a_row_and_every_scene(capsys, tmp_path):
-    table = tmp_path / "digits.csv"
+    written_to = tmp_path / "digits.csv"
     golden_file = str(files.SOLUTIONS / files.NETCDF)
-    assert cli.main(["score", golden_file, "--name", "itself", "--csv", str(table)]) == 0
+    assert cli.main(["score", golden_file, "--name", "itself", "--csv", str(written_to)]) == 0
     out = capsys.readouterr().out
     assert "| itself | 124 of 124 | 15.0 | 15.0 | 15.0 | 15.0 | 15.0 |" in out
     assert len(out.splitlines()) == 2 + 1 + 1 + 1 + 124
-    assert len(pd.read_csv(table)) == 124
+    assert len(pd.read_csv(written_to)) == 124

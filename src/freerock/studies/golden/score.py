@@ -108,8 +108,8 @@ def line(graded: pd.DataFrame, name: str, n_scenes: int) -> str:
     least = []
     for law in LAWS:
         of_law = digits[graded["scene"].str.contains(f"_{law}_")]
-        least.append(f"{of_law.min():.1f}" if len(of_law) else "—")
-    cells = [name, f"{len(graded)} of {n_scenes}", *least, f"{digits.min():.1f}", f"{digits.median():.1f}"]
+        least.append(_shown(of_law.min()) if len(of_law) else "—")
+    cells = [name, f"{len(graded)} of {n_scenes}", *least, _shown(digits.min()), _shown(digits.median())]
     return f"| {' | '.join(cells)} |"
 
 
@@ -119,16 +119,21 @@ HEAD = (
 )
 
 
+def _shown(digits: float) -> str:
+    """With one decimal, never more than were reached."""
+    return f"{math.floor(10 * digits) / 10:.1f}"
+
+
 def listing(graded: pd.DataFrame) -> str:
     """A line for each scene, the worst first."""
     width = int(graded["scene"].str.len().max())
     lines = [f"{'scene':<{width}}  digits  of rate  largest error"]
     for row in graded.sort_values("digits", kind="stable").to_dict("records"):
-        rate = "" if math.isnan(row["digits_of_rate"]) else f"{row['digits_of_rate']:.1f}"
+        rate = "" if math.isnan(row["digits_of_rate"]) else _shown(row["digits_of_rate"])
         told = (
             f"{row['largest_error_rad']:.1e} rad at {row['at_s']:g} s"
             if math.isfinite(row["largest_error_rad"])
             else f"not finite at {row['at_s']:g} s"
         )
-        lines.append(f"{row['scene']:<{width}}  {row['digits']:6.1f}  {rate:>7}  {told}")
+        lines.append(f"{row['scene']:<{width}}  {_shown(row['digits']):>6}  {rate:>7}  {told}")
     return "\n".join(lines)
