@@ -25,6 +25,8 @@ from freerock.review.bench import Superseded
 from freerock.review.corrections import cells_of, corrected
 from freerock.review.desk import Desk
 from freerock.review.pictures import impact_speed, window
+from freerock.tables.populations import populations_table
+from freerock.tables.tidy import parameters_table
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
 
@@ -103,16 +105,20 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     make_fits(of_fits, tmp_path / "r.nc", tmp_path / "f.nc")
     assert parameters(tried["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
     assert parameters(whole["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
-    assert parameters(whole["picture"], "pooled") == numbers_in(tmp_path / "f.nc", "pooled")
+    means = populations_table(parameters_table([open_fits(tmp_path / "f.nc")]))
+    assert parameters(whole["picture"], "means") == {
+        (row.model, row.parameter): (f"{row.mean:.10g}", f"{row.stderr:.10g}")
+        for row in means[means["level"] == "record"].itertuples()
+    }
     assert whole["cells"] == {"override": cells_of(own, line)["override"], "reason": "late"}
 
 
-def test_an_excluded_run_leaves_the_joint_fit(desk):
+def test_an_excluded_run_leaves_the_mean(desk):
     before = desk.refit("tall", correction(), 1, None, whole=True)
     after = desk.refit("tall", correction(exclude=[2], reason="knocked"), 1, None, whole=True)
     assert [row["excluded"] for row in after["rows"]] == [False, True]
     assert parameters(after["picture"]) == parameters(before["picture"])
-    assert parameters(after["picture"], "pooled") != parameters(before["picture"], "pooled")
+    assert parameters(after["picture"], "means") != parameters(before["picture"], "means")
 
 
 def test_what_is_no_longer_needed_ends(desk):

@@ -118,7 +118,7 @@ class Bench:
         line : Record
             With the corrections that are tried.
         near_s : float, optional
-            Fit only the run whose release is the nearest [s], and leave out what is of all runs.
+            Fit only the run whose release is the nearest [s].
         needed : callable
             Asked before each run is fitted.
 
@@ -156,7 +156,7 @@ class Bench:
             if near_s is None:
                 make_fits(of_fits, record_file, fits_file, all_runs)
             else:
-                make_fits(of_fits | {"pooled": False}, record_file, fits_file, nearest)
+                make_fits(of_fits, record_file, fits_file, nearest)
             return Analysed(record, open_fits(fits_file))
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:

@@ -183,7 +183,7 @@ class Desk:
         near_s : float, optional
             Its release [s], which counts where corrections have changed the numbers.
         whole : bool
-            Fit all runs, alone and jointly; else only the one that is shown.
+            Fit all runs; else only the one that is shown.
         needed : callable
             Asked now and then whether to go on.
 

@@ -113,8 +113,8 @@ def run_picture(found: Analysed, number: int, block: Block) -> Json:
     dict
         JSON: run, release, end, fit_start, hold [s]; facts, texts; impacts by source ("measured" or a
         candidate): time [s], peak [degree], speed [degree/s], r and its standard error; curves by candidate:
-        θ [degree] and residual [σ] over the record's time; fits and choice of the run, and those of all runs
-        jointly.
+        θ [degree] and residual [σ] over the record's time; fits and choice of the run, and the means of the
+        record's runs.
     """
     record, fits = found
     run = runs_of(record)[number]
@@ -146,7 +146,7 @@ def run_picture(found: Analysed, number: int, block: Block) -> Json:
         "r_housner": block.restitution_housner,
         "curves": {} if group is None else _curves(group, models, release, sigma),
         "fits": fits_of_group(group),
-        "pooled": fits_of_group(fits.children.get("pooled") if fits is not None else None),
+        "means": means_of(fits),
     }
 
 
@@ -178,20 +178,44 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
     return told | {"candidates": candidates, "selected": str(attrs["selected"])}
 
 
+def means_of(fits: xr.DataTree | None) -> Json | None:
+    """The mean of a record's runs, candidate by candidate, as the table populations has it."""
+    from freerock.tables.populations import populations_table
+    from freerock.tables.tidy import parameters_table
+
+    if fits is None or len(runs_of(fits)) == 0:
+        return None
+    table = populations_table(parameters_table([fits]))
+    found: dict[str, Json] = {}
+    for row in table[table["level"] == "record"].to_dict("records"):
+        of = found.setdefault(
+            row["model"],
+            {"model": row["model"], "label": MODEL_LABELS[row["model"]], "status": "", "reason": ""}
+            | {"says": f"{row['n_runs']} runs" if row["n_runs"] > 1 else "1 run", "parameters": []},
+        )
+        of["parameters"].append(
+            _parameter(row["parameter"], row["mean"], row["stderr"], row["unit"])
+            | ({"more": f"spread τ = {quantity(row['tau'], digits=2)}"} if math.isfinite(row["tau"]) else {})
+        )
+    return {"candidates": [*found.values()]} if found else None
+
+
 def _parameters(fit: xr.DataTree) -> list[Json]:
     data = fit.dataset
     columns = (data[name].values for name in ("parameter", "value", "stderr", "unit"))
-    return [
-        {
-            "name": name,
-            "symbol": symbol(name),
-            "value": f"{value:.10g}",
-            "stderr": f"{stderr:.10g}" if math.isfinite(stderr) else "",
-            "text": quantity(value, stderr),
-            "unit": unit_text(str(unit)),
-        }
-        for name, value, stderr, unit in zip(*columns, strict=True)
-    ]
+    return [_parameter(*row) for row in zip(*columns, strict=True)]
+
+
+def _parameter(name: str, value: float, stderr: float, unit: str) -> Json:
+    """A parameter as shown, and with the digits that tables have."""
+    return {
+        "name": name,
+        "symbol": symbol(name),
+        "value": f"{value:.10g}",
+        "stderr": f"{stderr:.10g}" if math.isfinite(stderr) else "",
+        "text": quantity(value, stderr),
+        "unit": unit_text(str(unit)),
+    }
 
 
 def symbol(parameter: str) -> str:

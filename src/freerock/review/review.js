@@ -234,11 +234,11 @@ async function samples(from, to) {
 
 function drawNumbers() {
   const {record, view} = desk, tried = view !== record;
-  const tables = [["This run", "fits"], ["All runs of the record jointly", "pooled"]].flatMap(([head, key]) => {
+  const tables = [["This run", "fits"], ["Mean of the record’s runs", "means"]].flatMap(([head, key]) => {
     const [old, now] = [record.picture?.[key], tried ? view.picture?.[key] : null];
     if (!old && !now) return [];
     const shown = now ?? old;
-    const parts = [element("h3", {}, head), fitTable(old, tried ? now : undefined, key === "pooled")];
+    const parts = [element("h3", {}, head), fitTable(old, tried ? now : undefined, key === "means")];
     const told = shown.reason && `${shown.reason[0].toUpperCase()}${shown.reason.slice(1)}. ${shown.stories ?? ""}`;
     if (told && key === "fits") parts.splice(1, 0, element("p", {}, ...indexed(told)));
     return parts;
@@ -246,9 +246,9 @@ function drawNumbers() {
   at("numbers").replaceChildren(...tables);
 }
 
-function fitTable(old, now, isPooled) {
+function fitTable(old, now, isMean) {
   const compared = now !== undefined;
-  const heads = ["Candidate", "Choice", "", ...(compared ? ["As saved", "As corrected"] : ["Value"]), "Unit", "Why"];
+  const heads = ["Candidate", isMean ? "Of" : "Choice", "", ...(compared ? ["As saved", "As corrected"] : ["Value"]), "Unit", isMean ? "" : "Why"];
   const body = element("tbody");
   const shown = (now ?? old).candidates;
   const before = new Map((old?.candidates ?? []).map(each => [each.model, each]));
@@ -258,14 +258,14 @@ function fitTable(old, now, isPooled) {
     const names = [...new Set([...(then?.parameters ?? []), ...candidate.parameters].map(each => each.name))];
     const lines = names.map(name => {
       const [a, b] = [then, candidate].map(each => each?.parameters.find(one => one.name === name));
-      return [(b ?? a).symbol, a, now ? b : compared ? undefined : null, (b ?? a).unit];
+      return [(b ?? a).symbol, a, now ? b : compared ? undefined : null, (b ?? a).unit, (b ?? a).more];
     });
     const part = text => text === undefined ? undefined : {text, value: text};
-    lines.push(["ε_θ", part(then?.epsilon_text), now ? part(candidate.epsilon_text) : compared ? undefined : null, "%"]);
-    lines.forEach(([symbol, a, b, unit], i) => {
+    if (candidate.epsilon_text) lines.push(["ε_θ", part(then?.epsilon_text), now ? part(candidate.epsilon_text) : compared ? undefined : null, "%"]);
+    lines.forEach(([symbol, a, b, unit, more], i) => {
       const value = (each, kind) => {
         const cell = element("td", {className: `number ${kind}`, title: each?.value && each.text !== each.value ? `${each.value}${each.stderr ? ` ± ${each.stderr}` : ""}` : ""}, each?.text ?? "…");
-        if (each) Object.assign(cell.dataset, {value: each.value, parameter: symbol, model: candidate.model, of: isPooled ? "pooled" : "run", as: kind});
+        if (each) Object.assign(cell.dataset, {value: each.value, parameter: symbol, model: candidate.model, of: isMean ? "mean" : "run", as: kind});
         return cell;
       };
       const cells = b === null ? [value(a, "saved")] : [value(a, "saved"), value(b, `corrected${b && a && a.text !== b.text ? " moved" : ""}`)];
@@ -273,10 +273,10 @@ function fitTable(old, now, isPooled) {
         element("td", {className: candidate.status === "selected" ? "named" : ""}, i ? "" : candidate.label),
         element("td", {className: candidate.status === "rejected" ? "unsure" : ""}, i ? "" : candidate.says),
         element("td", {className: "symbol"}, ...indexed(symbol)), ...cells, element("td", {className: "unit"}, unit),
-        element("td", {className: "unsure"}, ...indexed(i ? "" : candidate.reason))));
+        element("td", {className: "unsure"}, ...indexed(more ?? (i ? "" : candidate.reason)))));
     });
   }
-  return element("table", {ariaLabel: isPooled ? "Fits of all runs jointly" : "Fits of this run"},
+  return element("table", {ariaLabel: isMean ? "Means of the record’s runs" : "Fits of this run"},
     element("thead", {}, element("tr", {}, ...heads.map(head => element("th", {scope: "col"}, head)))), body);
 }
 
@@ -332,7 +332,7 @@ async function tryOut() {
   drawList();
   alarm(null);
   for (const whole of [false, true]) {
-    at("work").textContent = whole ? `This run: ${took(began)}. Now the other runs, and all jointly…` : "Fitting this run…";
+    at("work").textContent = whole ? `This run: ${took(began)}. Now the other runs, and their mean…` : "Fitting this run…";
     try {
       const found = {...await tell("refit", {...now, whole}), asked: now.correction};
       if (asked !== desk.trying || test !== desk.record.test) return;
