@@ -29,7 +29,7 @@ from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, save
-from freerock.review.listing import analysed_lines, is_behind, listed_rows
+from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
 from freerock.review.pictures import Json, rows_of, run_picture, window
 
 OPEN = 3  # records that stay open
@@ -337,7 +337,7 @@ class Desk:
             with suppress(FreerockError):
                 record = open_record(self._record_file(line), samples=False)
                 fits = open_fits(self.results / f"fits/{line.test}.nc")
-                if all(
+                if is_of_this_code(self.campaign, line.test, self.results) and all(
                     self._bench.is_current(self.campaign, line, tree, step)
                     for step, tree in enumerate((record, fits))
                 ):

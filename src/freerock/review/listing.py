@@ -3,16 +3,23 @@
 import csv
 import io
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+from freerock.config.campaign import Campaign
 from freerock.config.history import BY_HAND
 from freerock.config.record import Record
 from freerock.errors import FreerockError
 from freerock.files import read_json
+from freerock.jobs.batches import batches
+from freerock.jobs.ledger import FOLDER, read_entry
+from freerock.jobs.reruns import code_checksum
 from freerock.models.laws import MODEL_LABELS
 
 Json = dict[str, Any]
+SCRIPTS = Path("workflow/scripts")
+_code = cache(code_checksum)  # of a script, while the desk is open
 
 
 def listed_rows(results: Path) -> dict[str, list[Json]]:
@@ -46,6 +53,17 @@ def analysed_lines(results: Path) -> dict[str, Mapping[str, Any]]:
         return {str(line["test"]): line for line in config["records"]}
     except (FreerockError, KeyError, TypeError):
         return {}
+
+
+def is_of_this_code(campaign: Campaign, test: str, results: Path) -> bool:
+    """Whether the ledger vouches for the products of a record, made by the code that is there now."""
+    tests = [each.test for each in campaign.records]
+    job = next(each[0] for each in batches(tests, campaign.records_per_job) if test in each)
+    for step in ("record", "fit"):
+        script, entry = SCRIPTS / f"{step}.py", read_entry(results / f"{FOLDER}/{step}_{job}.json")
+        if entry is None or (script.exists() and entry.settings.get("code") != _code(script)):
+            return False
+    return True
 
 
 def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:
