@@ -135,7 +135,7 @@ def test_no_module_evaluates_text_or_unpickles():
 
 
 def test_every_dependency_is_pinned_with_its_checksums():
-    locks = ("requirements.lock", "profiles/slurm/requirements.lock")
+    locks = ("requirements.lock", "requirements-peers.lock", "profiles/slurm/requirements.lock")
     text = "".join((ROOT / lock).read_text(encoding="utf-8") for lock in locks)
     pinned = re.split(r"^(?=\w)", text, flags=re.M)[1:]
     assert len(pinned) > 70

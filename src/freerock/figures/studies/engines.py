@@ -60,6 +60,7 @@ def _seen(data: pd.DataFrame) -> Figure:
         ax.axvline(floor, color="#00805e", linewidth=1)
         ax.axvline(TABLE_3["marble"][law], color="0.4", linewidth=1, linestyle="--")
         _said(ax, floor, "noise of a laser", "#00805e")
+        _good(ax, left / 2.5, "errs less")
         _said(ax, TABLE_3["marble"][law], "table 3", "0.4")
         noted: set[str] = set()
         for method, points in rows.groupby("method", sort=False):
@@ -98,6 +99,11 @@ def _said(ax: Axes, x: float, text: str, color: str) -> None:
         color=color,
         transform=ax.get_xaxis_transform(),
     )
+
+
+def _good(ax: Axes, x: float, text: str) -> None:
+    place = ax.get_xaxis_transform()
+    ax.text(x, 0.98, text, fontsize=6.5, color="#00805e", va="top", transform=place)
 
 
 def _noted(ax: Axes, points: pd.DataFrame, left: float, noted: set[str]) -> None:
@@ -142,6 +148,7 @@ def _identified(data: pd.DataFrame) -> Figure:
         ax.axvspan(1e-9, 1.0, color=GOOD, linewidth=0)
         ax.axvline(1.0, color="#00805e", linewidth=1)
         _said(ax, 1.0, "one standard error", "#00805e")
+        _good(ax, 6e-5, "good enough")
         for method, points in rows.groupby("method", sort=False):
             style = LINE | STYLES[str(method)]
             shown = points.assign(error_stderr=points["error_stderr"].clip(lower=1e-4))
