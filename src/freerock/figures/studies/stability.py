@@ -107,7 +107,7 @@ def _atlas_page(
         handles.append(Patch(fill=False, label="bounds of the fit"))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     if green:
-        note = textwrap.fill(f"Converged everywhere, not drawn: {'; '.join(green)}", 130)
+        note = textwrap.fill(f"Converged everywhere, not drawn: {'; '.join(green)}", 100)
         figure.text(0.99, 0.995, note, ha="right", va="top", fontsize=6)
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), handlelength=1, fontsize=6.5
