@@ -16,7 +16,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
-from freerock.identification.noise import HOPELESS, LEVEL, against_rest, is_hopeless, noise_of
+from freerock.identification.noise import HOPELESS, LEVEL, against_rest, hopeless_from, noise_of
 from freerock.identification.problem import posed
 from freerock.identification.search import approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -124,7 +124,7 @@ def leaves_noise(
         quick = approach(problem, None, HOPELESS * max(noise_of(part).variance for part in parts))
     else:
         quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
-    if is_hopeless(quick.mean_square, parts):
+    if quick.mean_square > hopeless_from(parts):
         return False
     samples = problem.samples()
     x = least_squares(problem, quick.x, samples).x

@@ -19,7 +19,7 @@ from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
-from freerock.identification.noise import is_hopeless
+from freerock.identification.noise import hopeless_from
 from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings
@@ -271,10 +271,11 @@ def _climb(
 ) -> dict[str, Screening]:
     """One rung: quick fits of all rivals, full ones of those that come near the best.
 
-    Where the best is far above the noise, none is fitted in full; all quick fits are given back.
+    A quick fit that is far above the noise on the first swings is not followed. Where the best is far above,
+    none is fitted in full; all quick fits are given back.
     """
     explaining = [_mean_square(fit, motion) for fit in found.fits.values() if evidence(fit).explains]
-    beyond = BEATEN * max(explaining, default=math.inf)
+    beyond = BEATEN * max(explaining) if explaining else hopeless_from([motion])
     rigid = max(beyond, NEAR * float(np.nanmean(motion.theta**2)))  # how near a rigid block comes is told
     quick: dict[str, Screening] = {}
     for model in rivals:
@@ -285,7 +286,7 @@ def _climb(
         except FreerockError as error:
             found.errors[model] = error
     least = min([*explaining, *(end.mean_square for end in quick.values())], default=math.inf)
-    hopeless = not explaining and is_hopeless(least, [motion])
+    hopeless = not explaining and least > hopeless_from([motion])
     for model, end in sorted(quick.items(), key=lambda item: item[1].mean_square):
         first_hope = not explaining and end.mean_square == least
         if not hopeless and (first_hope or end.mean_square <= CONTENDS * least):

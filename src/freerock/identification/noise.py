@@ -61,12 +61,12 @@ def noise_of(motion: Motion) -> Noise:
     return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
 
 
-def is_hopeless(mean_square: float, motions: Sequence[Motion]) -> bool:
-    """Whether a quick fit that leaves this mean square [rad²] is far above noise: a full one won't do.
+def hopeless_from(motions: Sequence[Motion]) -> float:
+    """Mean square of a quick fit [rad²] from which a full one won't do.
 
-    `motions` are those that were fitted together.
+    `motions` are those that are fitted together.
     """
-    return mean_square > HOPELESS * max(noise_of(motion).variance for motion in motions)
+    return HOPELESS * max(noise_of(motion).variance for motion in motions)
 
 
 def against_rest(
