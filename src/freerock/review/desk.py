@@ -30,7 +30,7 @@ from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
-from freerock.review.pictures import Json, rows_of, run_picture, window
+from freerock.review.pictures import Json, means_of, rows_of, run_picture, window
 
 OPEN = 3  # records that stay open
 LARGE_BYTES = 100_000_000  # of a record: then it alone
@@ -146,8 +146,12 @@ class Desk:
             "step_s": step_s,
             "problem": problem,
             "current": found.fits is not None,
-            **self._picture(line, found, run),
+            **self._picture(line, found, run, means=False),
         }
+
+    def means(self, test: str) -> Json:
+        """The means of a record's runs as the campaign's CSV has it now."""
+        return {"means": means_of(self._analysed(self._line(test)).fits)}
 
     def window(self, test: str, from_s: float, to_s: float) -> Json:
         """The signals of a record between two instants [s]."""
@@ -370,7 +374,9 @@ class Desk:
     def _record_file(self, line: Record) -> Path:
         return self.results / f"records/{line.test}.nc"
 
-    def _picture(self, line: Record, found: Analysed, run: int | None, near_s: float | None = None) -> Json:
+    def _picture(
+        self, line: Record, found: Analysed, run: int | None, near_s: float | None = None, means: bool = True
+    ) -> Json:
         """The runs of a record, and the picture of one: the nearest, the one asked for, or the first."""
         runs = rows_of(line.test, found)
         numbers = {row["run"]: row["release_s"] for row in runs if row["run"] is not None}
@@ -381,5 +387,5 @@ class Desk:
         return {
             "runs": runs,
             "failure": runs[0]["reasons"] if shown is None else "",
-            "picture": None if shown is None else run_picture(found, shown, block),
+            "picture": None if shown is None else run_picture(found, shown, block, means),
         }

@@ -97,7 +97,7 @@ def window(record: xr.Dataset, from_s: float, to_s: float, bins: int = BINS) -> 
     return found
 
 
-def run_picture(found: Analysed, number: int, block: Block) -> Json:
+def run_picture(found: Analysed, number: int, block: Block, means: bool = True) -> Json:
     """What the page shows of a run beside its signals.
 
     Parameters
@@ -107,6 +107,8 @@ def run_picture(found: Analysed, number: int, block: Block) -> Json:
     number : int
         Of the run.
     block : Block
+    means : bool
+        Whether the means of the record's runs are told: what computes them takes half a second to load.
 
     Returns
     -------
@@ -146,7 +148,7 @@ def run_picture(found: Analysed, number: int, block: Block) -> Json:
         "r_housner": block.restitution_housner,
         "curves": {} if group is None else _curves(group, models, release, sigma),
         "fits": fits_of_group(group),
-        "means": means_of(fits),
+        "means": means_of(fits) if means else None,
     }
 
 

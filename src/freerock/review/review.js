@@ -153,10 +153,21 @@ async function open(test, run, fit = true) {
   desk.view = tried ?? desk.record;
   drawRun();
   showRun();
+  means();
   if (!tried && fit && !desk.record.current && !desk.record.problem) refit(0);
 }
 
 const instant = time => time?.toFixed(desk.record.step_s < 1e-4 ? 6 : 4) ?? "";
+/** The means of the record's runs, as the CSV has it: told after the first picture. */
+async function means() {
+  const record = desk.record;
+  if (!record.current || !record.picture || record.picture.means) return;
+  try {
+    Object.assign(record.picture, await ask("means", {test: record.test}));
+    if (record === desk.record) drawNumbers();
+  } catch (error) { alarm(error); }
+}
+
 const correction = () => desk.pending.get(desk.record.test) ?? desk.record.correction;
 
 function drawRun() {

@@ -152,6 +152,8 @@ class Ask(Page):
             await self.answer(lambda: desk.record(test, number))
             if self.get_status() == 200:
                 self.work.long.submit(desk.ahead, test)
+        elif what == "means":
+            await self.answer(lambda: desk.means(test))
         elif what == "window":
             times = [float(self.get_query_argument(name)) for name in ("from", "to")]
             await self.answer(lambda: desk.window(test, times[0], times[1]))
