@@ -113,6 +113,16 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     assert whole["cells"] == {"override": cells_of(own, line)["override"], "reason": "late"}
 
 
+def test_the_misfit_map_is_least_at_what_was_identified(desk):
+    desk.refit("tall", correction(), 1, None, whole=True)
+    found = desk.misfit("tall", 1, correction())
+    epsilon = np.array(found["epsilon"])
+    row, column = np.unravel_index(epsilon.argmin(), epsilon.shape)
+    assert found["names"] == ["k", "λ"]
+    assert abs(row - epsilon.shape[0] // 2) <= 3 and abs(column - epsilon.shape[1] // 2) <= 3
+    assert desk.misfit("lost", 1, correction()) == {}
+
+
 def test_an_excluded_run_leaves_the_mean(desk):
     before = desk.refit("tall", correction(), 1, None, whole=True)
     after = desk.refit("tall", correction(exclude=[2], reason="knocked"), 1, None, whole=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from freerock.identification.estimate import Estimate
+from freerock.identification.estimate import Estimate, MisfitMap
 from freerock.identification.misfit import misfit_map
 from freerock.models.block import Block
 from freerock.products.estimates import estimates_in
@@ -50,9 +50,22 @@ def _map(
     tree: xr.DataTree, estimates: list[Estimate], blocks: Mapping[str, Block], debonding: str
 ) -> RecordMap:
     first = estimates[0]
-    run = tree.children[f"run_{first.run}"].dataset
+    return record_map(map_of_run(tree, first, blocks[first.block], debonding), estimates)
+
+
+def map_of_run(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: str) -> MisfitMap:
+    """The misfit map of a run, around what a law with two parameters found there.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Fits of the record.
+    estimate : Estimate
+        Of the run.
+    block : Block
+    debonding : str
+    """
+    run = tree.children[f"run_{estimate.run}"].dataset
     time_s, theta = run["time"].values, run["theta"].values
-    found = misfit_map(
-        MODEL, blocks[first.block], first.values, time_s, theta, debonding, sensors_view(tree.attrs)
-    )
-    return record_map(found, estimates)
+    view = sensors_view(tree.attrs)
+    return misfit_map(estimate.model, block, estimate.values, time_s, theta, debonding, view)

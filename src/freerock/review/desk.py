@@ -25,12 +25,13 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
 from freerock.models.block import Block
+from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
-from freerock.review.pictures import Json, means_of, rows_of, run_picture, window
+from freerock.review.pictures import Json, means_of, rows_of, run_picture, symbol, window
 
 OPEN = 3  # records that stay open
 LARGE_BYTES = 100_000_000  # of a record: then it alone
@@ -217,39 +218,32 @@ class Desk:
 
     def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
-        from freerock.identification.misfit import misfit_map
-        from freerock.models.laws import MODEL_LABELS, MODELS
-        from freerock.review.pictures import symbol
+        from freerock.jobs.misfit import map_of_run
+        from freerock.products.estimates import estimates_in
 
         line = self._line(test)
         cells = cells_of(correction, line)
-        known, tried = self._tried
-        if known == (test, tuple(sorted(cells.items()))):
-            found = tried
-        else:
+        known, found = self._tried
+        if known != (test, tuple(sorted(cells.items()))):
             found = (
                 self._bench.analyse(self.campaign, corrected(line, cells)) if cells else self._analysed(line)
             )
         group = found.fits.children.get(f"run_{run}") if found.fits is not None else None
         if group is None:
             return {}
+        usable = {each.model: each for each in estimates_in(found.fits) if each.run == run}
         names = [str(group.children["choice"].attrs["selected"]), "hunt_crossley", "winkler"]
-        model = next((each for each in names if each in group.children and len(MODELS[each]) == 2), None)
+        model = next((each for each in names if each in usable and len(MODELS[each]) == 2), None)
         if model is None:
             return {}
-        fit = group.children[model].dataset
-        values = dict(zip(fit["parameter"].values.astype(str), fit["value"].values, strict=True))
         block = Block(**geometry(self.campaign, line))
-        debonding = self.campaign.fits.debonding
-        made = misfit_map(
-            model, block, values, group.dataset["time"].values, group.dataset["theta"].values, debonding
-        )
+        made = map_of_run(found.fits, usable[model], block, self.campaign.fits.debonding)
         return {
             "label": MODEL_LABELS[model],
             "names": [symbol(name) for name in made.names],
             "first": [float(made.first_finer[0]), float(made.first_finer[-1])],
             "second": [float(made.second_finer[0]), float(made.second_finer[-1])],
-            "at": [float(values[name]) for name in made.names],
+            "at": [float(usable[model].values[name]) for name in made.names],
             "epsilon": np.round(np.log10(np.maximum(made.epsilon_finer, 1e-12)), 3).tolist(),
         }
 
