@@ -169,7 +169,8 @@ PARTS = {  # function of a step's module -> part of the cost
     "fit": {
         "open_record": "reading",
         "provenance": "reading",
-        "fit_record": "fits",
+        "identify_runs": "fits",
+        "doubts_about": "fits",
         "find_impacts": "processing",
         "write_fits": "writing",
     },

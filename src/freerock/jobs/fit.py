@@ -34,7 +34,7 @@ def make_fits(
     settings: Mapping[str, Any],
     record_file: str | Path,
     output: str | Path,
-    identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] = identify_runs,
+    identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] | None = None,
 ) -> None:
     """Write the fits of a record.
 
@@ -58,7 +58,7 @@ def make_fits(
     }
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
-    found = identify(block, motions, ladder)
+    found = (identify or identify_runs)(block, motions, ladder)
     choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
