@@ -324,7 +324,7 @@ def test_a_campaign_that_was_never_analysed(browser, tmp_path):
     desk.fitted()
     assert ("hunt_crossley", "λ") in desk.shown("run", "saved")
     desk.page.locator("#misfit summary").click()
-    desk.until("document.querySelectorAll('#misfit .bk-Figure').length === 1")
+    desk.page.locator("#misfit .bk-Figure").wait_for(timeout=60_000)
     assert desk.page.inner_text("#alert") == ""
     desk.close()
 
