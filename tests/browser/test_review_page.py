@@ -323,6 +323,8 @@ def test_a_campaign_that_was_never_analysed(browser, tmp_path):
     desk.until("desk.record.picture && charts?.sources.theta.data.t.length > 100")
     desk.fitted()
     assert ("hunt_crossley", "λ") in desk.shown("run", "saved")
+    desk.page.locator("#misfit summary").click()
+    desk.page.locator("#misfit .bk-Figure").wait_for(timeout=60_000)
     assert desk.page.inner_text("#alert") == ""
     desk.close()
 

@@ -225,9 +225,9 @@ class Desk:
         cells = cells_of(correction, line)
         known, found = self._tried
         if known != (test, tuple(sorted(cells.items()))):
-            found = (
-                self._bench.analyse(self.campaign, corrected(line, cells)) if cells else self._analysed(line)
-            )
+            found = self._analysed(line)
+            if cells or found.fits is None:
+                found = self._bench.analyse(self.campaign, corrected(line, cells))
         group = found.fits.children.get(f"run_{run}") if found.fits is not None else None
         if group is None:
             return {}
