@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from reading import refusal
 
+from freerock.records.dates import start
 from freerock.records.read import read_record
 
 TIME = np.arange(50) / 1000
@@ -380,6 +381,22 @@ def test_times_that_are_not_of_twelve_hours(tmp_path, second):
     assert refusal(path) == (
         f"column 1: {second!r} is no time of a clock of 12 hours; export the times with 24 hours"
     )
+
+
+def test_a_comma_between_date_and_time(tmp_path):
+    cells = stamps(AFTERNOON, lambda t: f"{t:%Y-%m-%d, %H:%M:%S}.FFF")
+    found = read_record(clocked(tmp_path / "a.csv", cells), "laser")
+    np.testing.assert_allclose(found["time"], TIME, atol=1e-9)
+    assert found.attrs["start_time"] == "2026-11-22T13:05:07.123"
+
+
+def test_a_clock_of_twelve_hours_after_the_year(tmp_path):
+    stamp = "2026-11-22 1:05:07 PM"
+    assert refusal(clocked(tmp_path / "a.csv", [stamp] * 4)) == (
+        f"column 1: {stamp!r} has a clock of 12 hours after a date that begins with the year; "
+        "export the times with 24 hours"
+    )
+    assert start([stamp]) == ("2026-11-22T13:05:07", "")
 
 
 def test_a_cell_that_is_no_time_below_dates(tmp_path):

@@ -35,7 +35,10 @@ def seconds(where: object, column: "pd.Series[str]") -> Samples:
     text = column.str.strip()
     first = text.dropna().iloc[0]
     if re.match(ISO, first, re.ASCII):
-        iso = text.str.replace("/", "-").str.replace(",", ".")
+        if first[-1] in "Mm":
+            what = f"{first!r} has a clock of 12 hours after a date that begins with the year"
+            raise FreerockError(where, what, "export the times with 24 hours")
+        iso = text.str.replace("/", "-").str.replace(", ", "T").str.replace(",", ".")
         stamps = pd.to_datetime(iso, format="ISO8601")
     else:
         stamps = _since_midnight(where, text)
@@ -48,20 +51,21 @@ def start(stamps: Iterable[str]) -> tuple[str, str]:
     stamps = [stamp for stamp in stamps if DATE.match(stamp)]
     if not stamps:
         return "", ""
-    first = stamps[0]
+    first, told = stamps[0], ""
     if re.match(ISO, first, re.ASCII):
-        return re.sub("[ T]", "T", first).replace("/", "-").replace(",", "."), ""
-    days = list(dict.fromkeys(match[0] for stamp in stamps if (match := re.match(DAYS, stamp, re.ASCII))))
-    order = _order(days)
-    if not order:
-        return "", f"the date {days[0]} may begin with the day or the month and is left out"
-    found = PARTS.match(first)
-    day = _day(days[0], order)
+        day: object = first[:10].replace("/", "-")
+        found = PARTS.match(first[10:].lstrip(", Tt"))
+    else:
+        days = list(dict.fromkeys(match[0] for stamp in stamps if (match := re.match(DAYS, stamp, re.ASCII))))
+        order = _order(days)
+        if not order:
+            return "", f"the date {days[0]} may begin with the day or the month and is left out"
+        day, found, told = _day(days[0], order), PARTS.match(first), f"dates are read as {ORDERS[order]}"
     if not found or not day:
         return "", ""
     hour, _, rest = found[2].replace(",", ".").partition(":")
     hours = int(hour) % 12 + 12 * (found[3].upper() == "PM") if found[3] else int(hour)
-    return f"{day}T{hours:02}:{rest}", f"dates are read as {ORDERS[order]}"
+    return f"{day}T{hours:02}:{rest}{'Z' * first.endswith('Z')}", told
 
 
 def _since_midnight(where: object, text: "pd.Series[str]") -> "pd.Series[pd.Timedelta]":
