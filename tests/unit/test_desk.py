@@ -136,6 +136,16 @@ def test_what_is_no_longer_needed_ends(desk):
         desk.refit("tall", correction(), 1, None, whole=True, needed=lambda: False)
 
 
+def test_what_was_kept_meanwhile_outlives_an_older_fit(desk, monkeypatch):
+    def slow(campaign, line, *_):
+        desk.keep({"tall": correction(exclude=[2], reason="knocked")}, desk.listing()["digest"], "")
+        return desk._bench.process(campaign, line)
+
+    monkeypatch.setattr(desk._bench, "analyse", slow)
+    desk.refit("tall", correction(), 1, None, whole=True)
+    assert [row["excluded"] for row in desk.record("tall", 1)["runs"]] == [False, True]
+
+
 def test_only_cells_that_differ_are_kept_and_undo_brings_the_file_back(desk, lab):
     path = lab / "config/campaigns/small.csv"
     before = path.read_bytes()

@@ -205,7 +205,7 @@ class Desk:
         key = (test, tuple(sorted(cells.items())))
         if key != self._tried[0]:
             found = self._bench.analyse(self.campaign, then, None if whole else (near_s or 0.0), needed)
-            if whole:
+            if whole and self._line(test) == line:  # nothing was kept meanwhile
                 self._tried = key, found
                 if not cells:
                     self._keep(test, found)
