@@ -100,3 +100,4 @@ def test_a_tilt_has_a_sign():
     (row,) = by_level(populations_table(tilts))["record"].itertuples()
     assert row.mean == pytest.approx(1.3e-3 / 3)
     assert row.next_low < 0 < row.next_high
+    assert populations_table(pd.concat([parameters, tilts]))["next_low"].dtype == float
