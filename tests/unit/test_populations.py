@@ -52,6 +52,13 @@ def test_levels_of_a_campaign():
     assert math.isnan(whole.stderr)
 
 
+def test_runs_that_scatter_by_their_noise_may_have_some_spread_all_the_same():
+    alike = [fitted(test, "mat", [2.95e6, 3e6, 3.05e6], stderr=0.02) for test in ("a", "b")]
+    (whole,) = by_level(populations_table(pd.concat(alike)))["campaign"].itertuples()
+    assert whole.tau == whole.tau_low == 0
+    assert 0 < whole.tau_high < 0.1 * whole.mean
+
+
 def test_blocks_that_differ_have_a_spread_on_their_foundation():
     values = np.array([0.98, 1.0, 1.02])
     parameters = pd.concat(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from freerock.identification.random_effects import population
+from freerock.identification.random_effects import common_spread, population
 
 
 def test_equal_noise_gives_the_intervals_of_a_sample():
@@ -25,6 +25,13 @@ def test_runs_that_scatter_less_than_their_noise_have_no_spread():
     assert (found.tau, found.tau_low) == (0.0, 0.0)
     assert found.p > 0.9
     assert found.stderr == pytest.approx(0.001 / math.sqrt(3))
+
+
+def test_values_with_next_to_no_noise():
+    draw = np.random.default_rng(1)
+    for _ in range(100):
+        values = draw.normal(0, 1, 3)
+        assert population(values, np.full(3, 1e-12)).tau == pytest.approx(values.std(ddof=1))
 
 
 def test_a_value_counts_by_its_noise():
@@ -63,3 +70,21 @@ def test_intervals_hold_the_truth_as_often_as_they_say(n, tau, sigma):
     assert 0.935 < mean < 0.965
     assert 0.935 < following < 0.965
     assert spread > 0.96
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.01, 0.05])
+def test_the_spread_of_several_populations_lies_in_its_interval(tau):
+    draw, n, runs = np.random.default_rng(8), 3, 300
+    stderrs = np.array([0.02, 0.01, 0.03])
+    held = found = 0.0
+    for _ in range(runs):
+        samples = [
+            (mean + draw.normal(0, tau, n) + draw.normal(0, stderrs), stderrs**2)
+            for mean in (1.0, 2.0, 5.0, 9.0)
+        ]
+        middle, low, high = common_spread(samples)
+        assert low <= middle <= high
+        held += low <= tau <= high
+        found += middle**2 / runs
+    assert held / runs > 0.92
+    assert found == pytest.approx(tau**2, abs=2e-4)

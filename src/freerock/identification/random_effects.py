@@ -74,28 +74,15 @@ def population(values: Sequence[float] | Floats, stderrs: Sequence[float] | Floa
         half = NORMAL_95 * math.sqrt(variance[0])
         return Population(1, float(y[0]), math.sqrt(variance[0]), float(y[0]) - half, float(y[0]) + half)
 
-    def scatter(tau2: float) -> float:
-        """Sum of squares around the mean over what the spread and the noise explain of it."""
-        weights = 1 / (variance + tau2)
-        return float(weights @ (y - weights @ y / weights.sum()) ** 2)
-
-    def spread(of_scatter: float) -> float:
-        """τ at which the scatter is so much; 0 where it is less without any."""
-        if scatter(0.0) <= of_scatter:
-            return 0.0
-        most = float(np.sum((y - y.mean()) ** 2)) / of_scatter
-        return math.sqrt(brentq(lambda tau2: scatter(tau2) - of_scatter, 0.0, most, xtol=1e-12 * most))
-
     dof = n - 1
-    tau = spread(dof)
+    tau, tau_low, tau_high = common_spread([(y, variance)])
     weights = 1 / (variance + tau**2)
     mean = float(weights @ y / weights.sum())
-    ratio = scatter(tau**2) / dof  # 1 where there is a spread
+    ratio = _scatter([(y, variance)], tau**2) / dof  # 1 where there is a spread
     squared = ratio / float(weights.sum())
     quantile = float(t.ppf((1 + LEVEL) / 2, dof))
     half = quantile * math.sqrt(squared)
     beside = quantile * math.sqrt(squared + ratio * (tau**2 + float(np.median(variance))))
-    tau_low, tau_high = (spread(float(chi2.ppf(share, dof))) for share in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
     return Population(
         n=n,
         mean=mean,
@@ -107,5 +94,41 @@ def population(values: Sequence[float] | Floats, stderrs: Sequence[float] | Floa
         tau_high=tau_high,
         next_low=mean - beside,
         next_high=mean + beside,
-        p=float(chi2.sf(scatter(0.0), dof)),
+        p=float(chi2.sf(_scatter([(y, variance)], 0.0), dof)),
     )
+
+
+def common_spread(samples: Sequence[tuple[Floats, Floats]]) -> tuple[float, float, float]:
+    """The spread τ that several populations have in common, each with a mean of its own; its 95 % interval.
+
+    Of one population those of Paule and Mandel and of Viechtbauer; of several their sums are added, and so
+    are the degrees of freedom.
+
+    Parameters
+    ----------
+    samples : sequence of (ndarray, ndarray), shapes (n,)
+        Values of each population and the variances of their noise, above zero; one of two values at least.
+    """
+    dof = sum(len(y) - 1 for y, _ in samples)
+    squares = float(sum(np.sum((y - y.mean()) ** 2) for y, _ in samples))
+
+    def spread(of_scatter: float) -> float:
+        """τ at which the scatter is so much; 0 where it is less without any."""
+        if _scatter(samples, 0.0) <= of_scatter:
+            return 0.0
+        most = 1.001 * squares / of_scatter  # not to fall short by a rounding
+        return math.sqrt(
+            brentq(lambda tau2: _scatter(samples, tau2) - of_scatter, 0.0, most, xtol=1e-12 * most)
+        )
+
+    low, high = (float(chi2.ppf(share, dof)) for share in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    return spread(dof), spread(low), spread(high)
+
+
+def _scatter(samples: Sequence[tuple[Floats, Floats]], tau2: float) -> float:
+    """Sum of squares around the means over what the spread and the noise explain of it."""
+    total = 0.0
+    for y, variance in samples:
+        weights = 1 / (variance + tau2)
+        total += float(weights @ (y - weights @ y / weights.sum()) ** 2)
+    return total

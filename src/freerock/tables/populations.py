@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from scipy.special import expit, logit
-from scipy.stats import chi2
 
 from freerock.arrays import Floats
-from freerock.identification.random_effects import LEVEL, Population, population
+from freerock.identification.random_effects import Population, common_spread, population
 from freerock.models.laws import MODELS, OF_RECORD, law_of
 
 POPULATIONS = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
@@ -75,9 +74,10 @@ def populations_table(parameters: pd.DataFrame) -> pd.DataFrame:
 
 
 class _Member(NamedTuple):
-    """A record among others: what its runs say, on the scale; the variances of their noise."""
+    """A record among others: what its runs say, on the scale; their values; the variances of their noise."""
 
     found: Population
+    values: Floats
     variances: Floats
 
 
@@ -88,9 +88,9 @@ def _member(parameter: str, runs: pd.DataFrame) -> _Member:
     known = np.isfinite(stderr) & (stderr > 0)
     there = scale.there(value)
     if not known.any():
-        return _Member(Population(0, float(there.mean()), *[math.nan] * 3), np.empty(0))
+        return _Member(Population(0, float(there.mean()), *[math.nan] * 3), np.empty(0), np.empty(0))
     noise = stderr[known] / np.array([scale.slope(each) for each in value[known]])
-    return _Member(population(there[known], noise), noise**2)
+    return _Member(population(there[known], noise), there[known], noise**2)
 
 
 def _foundations(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[dict[str, Any]]:
@@ -98,7 +98,7 @@ def _foundations(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[d
     for (campaign, foundation, model, parameter, unit), records in members.items():
         if len(records) < 2 or not law_of(model).is_foundation:
             continue
-        tau2 = _spread(records)[0] ** 2
+        tau2 = (_spread(records) or (0.0,))[0] ** 2
         errors = [math.sqrt(1 / np.sum(1 / (each.variances + tau2))) for each in records]
         found = population([each.found.mean for each in records], errors)
         scene = _scene(campaign, "foundation", foundation, model, parameter, unit, records)
@@ -111,12 +111,11 @@ def _campaign(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[dict
     for (campaign, _, model, parameter, unit), records in members.items():
         alike.setdefault((campaign, model, parameter, unit), []).extend(records)
     for (campaign, model, parameter, unit), records in alike.items():
-        tau, dof = _spread(records)
-        if dof:
+        found = _spread(records)
+        if found:
             scale = scale_of(parameter)
             mean = float(scale.back(np.mean([each.found.mean for each in records])))
-            low, high = (tau * math.sqrt(dof / chi2.ppf((1 + side * LEVEL) / 2, dof)) for side in (1, -1))
-            spread = zip(("tau", "tau_low", "tau_high"), (tau, low, high), strict=True)
+            spread = zip(("tau", "tau_low", "tau_high"), found, strict=True)
             yield _scene(campaign, "campaign", "", model, parameter, unit, records) | {
                 "mean": mean,
                 **{name: value * scale.slope(mean) for name, value in spread},
@@ -138,11 +137,11 @@ def _scene(
     return scene | {"n_records": len(records), "n_runs": sum(each.found.n for each in records)}
 
 
-def _spread(records: list[_Member]) -> tuple[float, int]:
-    """Standard deviation between the runs of a record, from all records, and its degrees of freedom."""
-    several = [each.found for each in records if each.found.n > 1]
-    dof = sum(each.n - 1 for each in several)
-    return math.sqrt(sum((each.n - 1) * each.tau**2 for each in several) / dof) if dof else 0.0, dof
+def _spread(records: list[_Member]) -> tuple[float, float, float] | None:
+    """Standard deviation between the runs of a record, from all records, and its interval; None of one run
+    each."""
+    several = [(each.values, each.variances) for each in records if each.found.n > 1]
+    return common_spread(several) if several else None
 
 
 def _told(parameter: str, found: Population) -> dict[str, Any]:
