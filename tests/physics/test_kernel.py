@@ -26,8 +26,8 @@ kinematics = st.sampled_from(["guided", "pivoting"])
 
 def per_mass(law, sideways="guided", side=1):
     """The kernel's constants; a block that pivots turns about its right corner, or its left one."""
-    *constants, corner = Foundation(*law).constants(BLOCK, sideways == "pivoting")
-    return (*constants, math.copysign(corner, side))
+    *constants, corner, radius = Foundation(*law).constants(BLOCK, sideways == "pivoting")
+    return (*constants, math.copysign(corner, side), radius)
 
 
 def regime_of(law, state, tensionless):

@@ -1,4 +1,4 @@
-"""A base off level and a finger that pushed or held back: found by the fit where the data ask for it."""
+"""A base off level, rounded edges, a finger that pushed or held back: found by the fit where data ask for it."""
 
 import math
 import re
@@ -7,12 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.errors import FreerockError
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.doubts import doubts_about
-from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.fit import evidence, fit_record, fit_run
 from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
 from freerock.identification.problem import posed
-from freerock.identification.settings import FitSettings
+from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
 from freerock.runs.motion import Motion
@@ -134,6 +135,60 @@ def test_a_tilt_is_found_under_worn_corners_too():
     for name, value in truth.items():
         at = fit.parameters.index(name)
         assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+
+
+def rounded(radius, foundation="marble", seed=3):
+    """A run of a block with rounded edges, let go in balance on them."""
+    law = Foundation.of(FOUNDATIONS[foundation])
+    depth = static_depth(replace(BLOCK, edge_radius_m=radius), law, ANGLE)
+    moves = mishaps.rounded(radius)
+    return run(lambda scene, since, start: moves(scene, since, start._replace(z=depth)), foundation, seed)
+
+
+@pytest.mark.parametrize("radius", [7e-4, 2e-3])
+@pytest.mark.parametrize("foundation", FOUNDATIONS)
+def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation, radius):
+    motion = rounded(radius, foundation)
+    found = identify_run(BLOCK, motion, PLAIN)
+    choice = found.choice(PLAIN)
+    assert (choice.selected, choice.explained, found.scene) == ("hunt_crossley", True, ("edges",))
+    fit = found.fits["hunt_crossley"]
+    assert fit.n_parameters == choice.judged[0].evidence.n_freed == 5
+    for name, value in {**FOUNDATIONS[foundation], "edge_radius": radius}.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+    (note,) = notes(motion, found)
+    assert (note.verdict, note.name) == ("warn", "rounded_edges")
+    error = max(1e3 * fit.stderr[fit.parameters.index("edge_radius")], 0.01)
+    told = f"edges rounded by {1e3 * fit.values['edge_radius']:.2f} ± {error:.2f} mm, and fitted so"
+    assert note.text == f"{told}: measure them"
+
+
+def test_with_sharp_edges_the_law_would_be_far_off_and_pass_for_noise():
+    fit = fit_run("hunt_crossley", BLOCK, rounded(7e-4, "aerstop"))
+    assert evidence(fit).explains
+    assert fit.values["k"] < 0.98 * FOUNDATIONS["aerstop"]["k"]
+    assert FOUNDATIONS["aerstop"]["k"] - fit.values["k"] > 10 * fit.stderr[0]
+
+
+def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
+    freeing = BY_DEFAULT.freeing(("edges",))
+    assert "edge_radius" not in freeing.free["housner"] and "edge_radius" in freeing.free["winkler"]
+    assert "edge_radius" in freed("winkler", freeing.free["winkler"])
+    assert "edge_radius" not in freed("winkler_pivoting", freeing.free["winkler"])
+    tensionless = replace(BY_DEFAULT, options={"debonding": "tensionless"})
+    assert tensionless.freeing(("edges",)) == tensionless
+    with pytest.raises(FreerockError) as error:
+        check("housner", [BLOCK], FitSettings(("edge_radius",)))
+    assert str(error.value) == (
+        "fits.free.housner: a rigid block has no rounded edges; remove edge_radius"
+    )
+    with pytest.raises(FreerockError) as error:
+        check("winkler", [BLOCK], FitSettings(("edge_radius",), debonding="tensionless"))
+    assert str(error.value) == (
+        "fits.debonding: rounded edges are worked out for the geometric rule only; use geometric or remove "
+        "edge_radius from fits.free.winkler"
+    )
 
 
 def test_neither_takes_up_a_blow():

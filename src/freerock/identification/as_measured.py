@@ -1,7 +1,6 @@
 """Modelled rotation as the sensor of a run would have it, to compare like with like."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -32,7 +31,7 @@ def as_measured(
     (n_time,), receives the rate of what is seen [rad/s] if given. All else as in
     `freerock.models.simulate.simulate_fitted`; without a view it is that.
     """
-    turning = replace(block, contact_width_m=float(values["width"])) if "width" in values else block
+    turning = block.as_found(values)
     foundation = Foundation.of(values) if LAWS[law].is_foundation else None
     if view is None or view.is_plain(turning, foundation):
         rates = None if theta_rate is None else np.empty((len(time_s), 3))

@@ -8,12 +8,12 @@ The least-squares fits reach it where the model is true and the noise white.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.identification.problem import EDGE_M
 from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PARAMETERS, PER_RUN
@@ -51,7 +51,7 @@ def standard_errors(
         Standard deviation of the white noise of one sample [rad].
     free : sequence of str
         What is fitted besides the parameters, of "theta0", "t0", "width" (of the corners it rocks about),
-        "tilt" (of the base).
+        "tilt" (of the base), "edge_radius" (of 0.5 mm where the block's edges are sharp).
     debonding : str
         "geometric" or "tensionless".
 
@@ -71,7 +71,8 @@ def standard_errors(
     if len(time_s) <= len(names):
         return dict.fromkeys(names, np.inf)
     width = block.contact_width_m or block.width_m
-    values = {**parameters, "width": width, "tilt": 0.0, "theta0": theta0, "t0": 0.0}
+    base = {"width": width, "tilt": 0.0, "edge_radius": block.edge_radius or EDGE_M}
+    values = {**parameters, **base, "theta0": theta0, "t0": 0.0}
 
     def derivative(name: str) -> Floats:
         row = PARAMETERS[name]
@@ -95,11 +96,9 @@ def _rotation(
     debonding: str,
 ) -> Floats:
     """θ at the samples [rad]; an error where the block does not come to rest."""
-    if "width" in free:
-        block = replace(block, contact_width_m=values["width"])
     theta, outcome = simulate_theta(
         CANDIDATES[model].law,
-        block,
+        block.as_found({name: values[name] for name in free}),
         {name: values[name] for name in (*MODELS[model], *(["tilt"] if "tilt" in free else []))},
         time_s - values["t0"],
         theta0=values["theta0"],

@@ -22,14 +22,15 @@ from freerock.identification.holdout import of_other_runs
 from freerock.identification.noise import hopeless_from
 from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
-from freerock.identification.settings import FitSettings
+from freerock.identification.settings import FitSettings, is_rounded
 from freerock.identification.swings import tilt_of_swings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
 from freerock.runs.motion import Motion
 
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
-SCENES = (("release",), ("tilt",), ("release", "tilt"))  # of which a run may ask
+SCENES = (("release",), ("tilt",), ("edges",))  # of which a run may ask
+BOTH = ("release", "tilt")
 BARS_TILT = ("r_per_impact", "tilt")
 SEEN = 2.5e-3  # of a tilt as the swings have it [rad]: few swings of a level base show up to that much
 PROMISES = 0.5  # times the least mean square of a run, from which rivals are asked in another scene
@@ -66,14 +67,20 @@ class Ladder:
         return n_freed(model, self.free)
 
     def freeing(self, scene: Sequence[str]) -> "Ladder":
-        """The same without what a fit takes for granted of the scene: a "release" as measured, no "tilt".
+        """The same without what a fit takes for granted of the scene: a "release" as measured, no "tilt",
+        sharp "edges".
 
-        A law whose release is not freed keeps all, one with a restitution per impact a level base.
+        A law whose release is not freed keeps all, one with a restitution per impact a level base; edges are
+        rounded under a foundation's law where that is worked out.
         """
         released = [law for law, names in self.free.items() if {*PER_RUN} <= {*names}]
         free, options = dict(self.free), dict(self.options)
-        for law in released if "tilt" in scene else []:
-            free[law] = (*free[law], *(["tilt"] if not {*BARS_TILT} & {*free[law]} else []))
+        rule = FitSettings(**self.options).debonding
+        for law in released:
+            if "tilt" in scene and not {*BARS_TILT} & {*free[law]}:
+                free[law] = (*free[law], "tilt")
+            if "edges" in scene and "edge_radius" not in free[law] and is_rounded(law, rule):
+                free[law] = (*free[law], "edge_radius")
         if released and "release" in scene:
             options["loose_release"] = True
         return replace(self, free=free, options=options)
@@ -111,7 +118,7 @@ class Identified:
         Candidates to which the data allow no fit.
     scene : tuple of str
         What these fits do not take for granted: "release", that it is as measured, "tilt", that there is
-        none.
+        none, "edges", that they are sharp.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -163,8 +170,8 @@ class Identified:
 def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     """The candidates that a run asks for.
 
-    The base is taken for level and the release for measured. Where nothing explains the run so, or what does
-    asks for it, the ladder is climbed again without.
+    The base is taken for level, its edges for sharp and the release for measured. Where nothing explains the
+    run so, or what does asks for it, the ladder is climbed again without.
 
     Parameters
     ----------
@@ -180,34 +187,43 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     found = _climbed(_of_laws(block, motion, ladder), block, motion, ladder)
     if found.fits and not found.explained:
         found = _elsewhere(found, block, motion, ladder) or found
+    while asked := _asked(found, block, motion, ladder):
+        freeing = ladder.freeing(scene := (*found.scene, asked[0]))
+        other = _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
+        if not (other.settled and other.least_bic < found.least_bic):
+            break
+        found = other
+    return found
+
+
+def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> tuple[str, ...]:
+    """What of base and release the named candidate asks to be freed."""
     chosen = found.choice(ladder).selected if found.explained else ""
     fit = found.fits.get(chosen)
     if fit is None or not {*PER_RUN} <= {*fit.parameters}:
-        return found
+        return ()
     settings = ladder.freeing(found.scene).settings(chosen)
     problem = replace(posed(chosen, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
-    asked = asks_for(problem, problem.start_at(fit.values))
-    if not asked:
-        return found
-    freeing = ladder.freeing(scene := (*found.scene, *asked))
-    other = _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
-    return other if other.settled and other.least_bic < found.least_bic else found
+    return asks_for(problem, problem.start_at(fit.values))
 
 
 def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified | None:
     """The candidates that explain a run in a scene of which less is taken for granted; None without any.
 
     The laws come first; their rivals only in the scene that promises most, or on a base whose tilt is seen.
+    Of scenes in which a law explains the run, that which does best is kept.
     """
     tried = []
-    for scene in SCENES:
-        freeing = ladder.freeing(scene)
-        if freeing == ladder:
-            continue
-        found = _of_laws(block, motion, freeing, scene)
-        if found.settled:
-            return _climbed(found, block, motion, freeing)
-        tried.append((_least_square(found, motion), found))
+    for scenes in (SCENES, (BOTH,)):
+        for scene in scenes:
+            freeing = ladder.freeing(scene)
+            if freeing != ladder:
+                found = _of_laws(block, motion, freeing, scene)
+                tried.append((_least_square(found, motion), found))
+        settled = [found for _, found in tried if found.settled]
+        if settled:
+            found = min(settled, key=lambda each: each.least_bic)
+            return _climbed(found, block, motion, ladder.freeing(found.scene))
     least = min([each for each, _ in tried], default=math.inf)
     near = [found for each, found in tried if each <= CONTENDS * least]
     if least > PROMISES * _least_square(level, motion):

@@ -33,6 +33,7 @@ from freerock.runs.motion import Motion
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
+EDGE_M = 5e-4  # radius of the edges from which a fit starts that frees it
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
@@ -169,9 +170,10 @@ class Problem:
         ]
 
     def start(self, common: Sequence[float]) -> Floats:
-        """All fitted numbers to start from, with the parameters given, and perhaps the width."""
+        """All fitted numbers to start from, with the parameters given."""
         width = 2 * self.blocks[0].b / self.blocks[0].width_m
-        as_given = [{"width": width, "tilt": self.tilt}[name] for name in self.common[len(common) :]]
+        start = {"width": width, "tilt": self.tilt, "edge_radius": EDGE_M}
+        as_given = [start[name] for name in self.common[len(common) :]]
         own = [
             {"theta0": motion.theta0, "t0": 0.0}.get(name, common[0])  # else r of a further impact
             for motion in self.motions
@@ -246,15 +248,15 @@ class Problem:
         """Modelled θ of run i at the measured run's clock, as its sensor would have it [rad]; an overturned
         block lies at ±π/2.
 
-        `added` is what neither the law nor the fit has: a damping, or the tilt [SI]; `rate`, if given,
-        receives the rate of what is seen [rad/s].
+        `added` is what neither the law nor the fit has: a damping, or a number of the record [SI]; `rate`, if
+        given, receives the rate of what is seen [rad/s].
         """
         value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
         values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
-        wider = extended_by(self.model) if added and "tilt" not in added else None
+        wider = extended_by(self.model) if added and not {*OF_RECORD} & {*added} else None
         return as_measured(
             CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],

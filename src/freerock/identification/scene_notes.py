@@ -10,6 +10,8 @@ from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
 
 LEAST_DEG = 1e-3  # error of a tilt that is told: that of the reading at rest is not in its own
+LEAST_MM = 0.01  # error of an edge radius that is told
+ROUNDED = 0.01  # of b, radius of edges that is a warning: with sharp ones k would be off by percents
 PUSHED = 0.02  # share of the release angle from which another one is a warning, as `max_push_fraction`
 
 
@@ -18,6 +20,8 @@ def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
     notes = []
     if "tilt" in fit.parameters:
         notes.append(_of_base(fit, block))
+    if "edge_radius" in fit.parameters:
+        notes.append(_of_edges(fit, block))
     measured, half = {"theta0": motion.theta0, "t0": 0.0}, release_bounds(motion)
     if any(abs(fit.values[name] - value) > half[name] for name, value in measured.items()):
         notes.append(_of_release(fit, block, motion))
@@ -31,6 +35,16 @@ def _of_base(fit: Fit, block: Block) -> Reason:
     side = "right" if tilt > 0 else "left"
     text = f"base off level by {abs(tilt):.3f} ± {max(error, LEAST_DEG):.3f} degrees, lower on the {side}"
     return Reason("warn" if matters else "ok", "off_level", f"{text}, and fitted so" + ": level it" * matters)
+
+
+def _of_edges(fit: Fit, block: Block) -> Reason:
+    """A warning where sharp edges would have made k wrong by much."""
+    radius, error = (
+        1e3 * float(number[fit.parameters.index("edge_radius")]) for number in (fit.value, fit.stderr)
+    )
+    text = f"edges rounded by {radius:.2f} ± {max(error, LEAST_MM):.2f} mm, and fitted so"
+    matters = radius / 1e3 > ROUNDED * block.b
+    return Reason("warn" if matters else "ok", "rounded_edges", text + ": measure them" * matters)
 
 
 def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, PER_RUN
+from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, PER_RUN, law_of
 
 NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
 
@@ -19,8 +19,8 @@ class FitSettings:
     free : sequence of str
         What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
         was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
-        rocks about; "tilt" of the base; "r_per_impact" of one run of the Housner model: r, r_2, r_3 and so
-        on.
+        rocks about; "tilt" of the base, "edge_radius" of a guided one; "r_per_impact" of one run of the
+        Housner model: r, r_2, r_3 and so on.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
@@ -40,8 +40,18 @@ class FitSettings:
 
 
 def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
-    """What is fitted besides the parameters of a candidate, of which some free the width themselves."""
-    return ("width", *free) if CANDIDATES[model].width and "width" not in free else tuple(free)
+    """What is fitted besides the parameters of a candidate, of which some free the width themselves.
+
+    The edges of a block that pivots are sharp.
+    """
+    kept = tuple(name for name in free if name != "edge_radius" or is_rounded(model))
+    return ("width", *kept) if CANDIDATES[model].width and "width" not in kept else kept
+
+
+def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
+    """Whether rounded edges are worked out for a candidate."""
+    rounds = "edge_radius" in law_of(model).nuisances
+    return rounds and CANDIDATES[model].rules(debonding) == GEOMETRIC
 
 
 def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
@@ -71,6 +81,11 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if not law.allows(settings.debonding, len(law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
+    if "edge_radius" in settings.free and "edge_radius" not in law.nuisances:
+        raise FreerockError(key, "a rigid block has no rounded edges", "remove edge_radius")
+    if "edge_radius" in settings.free and settings.debonding != GEOMETRIC.debonding:
+        what = "rounded edges are worked out for the geometric rule only"
+        raise FreerockError("fits.debonding", what, f"use geometric or remove edge_radius from {key}")
     if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
         remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
         raise FreerockError(key, "one width for several blocks", remedy)

@@ -1,7 +1,8 @@
 """A rigid rectangular block and the constants of its rocking motion."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 GRAVITY = 9.81  # m/s²
 
@@ -21,6 +22,8 @@ class Block:
     contact_width_m : float, optional
         Distance of the corners it rocks about [m] where they are worn or rounded; the full width if None.
         The inertia is that of the full width.
+    edge_radius_m : float, optional
+        Radius ρ of the edges of the base [m]; sharp if None.
 
     Examples
     --------
@@ -33,6 +36,7 @@ class Block:
     width_m: float
     mass_kg: float
     contact_width_m: float | None = None
+    edge_radius_m: float | None = None
 
     @property
     def h(self) -> float:
@@ -43,6 +47,16 @@ class Block:
     def b(self) -> float:
         """Half width b of the base [m]."""
         return (self.contact_width_m or self.width_m) / 2
+
+    @property
+    def edge_radius(self) -> float:
+        """Radius ρ of the edges of the base, 0 of sharp ones [m]."""
+        return self.edge_radius_m or 0.0
+
+    @property
+    def flat(self) -> float:
+        """Half width b - ρ of the base between its edges [m]."""
+        return self.b - self.edge_radius
 
     @property
     def R(self) -> float:
@@ -71,6 +85,12 @@ class Block:
     def inertia_base(self) -> float:
         """Moment of inertia I_cm + m h² about the base centre [kg m²], eq. (1b)."""
         return self.inertia_cm + self.mass_kg * self.h**2
+
+    def as_found(self, values: Mapping[str, float]) -> "Block":
+        """The block with the width and the edge radius [m] that a fit found, where it freed them."""
+        fields = {"width": "contact_width_m", "edge_radius": "edge_radius_m"}
+        found = {field: float(values[name]) for name, field in fields.items() if name in values}
+        return replace(self, **found) if found else self
 
     @property
     def restitution_housner(self) -> float:

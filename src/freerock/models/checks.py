@@ -8,7 +8,17 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS, PARAMETERS, Rules, unit_of
+from freerock.models.block import Block
+from freerock.models.laws import (
+    CANDIDATES,
+    DEBONDING,
+    GEOMETRIC,
+    KINEMATICS,
+    LAWS,
+    PARAMETERS,
+    Rules,
+    unit_of,
+)
 
 
 def check_scene(
@@ -31,6 +41,18 @@ def check_scene(
     if instants.ndim != 1 or not np.all(np.isfinite(instants)) or np.any(np.diff(instants) < 0):
         raise FreerockError("time", "not an increasing array of finite instants", "sort it and drop NaN")
     return instants
+
+
+def check_edges(model: str, block: Block, rules: Rules) -> None:
+    """Raise where rounded edges are not worked out."""
+    if block.edge_radius == 0:
+        return
+    if not 0 < block.edge_radius < block.b:
+        what = f"{block.edge_radius} m is no radius of an edge"
+        raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
+    if not LAWS[model].is_foundation or rules != GEOMETRIC:
+        what = "rounded edges are worked out for a guided block on a foundation with the geometric rule only"
+        raise FreerockError("edge_radius_m", what, "leave it out")
 
 
 def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:

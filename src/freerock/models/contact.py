@@ -5,12 +5,14 @@ in contact (Spanos et al. 2017, section 3, doi:10.1016/j.proeng.2017.09.024): λ
 model, c = 0 the Hunt-Crossley model. With u in [-b, b] measured from the base centre, positive to
 the right, z(u) = z_cb + u sinθ and ż(u) = ż_cb + u θ̇ cosθ are linear in u, so that contact is an
 interval of u (at most two for c λ > 0) and force and moment are polynomial moments over it. What the
-base does sideways enters the motion by `sideways` alone. The compiled `kernel` computes the same; this is
-what it is checked against.
+base does sideways enters the motion by `sideways` alone. Rounded edges of radius ρ lie w = ρ - sqrt(ρ² - v²)
+higher at v beyond the flat part of the base. The compiled `kernel` computes the same; this is what it is
+checked against.
 """
 
 import math
 from collections.abc import Mapping
+from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -49,10 +51,10 @@ class Foundation(NamedTuple):
         return self.c > 0 or self.lam > 0
 
     def constants(self, block: Block, pivots: bool = False) -> tuple[float, ...]:
-        """The law and the block as the compiled kernel takes them: k/m, c/m, λ/m, b, h, I/m, g and b or 0."""
+        """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
-        law = (self.k / m, self.c / m, self.lam / m)
-        return (*law, block.b, block.h, block.inertia_base / m, GRAVITY, block.b if pivots else 0.0)
+        law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, GRAVITY)
+        return (*law, block.b if pivots else 0.0, block.edge_radius)
 
 
 class State(NamedTuple):
@@ -75,7 +77,7 @@ class State(NamedTuple):
 def contact_intervals(
     block: Block, foundation: Foundation, state: State, rules: Rules = GEOMETRIC
 ) -> list[tuple[float, float]]:
-    """Parts of the base [-b, b] in contact with the foundation.
+    """Parts of the base [-b, b] in contact with the foundation; of its flat part, where edges are rounded.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ def contact_intervals(
     list of (float, float)
         Intervals (u0, u1) [m], from left to right; empty in flight.
     """
-    b = block.b
+    b = block.flat
     depth, slope, rate, spin = _along_base(state)
     force = _force_coefficients(foundation, state)
     cuts = {-b, b, *_roots(depth, slope)}
@@ -134,6 +136,9 @@ def contact_force(
             f = f0 + u * (f1 + u * f2)
             force += weight * f
             moment += weight * f * u
+    for side in (1, -1) if block.edge_radius else ():
+        of_edge = _edge_force(block, foundation, state, side)
+        force, moment = force + of_edge[0], moment + of_edge[1]
     return force, moment * math.cos(state.theta)
 
 
@@ -195,9 +200,10 @@ def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
     """Depth z_cb [m] at which the foundation carries the block's weight at rotation theta [rad]."""
     s = abs(math.sin(theta))
     flat = block.mass_kg * GRAVITY / (2 * block.b * foundation.k)
-    if flat >= block.b * s:
-        return flat
-    return math.sqrt(2 * block.mass_kg * GRAVITY * s / foundation.k) - block.b * s
+    depth = flat
+    if flat < block.b * s:
+        depth = math.sqrt(2 * block.mass_kg * GRAVITY * s / foundation.k) - block.b * s
+    return _deeper(block, foundation, theta, depth) if block.edge_radius else depth
 
 
 def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
@@ -249,6 +255,65 @@ def energy(
     at_rest = static_depth(block, foundation, 0.0)
     weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - (z_cb - at_rest))
     return kinetic + weight + elastic - k * b * at_rest**2
+
+
+def _deeper(block: Block, foundation: Foundation, theta: float, depth: float) -> float:
+    """The depth that carries a block with rounded edges, from that of sharp ones.
+
+    It is up to ρ deeper; the force grows with the depth, and its slope too, so that Newton's method from
+    there comes down to it.
+    """
+    weight, spring = block.mass_kg * GRAVITY, Foundation(foundation.k)
+    z = depth + block.edge_radius
+    for _ in range(100):
+        force, _ = contact_force(block, spring, State(z, 0.0, theta, 0.0))
+        slope, _ = contact_force(block, Foundation(0.0, foundation.k), State(z, 1.0, theta, 0.0))
+        step = (force - weight) / slope
+        z -= step
+        if step <= 1e-14 * block.b:
+            break
+    return z
+
+
+def _edge_force(block: Block, foundation: Foundation, state: State, side: int) -> tuple[float, float]:
+    """Force [N] and moment/cosθ [N·m] on the right (1) or left (-1) edge of the base, rounded with radius ρ.
+
+    With v = ρ sin φ the depth z + u sinθ - ρ (1 - cos φ) is smooth in φ: Gauss's rule of 12 nodes.
+    """
+    radius, (z, slope, rate, spin) = block.edge_radius, _along_base(state)
+    v0, v1 = _edge_ends(z + side * block.flat * slope, side * slope, radius)
+    first, last = math.asin(v0 / radius), math.asin(v1 / radius)
+    force = moment = 0.0
+    for node, weight in _gauss(12):
+        phi = 0.5 * (first + last) + 0.5 * (last - first) * node
+        u = side * (block.flat + radius * math.sin(phi))
+        depth = z + u * slope - radius * (1 - math.cos(phi))
+        law = foundation.k * depth + (foundation.c + foundation.lam * depth) * (rate + u * spin)
+        f = 0.5 * (last - first) * weight * radius * math.cos(phi) * law
+        force += f
+        moment += f * u
+    return force, moment
+
+
+@cache
+def _gauss(n: int) -> list[tuple[float, float]]:
+    """Nodes and weights of Gauss's rule on [-1, 1]."""
+    from numpy.polynomial.legendre import leggauss
+
+    nodes, weights = leggauss(n)
+    return list(zip(nodes.tolist(), weights.tolist(), strict=True))
+
+
+def _edge_ends(depth: float, slope: float, radius: float) -> tuple[float, float]:
+    """From which v to which an edge touches that begins so deep [m]: depth + v slope > ρ - sqrt(ρ² - v²)."""
+    rest, root = radius - depth, (radius * slope) ** 2 + depth * (2 * radius - depth)
+    whole = radius * slope >= rest
+    if not whole and (root <= 0 or (depth < 0 and slope <= 0)):
+        return 0.0, 0.0
+    half = math.sqrt(max(root, 0.0))
+    v0 = (rest * slope - half) / (1 + slope**2) if depth < 0 else 0.0
+    v1 = radius if whole else min((rest * slope + half) / (1 + slope**2), radius)
+    return v0, max(v0, v1)
 
 
 def _along_base(state: State) -> tuple[float, float, float, float]:

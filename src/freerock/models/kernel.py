@@ -273,6 +273,82 @@ def _force_factors(regime, z, s, cos, law):
     return f_0, f_v, f_w, m_0, m_v, m_w
 
 
+@compiled()
+def _risen(v, radius):
+    """Integrals from 0 to v of w, w v and w v², w(v) = ρ - sqrt(ρ² - v²) the rise of an edge."""
+    chord = math.sqrt(max(radius * radius - v * v, 0.0))
+    cube, sector = chord * chord * chord, v * chord + radius * radius * math.asin(min(v / radius, 1.0))
+    return (
+        radius * v - 0.5 * sector,
+        0.5 * radius * v * v + (cube - radius * radius * radius) * (1 / 3),
+        (1 / 3) * radius * v * v * v + 0.25 * v * cube - 0.125 * radius * radius * sector,
+    )
+
+
+@compiled()
+def _edge_ends(depth, slope, radius):
+    """From where to where an edge touches that begins so deep; equal where it does not."""
+    v0, v1 = 0.0, radius
+    rest, grown = radius - depth, 1 + slope * slope
+    if radius * slope < rest or depth < 0:
+        root = radius * radius * slope * slope + depth * (2 * radius - depth)
+        if root <= 0 or (depth < 0 and slope <= 0):
+            return 0.0, 0.0
+        half = math.sqrt(root)
+        if radius * slope < rest:
+            v1 = min((rest * slope + half) / grown, radius)
+        if depth < 0:
+            v0 = (rest * slope - half) / grown
+    return v0, max(v0, v1)
+
+
+@compiled()
+def _edges(z, s, cos, law):
+    """What the rounded edges add to `_force_factors`, by the integrals of depth and of 1, v and v²."""
+    k, c, lam, flat, radius = law[0], law[1], law[2], law[3], law[8]
+    f_0 = f_v = f_w = m_0 = m_v = m_w = 0.0
+    for side in (1.0, -1.0):
+        depth, slope = z + side * flat * s, side * s
+        v0, v1 = _edge_ends(depth, slope, radius)
+        if not v1 > v0:
+            continue
+        low, high = _risen(v0, radius), _risen(v1, radius)
+        n_0, n_1, n_2 = v1 - v0, (v1**2 - v0**2) * (1 / 2), (v1**3 - v0**3) * (1 / 3)
+        n_3 = (v1**4 - v0**4) * (1 / 4)
+        d_0 = depth * n_0 + slope * n_1 - (high[0] - low[0])
+        d_1 = depth * n_1 + slope * n_2 - (high[1] - low[1])
+        d_2 = depth * n_2 + slope * n_3 - (high[2] - low[2])
+        # about the base centre, |u| = flat + v
+        d_2 += flat * (2 * d_1 + flat * d_0)
+        n_2 += flat * (2 * n_1 + flat * n_0)
+        d_1 += flat * d_0
+        n_1 += flat * n_0
+        f_0 += k * d_0
+        f_v += c * n_0 + lam * d_0
+        f_w += side * (c * n_1 + lam * d_1) * cos
+        m_0 += side * k * d_1
+        m_v += side * (c * n_1 + lam * d_1)
+        m_w += (c * n_2 + lam * d_2) * cos
+    return f_0, f_v, f_w, m_0, m_v, m_w
+
+
+@compiled()
+def _upright(k, flat, radius, g):
+    """Depth of a block at rest, and the half width of its base that then touches."""
+    depth = g / (2 * flat * k)
+    if radius == 0:
+        return depth, flat
+    touching = flat
+    for _ in range(50):
+        _, v1 = _edge_ends(depth, 0.0, radius)
+        touching = flat + v1
+        over = 2 * k * (touching * depth - _risen(v1, radius)[0]) - g
+        depth -= over / (2 * k * touching)
+        if abs(over) < 1e-14 * g:
+            break
+    return depth, touching
+
+
 @compiled(forceinline=True)
 def _inertia(s, cos, law):
     """x_G′ = h cosθ + a sinθ, -x_G″ and (I_cm + m x_G′²)/m, x_G(θ) the centre of mass over the ground.
@@ -302,6 +378,14 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         return math.nan, math.nan
     if regime not in (RIGHT, LEFT, FULL, FLIGHT):
         f_0, m_0 = _partial_force(regime, z, v, s, w * cos, law)
+    if law[8] > 0:
+        of_edges = _edges(z, s, cos, law)
+        f_0 += of_edges[0]
+        f_v += of_edges[1]
+        f_w += of_edges[2]
+        m_0 += of_edges[3]
+        m_v += of_edges[4]
+        m_w += of_edges[5]
     hs, hc = h * s, h * cos
     inverse = 1 / reduced
     t_0 = (lever * x_ground + hs * f_0 - cos * m_0) * inverse
@@ -790,17 +874,17 @@ def _is_quiet(coefficients, segment):
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
 ):
-    k, c, lam, b, h, inertia, g, corner = law
+    k, c, lam, b, h, inertia, g, corner, radius = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
-    theta_cr = math.atan2(b, h)
+    theta_cr = math.atan2(b + radius, h)
     weights = (1 / (tolerance * b), 1 / (tolerance * b * p), b)
     # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
     kick = 2 * corner * h / inertia
     least = 0.01 * tolerance * p
-    flat = 0.0 if housner else g / (2 * b * k)
+    flat, half = (0.0, b) if housner else _upright(k, b, radius, g)
     # stiffness of the upright block against turning, and the energy below which it is at rest
-    turning = (2 / 3) * k * b * b * b - g * h
+    turning = (2 / 3) * k * half * half * half - g * h
     rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
@@ -820,7 +904,7 @@ def _integrate(
         segment += 1
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
-    law = (k, c, lam, b, h, inertia, g, sign * corner)
+    law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
     bits = 0
     if not housner:
         bits = _signs(tensionless, y, law)
@@ -868,7 +952,7 @@ def _integrate(
             if step < left_in_segment or abs(x) * h > gravity * b:
                 regime = HOUSNER
                 sign = 1.0 if x > 0 else -1.0
-                law = (k, c, lam, b, h, inertia, g, sign * corner)
+                law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
                 size = 0.01 / p
                 fresh = True
             continue
@@ -929,7 +1013,7 @@ def _integrate(
                 outcome = NON_FINITE
                 break
             continue
-        if stiffness > (1.0 if stiff else 6.25):
+        if stiffness > (1.0 if stiff else 6.25) and radius == 0:
             stiffness_count = min(stiffness_count + 1, 4)
             stiff = stiff or stiffness_count == 4
         elif stiffness_count > 0:
@@ -947,7 +1031,7 @@ def _integrate(
                 impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
                 n_impacts += 1
             sign = -sign
-            law = (k, c, lam, b, h, inertia, g, sign * corner)
+            law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
         steps += 1
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
@@ -984,7 +1068,7 @@ def _integrate(
             break
         if regime == FULL and turning > 0:
             s = _sincos(y[2])[0]
-            energy = k * b * (y[0] - flat) ** 2 + 0.5 * turning * s * s
+            energy = k * half * (y[0] - flat) ** 2 + 0.5 * turning * s * s
             energy += 0.5 * y[1] * y[1] + h * s * y[1] * y[3] + 0.5 * inertia * y[3] * y[3]
             if energy < rest:
                 if segment >= n_segments:
@@ -1008,9 +1092,10 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
 
     Parameters
     ----------
-    law : tuple of 8 floats
-        k/m, c/m, λ/m, b, h, (I_cm + m h²)/m, g, and b where the block turns about its corners or 0 where it
-        is guided.
+    law : tuple of 9 floats
+        k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
+        where the block turns about its corners or 0 where it is guided, and the radius of its edges, which
+        asks for a guided block and the geometric rule of debonding.
     restitution : float
         r of Housner's block; negative for a contact law.
     tensionless : bool

@@ -89,12 +89,13 @@ PARAMETERS = {
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
     "tilt": Parameter("rad", "τ", "value", 1e-6, bounds=(-0.03, 0.03)),  # of the base, to the right
+    "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3)),  # of the edges of the base
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
 }
 
 PER_RUN = ("theta0", "t0")
-OF_RECORD = ("width", "tilt")  # what the runs of a record share besides the law
+OF_RECORD = ("width", "tilt", "edge_radius")  # what the runs of a record share besides the law
 COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 
 
@@ -157,7 +158,7 @@ LAWS = {
     "housner": Law(
         "Housner",
         ("r",),
-        (*COMMON_NUISANCES, "r_per_impact"),
+        ("width", "tilt", *PER_RUN, "r_per_impact"),
         published=True,
         kinematics=("pivoting",),
     ),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.models.checks import check_scene
+from freerock.models.checks import check_edges, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
@@ -124,6 +124,7 @@ def simulate(
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, parameters, time, start, rules, solver.rtol)
+    check_edges(model, block, rules)
     if not LAWS[model].is_foundation:
         if base_excitation is None:
             return _housner(block, parameters["r"], instants, start, solver.max_steps)
@@ -182,14 +183,12 @@ def simulate_fitted(
     """Rotation [rad], shape (n_time,), under what a fit finds; an overturned block lies at ±π/2.
 
     `values` holds the parameters of the model, theta0 [rad] and, where they were freed, the release t0 on the
-    clock of `time` [s], the width of the corners [m] and the tilt of the base [rad]. All else as in
-    `simulate_theta`, which fits share.
+    clock of `time` [s], the width of the corners and the radius of the edges [m] and the tilt of the base
+    [rad]. All else as in `simulate_theta`, which fits share.
     """
-    if "width" in values:
-        block = replace(block, contact_width_m=float(values["width"]))
     theta, _ = simulate_theta(
         model,
-        block,
+        block.as_found(values),
         {name: values[name] for name in MODELS[model]}
         | {name: values[name] for name in ("tilt",) if name in values},
         time - values.get("t0", 0.0),
@@ -255,6 +254,7 @@ def simulate_many(
     for extreme in (np.min, np.max):
         outermost = {name: float(extreme(values)) for name, values in given.items()}
         instants = check_scene(model, outermost, time, starts, rules, solver.rtol)
+    check_edges(model, block, rules)
     theta = np.empty((starts.size, instants.size))
     outcome = np.empty(starts.size, dtype="U10")
 
@@ -399,7 +399,7 @@ def _housner_outcome(swings: Swings, time: Floats) -> str:
 
 def _contact(block: Block, z_cb: Floats, theta: Floats) -> NDArray[np.int8]:
     """Which part of the base is below the ground, as in `Response`."""
-    lift = block.b * np.sin(theta)
+    lift = block.flat * np.sin(theta)
     contact = np.zeros(theta.size, np.int8)
     contact[z_cb - lift <= 0] = 1
     contact[z_cb + lift <= 0] = -1

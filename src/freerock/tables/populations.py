@@ -32,16 +32,18 @@ AS_IT_IS = _Scale(np.asarray, np.asarray, lambda value: 1.0)
 
 
 def scale_of(parameter: str) -> _Scale:
-    """Logarithms; of r, which is a share, the logit; of the tilt, which has a sign, the value itself."""
-    return {"r": LOGIT, "tilt": AS_IT_IS}.get(parameter, LOGARITHM)
+    """Logarithms; of r, which is a share, the logit; of the tilt, which has a sign, and of edges, which may
+    be sharp, the value itself."""
+    return {"r": LOGIT, "tilt": AS_IT_IS, "edge_radius": AS_IT_IS}.get(parameter, LOGARITHM)
 
 
 def populations_table(parameters: pd.DataFrame) -> pd.DataFrame:
     """Random effects of the identified parameters (`identification.random_effects`).
 
-    Values are taken as logarithms, r as the logit, a tilt as it is. Of a foundation its records are the
-    members, each with the spread between its runs that all records of the foundation have; r belongs to the
-    block and has no such level. Of the campaign there is the spread between the runs of a record alone.
+    Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
+    records are the members, each with the spread between its runs that all records of the foundation have; r
+    belongs to the block and has no such level. Of the campaign there is the spread between the runs of a
+    record alone.
 
     Parameters
     ----------
