@@ -171,11 +171,13 @@ def test_a_nuisance_at_its_bound_is_held_there_and_named():
         ),
         (
             {"free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0, r_per_impact or edge_radius",
+            "fits.free.housner: unknown nuisance 'theta_0'; "
+            "use width, tilt, theta0, t0, r_per_impact or edge_radius",
         ),
         (
             {"model": "housner_width", "free": ("theta_0",)},
-            "fits.free.housner: unknown nuisance 'theta_0'; use width, tilt, theta0, t0, r_per_impact or edge_radius",
+            "fits.free.housner: unknown nuisance 'theta_0'; "
+            "use width, tilt, theta0, t0, r_per_impact or edge_radius",
         ),
         (
             {"model": "winkler_width", "free": ("r_per_impact",)},

@@ -1,4 +1,4 @@
-"""A base off level, rounded edges, a finger that pushed or held back: found by the fit where data ask for it."""
+"""A base off level, rounded edges, another release than the measured: found where the data ask for it."""
 
 import math
 import re
@@ -180,9 +180,7 @@ def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
     assert tensionless.freeing(("edges",)) == tensionless
     with pytest.raises(FreerockError) as error:
         check("housner", [BLOCK], FitSettings(("edge_radius",)))
-    assert str(error.value) == (
-        "fits.free.housner: a rigid block has no rounded edges; remove edge_radius"
-    )
+    assert str(error.value) == ("fits.free.housner: a rigid block has no rounded edges; remove edge_radius")
     with pytest.raises(FreerockError) as error:
         check("winkler", [BLOCK], FitSettings(("edge_radius",), debonding="tensionless"))
     assert str(error.value) == (
