@@ -35,6 +35,11 @@ def test_a_cell_is_written_as_it_was_read(runs):
     assert read_overrides(written_overrides(runs)) == runs
 
 
+def test_a_record_may_begin_before_the_zero_of_its_time():
+    runs = (Override(1, -0.5, 2.0, (-2.0, -0.75)),)
+    assert read_overrides(written_overrides(runs)) == runs
+
+
 def test_cells_as_people_write_them():
     assert written_overrides(read_overrides("2@8.75:16.0")) == "2@8.750:16.000"
     assert read_overrides("") == ()

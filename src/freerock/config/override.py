@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from freerock.config.values import Invalid, shown
 
-RUN, SECONDS = "[0-9]{1,6}", r"([0-9]{1,9}(?:\.[0-9]{0,12})?)"
+RUN, SECONDS = "[0-9]{1,6}", r"(-?[0-9]{1,9}(?:\.[0-9]{0,12})?)"
 ITEM = re.compile(rf"({RUN})\s*@\s*{SECONDS}\s*:\s*{SECONDS}(?:\s+hold\s+{SECONDS}\s*:\s*{SECONDS})?")
 AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
 
