@@ -157,7 +157,7 @@ def test_commands_do_what_the_text_says(path, copy):
             command = command.replace("snakemake", "snakemake --dry-run", 1)
         elif PLACEHOLDER.search(command):
             command = f"{' '.join(shlex.split(command)[:2])} --help"  # at least its subcommand is there
-        elif command in ("freerock plan", "freerock simulate", "freerock inspect"):
+        elif command in ("freerock add", "freerock plan", "freerock simulate", "freerock inspect"):
             command += " --help"
         assert known(command), f"{command}: run it here only if it is harmless, or list it in NOT_RUN"
         code, answer = run(command, folder)

@@ -33,7 +33,7 @@ BAD = {
     "no_rate": "channel 'laser' gives no sampling rate (wf_increment is absent); log it as a waveform, or "
     "set its property wf_increment to the sampling interval in seconds",
     "saturated": f"laser signal: no sample within -0.1 to 10.1 V (100% error_level); {CHECK}",
-    "overturned": "record: no release found: held at 28.00°, beyond the block's critical angle 26.57°, it "
+    "overturned": "record: no release found: held at 29.09°, beyond the block's critical angle 26.57°, it "
     "overturns; check the block's height and width and the laser's position",
     "no_release": "record: no release found: nothing rocks freely to rest after being held; check that the "
     "channel, the sign and the laser are those of this record",

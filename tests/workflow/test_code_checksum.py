@@ -20,7 +20,11 @@ def test_every_module_a_step_imports_is_among_its_code(finished):
         script = re.match(r".*\.py", trace.name)[0]
         seen.add(script)
         imported = {Path(path).relative_to(finished.folder) for path in trace.read_text().split("\n")}
-        figures = {path.stem for path in imported if path.parent.name == "figures"} - {"__init__", "style"}
+        figures = {path.stem for path in imported if path.parent.name == "figures"} - {
+            "__init__",
+            "style",
+            "looks",
+        }
         assert len(figures) <= 1 or script == "quality.py", figures
         named = [f"freerock.figures.{name}" for name in figures if script == "figure.py"]
         declared = {Path(path).relative_to(ROOT) for path in code(ROOT / "workflow/scripts" / script, *named)}

@@ -55,7 +55,7 @@ def test_fitted_restitution_is_that_of_table_2_and_above_that_of_the_impacts(
     palermo, foundation, fitted, tolerance, impact_low, impact_high
 ):
     parameters = table(palermo, "parameters").query(f"test == 'config2_{foundation}' and parameter == 'r'")
-    assert len(parameters) == 4
+    assert len(parameters) == 3
     assert (parameters["value"] - fitted).abs().max() < tolerance
     impacts = table(palermo, "restitution").query(
         f"test == 'config2_{foundation}' and source == 'experiment' and impact <= 6"
