@@ -11,7 +11,7 @@ from freerock.records.channels import Samples
 
 ISO = r"\d{4}([-/])\d\d\1\d\d"
 DAYS = r"\d\d?\.\d\d?\.(?:\d{4}|\d\d)|\d\d?/\d\d?/\d{4}"  # of another order than year, month, day
-TIME = r"\d\d?:\d\d:\d\d(?:[.,]\d+)?"
+TIME = r"\d\d?:[0-5]\d:[0-5]\d(?:[.,]\d+)?"
 DATE = re.compile(rf"{ISO}|{DAYS}", re.ASCII)
 CLOCK = re.compile(
     rf"(?:(?:{DATE.pattern})(?:,? |T))?{TIME}(?:Z|[ \N{{NO-BREAK SPACE}}\u202f]?[AP]M)?",

@@ -140,7 +140,7 @@ MISHAPS = {
             "radius [m]",
             radius,
             lambda value, swing_s, draw: {"moves": mishaps.rounded(value)},
-            ("unexplained",),
+            ("rounded_edges", "unexplained"),
         )
         for radius in (7e-4, 2e-3)
     },
