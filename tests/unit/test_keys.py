@@ -47,7 +47,7 @@ def defaults(section, without=()):
         ("rotation.options.RotationOptions", "", RotationSection, ""),
         ("runs.limits.RunLimits", "", RunsSection, ""),
         ("runs.limits.ImpactLimits", "", ImpactsSection, ""),
-        ("models.block.Block", "", BlockSection, "label release_angle_deg"),
+        ("models.block.Block", "edge_radius_m", BlockSection, "label release_angle_deg"),
         (
             "identification.settings.FitSettings",
             "free loose_release",

@@ -44,8 +44,8 @@ YAML_MISTAKES = {
     ),
     "restitution per impact of a law without": (
         ("title: ", "fits: {free: {winkler: [r_per_impact]}}\ntitle: "),
-        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'tilt', 'theta0' or 't0'; "
-        "give width, tilt, theta0, t0 or none",
+        "lab.yaml:1: fits.free.winkler.0: 'r_per_impact' is not 'width', 'tilt', 'edge_radius', 'theta0' or "
+        "'t0'; give width, tilt, edge_radius, theta0, t0 or none",
     ),
     "unknown kinematics": (
         ("title", "fits: {kinematics: [pivotting]}\ntitle"),

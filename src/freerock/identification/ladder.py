@@ -218,7 +218,7 @@ def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) 
         for scene in scenes:
             freeing = ladder.freeing(scene)
             if freeing != ladder:
-                found = _of_laws(block, motion, freeing, scene)
+                found = _of_laws(block, motion, freeing, scene, (ladder, level))
                 tried.append((_least_square(found, motion), found))
         settled = [found for _, found in tried if found.settled]
         if settled:
@@ -235,11 +235,21 @@ def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) 
     return found if found.settled else None
 
 
-def _of_laws(block: Block, motion: Motion, ladder: Ladder, scene: Sequence[str] = ()) -> Identified:
-    """The laws of the campaign as the paper has them."""
+def _of_laws(
+    block: Block,
+    motion: Motion,
+    ladder: Ladder,
+    scene: Sequence[str] = (),
+    known: tuple[Ladder, Identified] | None = None,
+) -> Identified:
+    """The laws of the campaign as the paper has them; those fitted so already are `known`."""
     found = Identified(scene=tuple(scene))
     for model in ladder.candidates:
-        if not CANDIDATES[model].is_rival and not law_of(model).cases:
+        if CANDIDATES[model].is_rival or law_of(model).cases:
+            continue
+        if known and model in known[1].fits and known[0].settings(model) == ladder.settings(model):
+            found.fits[model] = known[1].fits[model]
+        else:
             _fit(model, block, motion, ladder, found)
     return found
 
