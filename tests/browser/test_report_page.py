@@ -2,16 +2,11 @@
 
 import io
 import os
-import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
-
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(not CHROMIUM, reason="no chromium here: apt-get install chromium")
 
 HOUSNER = (0xD5, 0x5E, 0x00)
 
@@ -21,14 +16,6 @@ def report(request):
     """The report's file; FREEROCK_REPORT names one to try without an analysis."""
     given = os.environ.get("FREEROCK_REPORT")
     return Path(given) if given else request.getfixturevalue("palermo") / "report.html"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, once, simulated
@@ -14,12 +13,6 @@ from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, 
 from freerock.models.laws import SYMBOLS
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
-
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = "/usr/bin/chromium"
-pytestmark = pytest.mark.skipif(
-    not Path(CHROMIUM).exists(), reason="no chromium here: apt-get install chromium"
-)
 
 HOSTILE = "<img src=x onerror=\"document.title='pwned'\"> & 'more'"
 LINES = f"""\
@@ -56,14 +49,6 @@ def analysed(tmp_path_factory):
         assert "record lost failed" in done.stderr, done.stderr
 
     return Checkout(once(tmp_path_factory, "reviewed", analyse))
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        yield browser
-        browser.close()
 
 
 class Desk:

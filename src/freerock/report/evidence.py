@@ -9,7 +9,7 @@ import pandas as pd
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.report.scene import Scene, sentences
-from freerock.tables.candidates import answers
+from freerock.tables.candidates import STATUS_WORDS, answers
 from freerock.tables.paper import Cell, Labels, number
 from freerock.tables.text import fixed, quantity
 
@@ -17,13 +17,6 @@ HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs 
 HEADS += ["Noise at rest", "Why, why not"]
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 LEAST_P = 1e-9  # below it a chance is not told
-STATUS = {
-    "selected": "named",
-    "nearest": "nearest",
-    "also_possible": "possible",
-    "rejected": "rejected",
-    "not_fitted": "not fitted",
-}
 
 
 def scenes_of(
@@ -91,7 +84,7 @@ def _row(scene: Scene, model: str) -> list[Cell]:
 def _status(own: pd.DataFrame) -> str:
     """What the choice made of a candidate: "named in 2, rejected in 1"."""
     counted = Counter(own["status"].where((own["status"] != "selected") | own["explains"], "nearest"))
-    return ", ".join(f"{word} in {counted[kind]}" for kind, word in STATUS.items() if counted[kind])
+    return ", ".join(f"{word} in {counted[kind]}" for kind, word in STATUS_WORDS.items() if counted[kind])
 
 
 def _against_rest(own: pd.DataFrame) -> str:

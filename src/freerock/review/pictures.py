@@ -16,20 +16,13 @@ from freerock.products.verdicts import verdict_of_run
 from freerock.review.bench import Analysed
 from freerock.rotation.flags import FLAGS
 from freerock.runs.verdict import in_one_line
+from freerock.tables.candidates import STATUS_WORDS
 from freerock.tables.text import quantity, unit_text
 from freerock.units import BASE
 
 BINS = 900  # of a curve, with two samples drawn in each: about as many as it has columns on the screen
 MOST_FLAGGED = 200  # stretches of invalid samples drawn; those that are near each other become one
 Json = dict[str, Any]
-
-STATUS = {
-    "selected": "named",
-    "nearest": "nearest",
-    "also_possible": "possible",
-    "rejected": "rejected",
-    "not_fitted": "not fitted",
-}
 
 
 def rows_of(test: str, found: Analysed) -> list[Json]:
@@ -169,7 +162,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
                 "model": model,
                 "label": MODEL_LABELS[model],
                 "status": status,
-                "says": STATUS[status],
+                "says": STATUS_WORDS[status],
                 "reason": str(data["reason"].values[i]),
                 "epsilon": _number(epsilon),
                 "epsilon_text": quantity(100 * epsilon),

@@ -23,6 +23,13 @@ MEDIANS = {
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
 POSSIBLE = ("selected", "also_possible")
+STATUS_WORDS = {
+    "selected": "named",
+    "nearest": "nearest",
+    "also_possible": "possible",
+    "rejected": "rejected",
+    "not_fitted": "not fitted",
+}
 
 
 class Answer(NamedTuple):
