@@ -33,3 +33,16 @@ def palermo(tmp_path_factory):
         assert done.returncode == 0, done.stdout + done.stderr
 
     return once(tmp_path_factory, "palermo", analyse) / "results/palermo_virtual"
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Debian's chromium, headless; skips where there is none."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    chromium = shutil.which("chromium") or shutil.which("google-chrome")
+    if not chromium:
+        pytest.skip("no chromium here: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        yield browser
+        browser.close()

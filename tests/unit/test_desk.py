@@ -334,6 +334,31 @@ def test_a_page_of_another_name_or_form_is_refused(desk):
     assert "nothing was saved" in json.loads(found[-1][2])["error"]
 
 
+RIGHT = {"test": "tall_mat", "correction": {}, "run": None, "near_s": None, "whole": True}
+WRONG = [
+    ("refit", RIGHT | {"test": 3}),
+    ("refit", RIGHT | {"run": "1"}),
+    ("refit", RIGHT | {"near_s": "early"}),
+    ("refit", RIGHT | {"correction": []}),
+    ("refit", RIGHT | {"more": 1}),
+    ("misfit", {"test": "tall_mat", "run": 1.5, "correction": {}}),
+    ("keep", {"corrections": ["tall_mat"], "digest": "", "why": ""}),
+    ("look", {"test": "tall_mat", "run": 1, "seen": "yes"}),
+    ("undo", []),
+]
+
+
+def test_a_request_of_another_form_is_refused(desk):
+    """The last has the right form, but its correction is none."""
+    told = {"method": "POST", "headers": {"Content-Type": "application/json"}}
+    requests = [(f"/s3cret/do/{what}", told | {"body": json.dumps(given)}) for what, given in WRONG]
+    endless = {"overrides": [{"run": 1e400, "release_s": 1, "end_s": 2, "hold_s": None}], "exclude": []}
+    keep = {"corrections": {desk.campaign.records[0].test: endless}, "digest": "", "why": ""}
+    *wrong, last = asked(desk, *requests, ("/s3cret/do/keep", told | {"body": json.dumps(keep)}))
+    assert [status for status, *_ in wrong] == [400] * len(WRONG)
+    assert last[0] == 409 and "is no correction" in json.loads(last[2])["error"]
+
+
 def test_no_page_may_load_from_elsewhere(desk):
     page, script, listing = asked(
         desk, ("/s3cret/", {}), ("/s3cret/bokeh.min.js", {}), ("/s3cret/ask/list", {})

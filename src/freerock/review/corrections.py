@@ -41,7 +41,7 @@ def cells_of(correction: Mapping[str, Any], line: Record) -> dict[str, str]:
         exclude = correction["exclude"]
         runs = sorted({int(run) for run in exclude}) if exclude != "record" else []
         texts = {key: " ".join(str(correction[key]).split()) for key in ("reason", "note")}
-    except (KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
         raise FreerockError(line.test, f"is no correction ({error})", "correct the fields") from error
     now = correction_of(line)
     cells = {"override": line.override, "exclude": line.exclude, **texts}

@@ -5,6 +5,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
+from threading import RLock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -65,6 +66,7 @@ class Desk:
         self.yaml = Path("config/campaigns", f"{name}.yaml")
         self.csv = self.yaml.with_suffix(".csv")
         self.results = Path("results", name)
+        self._held = RLock()  # what is open is looked at and corrected in two threads
         self._open: OrderedDict[str, Analysed] = OrderedDict()
         self._signals: dict[str, xr.Dataset] = {}  # of one record
         self._as_made: set[str] = set()  # records whose products hold
@@ -76,15 +78,16 @@ class Desk:
 
     def read(self) -> None:
         """Read the campaign's files again; what was open of them is forgotten."""
-        self._digest = digest(self.csv.read_bytes()) if self.csv.exists() else ""
-        self.campaign: Campaign = load_campaign(self.yaml)
-        self.changes = read_changes(log_of(self.csv))
-        self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
-        self._open.clear()
-        self._signals.clear()
-        self._as_made.clear()
-        self._rows.clear()
-        self._tried = None, None
+        with self._held:
+            self._digest = digest(self.csv.read_bytes()) if self.csv.exists() else ""
+            self.campaign: Campaign = load_campaign(self.yaml)
+            self.changes = read_changes(log_of(self.csv))
+            self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
+            self._open.clear()
+            self._signals.clear()
+            self._as_made.clear()
+            self._rows = {}
+            self._tried = None, None
 
     def again(self) -> Json:
         """Read the campaign's files again; returns the list of runs."""
@@ -203,17 +206,17 @@ class Desk:
         cells = cells_of(correction, line)
         then = corrected(line, cells)
         key = (test, tuple(sorted(cells.items())))
-        if key != self._tried[0]:
+        known, found = self._tried
+        if key != known:
             found = self._bench.analyse(self.campaign, then, None if whole else (near_s or 0.0), needed)
-            if whole and self._line(test) == line:  # nothing was kept meanwhile
+        with self._held:
+            if key != known and whole and self._line(test) == line:  # nothing was kept meanwhile
                 self._tried = key, found
                 if not cells:
                     self._keep(test, found)
-        else:
-            found = self._tried[1]
-        if any(each.nbytes > LARGE_BYTES for each in self._signals.values()):
-            self._as_made.discard(test)  # its rotation is in memory by now: that is drawn
-            self._signals.clear()
+            if any(each.nbytes > LARGE_BYTES for each in self._signals.values()):
+                self._as_made.discard(test)  # its rotation is in memory by now: that is drawn
+                self._signals.clear()
         return {"cells": cells, "rows": rows_of(test, found), **self._picture(then, found, run, near_s)}
 
     def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
@@ -313,10 +316,12 @@ class Desk:
         self._log(lines)
         edits = [Edit(each.test, each.cell, each.after) for each in lines]
         made = save(self.csv, known, edits, back_to)
-        rows = {test: own for test, own in self._rows.items() if test not in {each.test for each in lines}}
-        self.read()
-        self._rows = rows
-        self._digest = digest(made)
+        with self._held:
+            touched = {each.test for each in lines}
+            rows = {test: own for test, own in self._rows.items() if test not in touched}
+            self.read()
+            self._rows = rows
+            self._digest = digest(made)
 
     def _log(self, lines: Sequence[Change]) -> None:
         append_changes(log_of(self.csv), lines)
@@ -330,20 +335,26 @@ class Desk:
 
     def _analysed(self, line: Record) -> Analysed:
         """The products of a record; what is not there or made otherwise is made, but for the fits."""
-        if line.test not in self._open:
-            found = None
-            with suppress(FreerockError):
-                record = open_record(self._record_file(line), samples=False)
-                fits = open_fits(self.results / f"fits/{line.test}.nc")
-                if is_of_this_code(self.campaign, line.test, self.results) and all(
-                    self._bench.is_current(self.campaign, line, tree, step)
-                    for step, tree in enumerate((record, fits))
-                ):
-                    found = Analysed(record, fits)
+        with self._held:
+            if line.test not in self._open:
+                found = self._products_of(line)
+                if found is not None:
                     self._as_made.add(line.test)
-            self._keep(line.test, found or self._bench.process(self.campaign, line), listed=found is None)
-        self._open.move_to_end(line.test)
-        return self._open[line.test]
+                self._keep(line.test, found or self._bench.process(self.campaign, line), listed=found is None)
+            self._open.move_to_end(line.test)
+            return self._open[line.test]
+
+    def _products_of(self, line: Record) -> Analysed | None:
+        """What the last `snakemake` made of a record, where it would be made so again."""
+        with suppress(FreerockError):
+            record = open_record(self._record_file(line), samples=False)
+            fits = open_fits(self.results / f"fits/{line.test}.nc")
+            if is_of_this_code(self.campaign, line.test, self.results) and all(
+                self._bench.is_current(self.campaign, line, tree, step)
+                for step, tree in enumerate((record, fits))
+            ):
+                return Analysed(record, fits)
+        return None
 
     def _keep(self, test: str, found: Analysed, listed: bool = True) -> None:
         large = found.fits is not None and found.fits.nbytes > LARGE_BYTES
@@ -355,15 +366,16 @@ class Desk:
 
     def _signals_of(self, line: Record) -> xr.Dataset:
         """The record over time: as processed, else its rotation, else its channels as in the file."""
-        made = self._signals.get(line.test)
-        if made is None:
-            self._signals.clear()
-            if line.test in self._as_made:
-                made = open_record(self._record_file(line)).to_dataset()
-            if made is None or "time" not in made:
-                made = self._bench.signals(self.campaign, line)
-            self._signals[line.test] = made
-        return made
+        with self._held:
+            made = self._signals.get(line.test)
+            if made is None:
+                self._signals.clear()
+                if line.test in self._as_made:
+                    made = open_record(self._record_file(line)).to_dataset()
+                if made is None or "time" not in made:
+                    made = self._bench.signals(self.campaign, line)
+                self._signals[line.test] = made
+            return made
 
     def _record_file(self, line: Record) -> Path:
         return self.results / f"records/{line.test}.nc"

@@ -30,6 +30,17 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
+KINDS = {  # of what the page sends
+    "test": str,
+    "correction": dict,
+    "corrections": dict,
+    "run": int | None,
+    "near_s": float | int | None,
+    "whole": bool,
+    "digest": str,
+    "why": str,
+    "seen": bool,
+}
 HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
@@ -170,8 +181,11 @@ class Do(Page):
             raise tornado.web.HTTPError(415)
         try:
             given = json.loads(self.request.body)
+            for key, value in given.items():
+                if not isinstance(value, KINDS[key]):
+                    raise TypeError(key)
             make = self._made(what, given)
-        except (KeyError, TypeError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise tornado.web.HTTPError(400) from error
         await self.answer(make, long=what in ("refit", "misfit"))
 
