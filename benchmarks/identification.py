@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python benchmarks/identification.py
 
 Runs of 8 s at 2 kHz, angle and instant of release free, six scenes. The other fit is the same one, scan,
-growing horizons and lmfit included, with every simulation by LSODA and a right-hand side in Python; it takes
-minutes.
+growing horizons and least squares included, with every simulation by LSODA and a right-hand side in Python;
+it takes minutes.
 """
 
 import time as clock

@@ -1,4 +1,5 @@
 import inspect
+from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 
@@ -363,7 +364,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
     files = {"good.nc": tree, "failed.nc": failed}
     monkeypatch.setattr("freerock.jobs.misfit.open_fits", files.__getitem__)
-    settings = {"blocks": {name: vars(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
+    settings = {"blocks": {name: asdict(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
     figure, data = misfit_map.draw(misfit_map.read(tmp_path / "misfit_map.nc"), "simulated", LABELS)
     identified = data[data["quantity"] == "identified"]

@@ -108,8 +108,8 @@ def fit_run(model: str, block: Block, motion: Motion, settings: FitSettings | No
     """Identify a model on one run.
 
     A scan over a grid gives starts on the first swings; each is followed over growing horizons to
-    the whole run with `lmfit`; the best end wins. The last fit averages as many samples, and uses as loose
-    a tolerance of the integrator, as the standard errors allow.
+    the whole run by least squares; the best end wins. The last fit averages as many samples, and uses as
+    loose a tolerance of the integrator, as the standard errors allow.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """How well parameters are known: standard errors and 95 % intervals in SI units, and profile intervals."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
@@ -10,6 +10,9 @@ from freerock.identification.covariance import covariance
 from freerock.identification.estimate import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.models.laws import MODELS
+
+if TYPE_CHECKING:
+    import lmfit
 
 SURPRISE = 3.0  # standard errors by which the halves of a run may disagree
 STEEPEST = 3.0  # ratio of standard errors beyond which the profile has no level to find
@@ -117,6 +120,8 @@ def with_profile(problem: Problem, x: Floats, m: int, known: Uncertainty) -> tup
 
 def _profile(problem: Problem, x: Floats, samples: Samples, stderr: Floats) -> dict[str, Floats]:
     """Ends of the intervals, by the name of the model's parameter."""
+    import lmfit  # asked for by few
+
     names = MODELS[problem.model]
     value = problem.physical(x)[: len(names)]
     logarithms = problem.is_logarithm[: len(names)]
@@ -135,12 +140,14 @@ def _profile(problem: Problem, x: Floats, samples: Samples, stderr: Floats) -> d
 
 def _in_standard_errors(
     problem: Problem, x: Floats, samples: Samples, stderr: Floats, spread: Floats
-) -> tuple[lmfit.Minimizer, lmfit.minimizer.MinimizerResult]:
+) -> "tuple[lmfit.Minimizer, lmfit.minimizer.MinimizerResult]":
     """The problem with its numbers in standard errors, the best at 10, and its minimum.
 
     lmfit walks and finds the ends of an interval in shares of the value. Profiled are ln k and ln λ; fitted
     were ln k and ln λ/k.
     """
+    import lmfit
+
     to_fitted = np.eye(len(x))
     to_fitted[problem.is_ratio, 0] = -1.0
     unit = np.where(np.isfinite(stderr), stderr, 1.0)
@@ -150,13 +157,13 @@ def _in_standard_errors(
     for i, pinned in enumerate(problem.at_bound(x)):
         parameters.add(f"u{i}", value=10.0, vary=not pinned)
 
-    def fitted(p: lmfit.Parameters) -> Floats:
+    def fitted(p: "lmfit.Parameters") -> Floats:
         return np.asarray(x + to_fitted @ [p[name].value - 10.0 for name in parameters])
 
-    def residual(p: lmfit.Parameters) -> Floats:
+    def residual(p: "lmfit.Parameters") -> Floats:
         return problem.residual(fitted(p), samples)
 
-    def jacobian(p: lmfit.Parameters) -> Floats:
+    def jacobian(p: "lmfit.Parameters") -> Floats:
         columns = samples.averaged(problem.jacobian(fitted(p), samples)) @ to_fitted
         return np.asarray(columns[:, [p[name].vary for name in parameters]])
 

@@ -1,11 +1,9 @@
-"""Least squares from a start: lmfit within bounds, a line search for r alone."""
+"""Least squares from a start: a trust region within bounds, a line search for r alone."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import lmfit
 import numpy as np
-from scipy.optimize import minimize_scalar
+from scipy import optimize
 
 from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
@@ -40,41 +38,43 @@ def least_squares(problem: Problem, x: Floats, samples: Samples, ftol: float = 1
     """Least squares from a start; ftol is the relative change of the sum of squares at which it ends."""
     if len(x) == 1:
         return _line_search(problem, x[0], samples)
-    parameters, names = _within_bounds(problem, x)
-
-    def vector(p: lmfit.Parameters) -> Floats:
-        return np.array([p[name].value for name in names])
-
-    def residual(p: lmfit.Parameters) -> Floats:
-        return problem.residual(vector(p), samples)
-
-    def jacobian(p: lmfit.Parameters) -> Floats:
-        return samples.averaged(problem.jacobian(vector(p), samples))
-
-    result = lmfit.minimize(
-        residual,
-        parameters,
-        method="least_squares",
-        jac=jacobian,
+    low, high = np.array(problem.bounds()).T
+    inside = 1e-3 * (high - low)
+    at = _AtLast(problem, samples)
+    result = optimize.least_squares(
+        at.residual,
+        np.clip(x, low + inside, high - inside),
+        at.jacobian,
+        (low, high),
         x_scale="jac",
         ftol=ftol,
         xtol=1e-9,
         gtol=None,
         max_nfev=60,
     )
-    return Solution(
-        vector(result.params), result.chisqr / result.ndata, result.nfev, result.success, result.message
-    )
+    mean_square = float(np.sum(result.fun**2) / len(result.fun))
+    return Solution(result.x, mean_square, result.nfev, result.success, result.message)
 
 
-def _within_bounds(problem: Problem, x: Sequence[float] | Floats) -> tuple[lmfit.Parameters, list[str]]:
-    """The fitted numbers as lmfit takes them, off their bounds, and their names."""
-    names = [f"x{i}" for i in range(len(x))]
-    parameters = lmfit.Parameters()
-    for name, start, (low, high) in zip(names, x, problem.bounds(), strict=True):
-        margin = 1e-3 * (high - low)
-        parameters.add(name, value=float(np.clip(start, low + margin, high - margin)), min=low, max=high)
-    return parameters, names
+class _AtLast:
+    """Residual and derivatives, which are asked for where the residual has just been: its curve is theirs,
+    where it is exact enough."""
+
+    def __init__(self, problem: Problem, samples: Samples) -> None:
+        self.problem, self.samples = problem, samples
+        self.rate = np.empty(len(samples.time_s)) if problem.rtol <= problem.fine else None
+        self.x = self.theta = np.empty(0)
+
+    def residual(self, x: Floats) -> Floats:
+        self.x = x.copy()
+        self.theta = self.problem.curve(x, self.samples, rate=self.rate)
+        return self.samples.averaged(self.theta - self.samples.theta)
+
+    def jacobian(self, x: Floats) -> Floats:
+        known = None
+        if self.rate is not None and np.array_equal(x, self.x):
+            known = self.theta, self.rate
+        return self.samples.averaged(self.problem.jacobian(x, self.samples, known=known))
 
 
 def _line_search(problem: Problem, r: float, samples: Samples) -> Solution:
@@ -91,7 +91,7 @@ def _line_search(problem: Problem, r: float, samples: Samples) -> Solution:
     while moved:
         half = R_CELL * (1 - r)
         cell = max(low, r - half), min(high, r + half)
-        found = minimize_scalar(error, bounds=cell, method="bounded", options={"xatol": 1e-6 * half})
+        found = optimize.minimize_scalar(error, bounds=cell, method="bounded", options={"xatol": 1e-6 * half})
         moved = abs(found.x - r) > 0.9 * half and low + 1e-6 < found.x < high - 1e-6
         r, evaluations = found.x, evaluations + found.nfev
     n = sum(n // samples.m for n in samples.lengths)

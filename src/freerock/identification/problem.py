@@ -274,10 +274,15 @@ class Problem:
         samples: Samples,
         rtol: float | None = None,
         added: Mapping[str, float] | None = None,
+        rate: Floats | None = None,
     ) -> Floats:
-        """Modelled θ of all runs at the samples [rad]."""
+        """Modelled θ of all runs at the samples [rad]; all else as in `motion`."""
+        rates = [None if rate is None or "t0" not in self.own else rate[run] for run in samples.runs]
         return np.concatenate(
-            [self.motion(x, i, samples.time_s[run], rtol, added) for i, run in enumerate(samples.runs)]
+            [
+                self.motion(x, i, samples.time_s[run], rtol, added, rates[i])
+                for i, run in enumerate(samples.runs)
+            ]
         )
 
     def residual(self, x: Floats, samples: Samples) -> Floats:
@@ -285,25 +290,32 @@ class Problem:
         return samples.averaged(self.curve(x, samples) - samples.theta)
 
     def jacobian(
-        self, x: Floats, samples: Samples, central: bool = False, wanted: Collection[str] | None = None
+        self,
+        x: Floats,
+        samples: Samples,
+        central: bool = False,
+        wanted: Collection[str] | None = None,
+        known: tuple[Floats, Floats] | None = None,
     ) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
-        Those of parameters that are not `wanted` are left 0.
+        Those of parameters that are not `wanted` are left 0. `known` are `curve` and its rate at x, where
+        they are that exact.
         """
         rtol = min(self.rtol, self.fine)
         jacobian = np.zeros((len(samples.time_s), len(x)))
         n_common, n_own = len(self.common), len(self.own)
+        if known is None:
+            rate = np.empty(len(samples.time_s))
+            known = self.curve(x, samples, rtol, rate=rate), rate
         for i, run in enumerate(samples.runs):
-            rate = np.empty(samples.lengths[i])
-            theta = self.motion(x, i, samples.time_s[run], rtol, rate=rate)
             for j, name in enumerate((*self.common, *self.own)):
                 column = j if j < n_common else j + i * n_own
                 if wanted is not None and name not in wanted:
                     continue
                 if name == "t0":
-                    jacobian[run, column] = -rate
+                    jacobian[run, column] = -known[1][run]
                     continue
                 up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
                 up[column] += step
@@ -312,7 +324,7 @@ class Problem:
                     up[column] -= 2 * step
                     quotient -= self.motion(up, i, samples.time_s[run], rtol)
                 else:
-                    quotient -= theta
+                    quotient -= known[0][run]
                 jacobian[run, column] = quotient / (2 * step if central else step)
         return jacobian
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 GRAVITY = 9.81  # m/s²
 
@@ -38,37 +39,37 @@ class Block:
     contact_width_m: float | None = None
     edge_radius_m: float | None = None
 
-    @property
+    @cached_property
     def h(self) -> float:
         """Half height h [m]."""
         return self.height_m / 2
 
-    @property
+    @cached_property
     def b(self) -> float:
         """Half width b of the base [m]."""
         return (self.contact_width_m or self.width_m) / 2
 
-    @property
+    @cached_property
     def edge_radius(self) -> float:
         """Radius ρ of the edges of the base, 0 of sharp ones [m]."""
         return self.edge_radius_m or 0.0
 
-    @property
+    @cached_property
     def flat(self) -> float:
         """Half width b - ρ of the base between its edges [m]."""
         return self.b - self.edge_radius
 
-    @property
+    @cached_property
     def R(self) -> float:
         """Distance R of a base corner from the centre of mass [m]."""
         return math.hypot(self.b, self.h)
 
-    @property
+    @cached_property
     def theta_cr(self) -> float:
         """Critical tilt angle atan(b/h) [rad]: beyond it the block overturns under its weight."""
         return math.atan2(self.b, self.h)
 
-    @property
+    @cached_property
     def p(self) -> float:
         """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle [rad/s].
 
@@ -76,12 +77,12 @@ class Block:
         """
         return math.sqrt(self.mass_kg * GRAVITY * self.R / (self.inertia_base + self.mass_kg * self.b**2))
 
-    @property
+    @cached_property
     def inertia_cm(self) -> float:
         """Moment of inertia about the centre of mass [kg m²]."""
         return self.mass_kg * (self.width_m**2 + self.height_m**2) / 12
 
-    @property
+    @cached_property
     def inertia_base(self) -> float:
         """Moment of inertia I_cm + m h² about the base centre [kg m²], eq. (1b)."""
         return self.inertia_cm + self.mass_kg * self.h**2
