@@ -12,6 +12,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from pathlib import Path
+from signal import SIGINT, SIGTERM
 from typing import Any
 
 import tornado.httpserver
@@ -255,7 +256,10 @@ async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str, str
     server.add_socket(listening)
     root = f"http://{HOST}:{listening.getsockname()[1]}"
     ready(f"{root}/{token}/", f"{root}/open/{once}")
-    await asyncio.Event().wait()
+    stopped = asyncio.Event()
+    for signal in (SIGINT, SIGTERM):  # also where a shell has it run in the background, deaf to Ctrl+C
+        asyncio.get_running_loop().add_signal_handler(signal, stopped.set)
+    await stopped.wait()
 
 
 def _styles() -> Any:
