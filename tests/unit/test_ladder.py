@@ -8,7 +8,7 @@ import pytest
 
 from freerock.identification import ladder
 from freerock.identification.fit import evidence, fit_record
-from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
+from freerock.identification.ladder import BY_DEFAULT, Identified, identify_run, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.studies.virtual_run import Truth, virtual_motion
@@ -122,3 +122,17 @@ def test_each_run_of_a_record_is_held_against_the_others():
     assert math.isnan(fit.epsilon_holdout_runs)
     assert held[0] < 1.1 * fit.epsilon_theta
     assert held[1] > 10 * held[0]
+
+
+def test_a_candidate_with_a_number_at_a_bound_decides_no_scene():
+    motion = motion_of(released("hunt_crossley", BLOCK, MARBLE, 8))
+    sound = fit_record("hunt_crossley", BLOCK, [motion])
+    found = Identified({"hunt_crossley": sound}, scene=("release",))
+    assert found.settled and found.least_bic == sound.bic
+    bound = replace(sound, model="hunt_crossley_width", stderr=np.append(sound.stderr[:-1], np.nan))
+    for off, settled in ((-20.0, False), (-5.0, True), (20.0, True)):
+        fits = {"hunt_crossley": sound, "hunt_crossley_width": replace(bound, bic=sound.bic + off)}
+        found = Identified(fits, scene=("release",))
+        assert (found.settled, found.least_bic) == (settled, sound.bic)
+    found = Identified({"hunt_crossley_width": bound}, scene=("release",))
+    assert found.explained and not found.settled and found.least_bic == math.inf

@@ -11,7 +11,8 @@ from freerock.errors import FreerockError
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
-from freerock.identification.ladder import BY_DEFAULT, identify_run, identify_runs
+from freerock.identification.ladder import BOTH, BY_DEFAULT, identify_run, identify_runs
+from freerock.identification.later_swings import asked_later
 from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.contact import Foundation, State, static_depth
@@ -223,3 +224,27 @@ def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
     freeing = per_impact.freeing(("tilt",))
     assert "tilt" not in freeing.free["housner"] and "tilt" in freeing.free["winkler"]
     assert freeing.freeing(("tilt",)) == freeing
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("foundation", FOUNDATIONS)
+def test_a_brake_is_no_tilt_to_the_later_swings_and_a_tilt_beside_a_push_is(foundation, seed):
+    def asked(moves):
+        motion = run(moves, foundation, seed)
+        fit = fit_record("hunt_crossley", BLOCK, [motion], PLAIN.freeing(BOTH).settings("hunt_crossley"))
+        return asked_later(BLOCK, motion, PLAIN.settings("hunt_crossley"), fit)
+
+    def tilted_and_pushed(scene, since, start):
+        leaning = mishaps.off_level(math.radians(0.05))
+        return leaning(scene, since, start._replace(theta_rate=0.05))
+
+    assert "tilt" not in asked(mishaps.braked(0.04, 0.2))
+    assert "tilt" in asked(tilted_and_pushed)
+
+
+def test_later_swings_that_are_not_there_ask_for_nothing():
+    motion = run(mishaps.pushed(0.05))
+    short = motion.time_s < 0.3
+    motion = replace(motion, time_s=motion.time_s[short], theta=motion.theta[short])
+    fit = fit_record("hunt_crossley", BLOCK, [motion], PLAIN.settings("hunt_crossley"))
+    assert asked_later(BLOCK, motion, PLAIN.settings("hunt_crossley"), fit) == set()

@@ -255,6 +255,20 @@ def test_a_braked_block_rocks_freely_from_its_first_peak_on():
     assert run.theta0 < 0 and run.theta0 == pytest.approx(np.mean(arguments[1][near]), rel=2e-3)
 
 
+def test_a_braked_block_without_a_clean_peak_after_it_is_warned_of(monkeypatch):
+    monkeypatch.setattr("freerock.runs.beginning.from_peak", lambda *arguments: None)
+    arguments, (release,) = record(caught(0.15, 0.0, braked_to=0.2))
+    (run,) = find_runs(*arguments)
+    assert abs(run.release_s - release) < 4e-3
+    (text,) = (text for text in run.verdict.texts if "braked" in text)
+    assert (run.verdict.level, run.verdict.names[0]) == ("warn", "braked")
+    assert re.fullmatch(
+        rf"it fell by \d\.\d\d° and was braked at {release + 0.15:.2f} s, and no clean peak follows: what "
+        "comes before is no free rocking; leave the run out, or set its release by hand",
+        text,
+    )
+
+
 @given(st.integers(0, 10**6), st.floats(4, 12), st.floats(0.6, 0.98), st.floats(0, 0.05))
 @settings(max_examples=40, deadline=None)
 def test_a_free_block_never_stops(seed, theta0_deg, r, creep_deg):

@@ -79,6 +79,11 @@ def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
     x : ndarray, shape (n_parameters,)
         The fitted numbers at their best.
     """
+    return tuple(off_zero(problem, x))
+
+
+def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
+    """By how many standard errors what `asks_for` names would be off zero, with its sign."""
     samples, held = problem.samples(), problem.at_bound(x)
     residual, jacobian = problem.residual(x, samples), problem.jacobian(x, samples)
     noises = [motion.noise for motion in problem.motions]
@@ -106,7 +111,10 @@ def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
     gain = {name: without - each.minus_two_log for name, each in found.items()}
     least = {"edges": ASKED_EDGES}
     asked = [name for name in found if gain[name] > least.get(name, ASKED) ** 2]
-    return tuple(sorted(asked, key=lambda name: -gain[name]))
+    return {
+        name: float(np.copysign(np.sqrt(gain[name]), found[name].step[-1]))
+        for name in sorted(asked, key=lambda name: -gain[name])
+    }
 
 
 def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:

@@ -20,11 +20,10 @@ from freerock.identification.noise import HOPELESS, LEVEL, against_rest, hopeles
 from freerock.identification.problem import posed
 from freerock.identification.search import approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings
-from freerock.identification.swings import tops_of
+from freerock.identification.swings import from_top, tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion
-from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, Top
 
 LOUDER = 1.2  # times the noise, from which a residual of the whole run is worth a search
 
@@ -60,11 +59,11 @@ def find_disturbance(
         found = fits[model].values
         start = {name: found[name] for name in (*MODELS[model], "width") if name in found}
         explained = partial(leaves_noise, model, block, settings(model), start)
-        first = _first([_from_top(motion, top) for top in tops], explained)
+        first = _first([from_top(motion, top) for top in tops], explained)
         if first == 0:
             return Disturbance(0.0, tops[0].time_s)
         if first is not None and explained(
-            _until(motion, tops[first - 1].time_s), _from_top(motion, tops[first])
+            _until(motion, tops[first - 1].time_s), from_top(motion, tops[first])
         ):
             return Disturbance(tops[first - 1].time_s, tops[first].time_s)
     return None
@@ -79,20 +78,6 @@ def _first(parts: Sequence[Motion], explained: Callable[[Motion], bool]) -> int 
         middle = (low + high) // 2
         low, high = (low, middle) if explained(parts[middle]) else (middle, high)
     return high
-
-
-def _from_top(motion: Motion, top: Top) -> Motion:
-    """The rest of a run from a peak on."""
-    later = motion.time_s >= top.time_s
-    return replace(
-        motion,
-        time_s=motion.time_s[later] - top.time_s,
-        theta=motion.theta[later],
-        theta0=top.height,
-        theta0_stderr=TOP_STDERR * abs(top.height),
-        t0_stderr=TOP_STDERR_S,
-        fit_start_s=0.0,
-    )
 
 
 def _until(motion: Motion, end_s: float) -> Motion:

@@ -19,7 +19,8 @@ from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
-from freerock.identification.noise import hopeless_from
+from freerock.identification.later_swings import asked_later
+from freerock.identification.noise import hopeless_from, noise_of
 from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
 from freerock.identification.settings import FitSettings, is_rounded
@@ -34,6 +35,8 @@ BOTH = ("release", "tilt")
 BARS_TILT = ("r_per_impact", "tilt")
 SEEN = 2.5e-3  # of a tilt as the swings have it [rad]: few swings of a level base show up to that much
 PROMISES = 0.5  # times the least mean square of a run, from which rivals are asked in another scene
+FOLLOWED = 4.0  # times the power of the noise, up to which a quick fit in another scene asks for a full one
+EDGES_M = (5e-4, 2e-3)  # radii from which quick fits start: from the one, edges as the other are not found
 BEATEN = 4.0  # times the mean square of a candidate that explains the run, from which a rival is given up
 
 
@@ -145,16 +148,22 @@ class Identified:
 
     @property
     def settled(self) -> bool:
-        """Whether some candidate leaves only noise, and nothing that it freed lies at a bound."""
-        return any(
-            evidence(fit).explains and bool(np.isfinite(fit.stderr).all()) for fit in self.fits.values()
+        """Whether the best of the candidates that leave only noise has no number at a bound."""
+        return math.isfinite(least := self.least_bic) and not any(
+            fit.bic + TELLS < least and evidence(fit).explains for fit in self.fits.values()
         )
 
     @property
     def least_bic(self) -> float:
-        """Of the candidates that leave only noise."""
-        known = map(evidence, self.fits.values())
-        return min((each.bic for each in known if each.explains), default=math.inf)
+        """Of the candidates that leave only noise, and of which no number lies at a bound."""
+        return min(
+            (
+                fit.bic
+                for fit in self.fits.values()
+                if evidence(fit).explains and bool(np.isfinite(fit.stderr).all())
+            ),
+            default=math.inf,
+        )
 
     def _evidence(self, model: str, ladder: Ladder) -> Evidence:
         if model in self.fits:
@@ -190,10 +199,20 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     while asked := _asked(found, block, motion, ladder):
         freeing = ladder.freeing(scene := (*found.scene, asked[0]))
         other = _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
-        if not (other.settled and other.least_bic < found.least_bic):
+        better = other.settled and other.least_bic < found.least_bic
+        if not (better and _lasts(other, block, motion, ladder)):
             break
         found = other
     return found
+
+
+def _lasts(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> bool:
+    """Whether the later swings ask for what is freed beside the release, as they do of a base."""
+    lasting = {*found.scene} - {"release"}
+    if "release" not in found.scene or not lasting:
+        return True
+    chosen = found.choice(ladder).selected
+    return lasting <= asked_later(block, motion, ladder.settings(chosen), found.fits[chosen])
 
 
 def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> tuple[str, ...]:
@@ -218,12 +237,10 @@ def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) 
         for scene in scenes:
             freeing = ladder.freeing(scene)
             if freeing != ladder:
-                found = _of_laws(block, motion, freeing, scene, (ladder, level))
-                tried.append((_least_square(found, motion), found))
-        settled = [found for _, found in tried if found.settled]
+                tried.append(_of_scene(block, motion, freeing, scene, (ladder, level)))
+        settled = [found for _, found in tried if found.settled and _lasts(found, block, motion, ladder)]
         if settled:
-            found = min(settled, key=lambda each: each.least_bic)
-            return _climbed(found, block, motion, ladder.freeing(found.scene))
+            return _all_of(min(settled, key=lambda each: each.least_bic), block, motion, ladder)
     least = min([each for each, _ in tried], default=math.inf)
     near = [found for each, found in tried if each <= CONTENDS * least]
     if least > PROMISES * _least_square(level, motion):
@@ -231,8 +248,43 @@ def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) 
         near = [found for _, found in tried if seen and found.scene == ("tilt",)]
     if not near:
         return None
-    found = _climbed(near[0], block, motion, ladder.freeing(near[0].scene))
-    return found if found.settled else None
+    found = _all_of(near[0], block, motion, ladder)
+    return found if found.settled and _lasts(found, block, motion, ladder) else None
+
+
+def _all_of(near: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified:
+    """All laws in a scene, of which some are fitted, and the rivals that the run asks for there."""
+    freeing = ladder.freeing(near.scene)
+    laws = _of_laws(block, motion, freeing, near.scene, (freeing, near))
+    return _climbed(laws, block, motion, freeing)
+
+
+def _of_scene(
+    block: Block, motion: Motion, ladder: Ladder, scene: Sequence[str], known: tuple[Ladder, Identified]
+) -> tuple[float, Identified]:
+    """The laws near the noise in a scene, and the least mean square that quick fits leave of any [rad²].
+
+    Quick fits start from what is `known` without the scene, with edges of either of `EDGES_M`.
+    """
+    starts = [{"edge_radius": radius} for radius in EDGES_M] if "edges" in scene else [{}]
+    found, least = Identified(scene=tuple(scene)), math.inf
+    for model, fit in known[1].fits.items():
+        settings = ladder.settings(model)
+        if CANDIDATES[model].is_rival or law_of(model).cases:
+            continue
+        if settings == known[0].settings(model):
+            found.fits[model] = fit
+            continue
+        for start in starts:
+            try:
+                quick = screen(model, block, motion, settings, fit.values | start)
+            except FreerockError:
+                break
+            least = min(least, quick.mean_square)
+            if quick.mean_square <= FOLLOWED * noise_of(motion).variance:
+                _fit(model, block, motion, ladder, found, quick.values)
+                break
+    return min(least, _least_square(found, motion)), found
 
 
 def _of_laws(
@@ -312,7 +364,8 @@ def _climb(
         except FreerockError as error:
             found.errors[model] = error
     least = min([*explaining, *(end.mean_square for end in quick.values())], default=math.inf)
-    hopeless = not explaining and least > hopeless_from([motion])
+    bar = FOLLOWED * noise_of(motion).variance if found.scene else hopeless_from([motion])
+    hopeless = not explaining and least > bar
     for model, end in sorted(quick.items(), key=lambda item: item[1].mean_square):
         first_hope = not explaining and end.mean_square == least
         if not hopeless and (first_hope or end.mean_square <= CONTENDS * least):

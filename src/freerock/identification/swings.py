@@ -1,10 +1,12 @@
 """The swings of a measured run: how high each goes, and what that says of the base before any fit."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
-from freerock.runs.tops import Top, find_tops
+from freerock.runs.tops import TOP_STDERR, TOP_STDERR_S, Top, find_tops
 
 LEAST_PEAK = 0.1  # of the release angle: in the noise of low swings any law hides
 CLEAR = 50.0  # standard deviations of the noise, likewise
@@ -15,6 +17,20 @@ def tops_of(motion: Motion) -> list[Top]:
     """The tops of the swings after the first, as long as they are high."""
     lowest = max(LEAST_PEAK * abs(motion.theta0), CLEAR * motion.sigma_theta)
     return find_tops(motion.time_s, motion.theta, motion.sigma_theta, lowest)
+
+
+def from_top(motion: Motion, top: Top) -> Motion:
+    """The rest of a run from a peak on."""
+    later = motion.time_s >= top.time_s
+    return replace(
+        motion,
+        time_s=motion.time_s[later] - top.time_s,
+        theta=motion.theta[later],
+        theta0=top.height,
+        theta0_stderr=TOP_STDERR * abs(top.height),
+        t0_stderr=TOP_STDERR_S,
+        fit_start_s=0.0,
+    )
 
 
 def tilt_of_swings(block: Block, motion: Motion) -> float:

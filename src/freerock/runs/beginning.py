@@ -17,6 +17,7 @@ from freerock.runs.verdict import Reason
 
 HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples or more"
 FROM_PEAK = "the run begins at its first clean peak"
+LEAVE_OUT = "what comes before is no free rocking; leave the run out, or set its release by hand"
 LEAST_PEAK = 0.2  # of the largest angle seen: a run that begins lower says little
 
 
@@ -58,6 +59,9 @@ def from_hold(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> B
             return peak._replace(
                 reasons=(Reason("warn", "braked", f"{text}, {peak.release.instant_s:.3f} s"),)
             )
+        else:
+            text = f"{fell} was braked at {stop.start_s:.2f} s, and no clean peak follows: {LEAVE_OUT}"
+            reasons.append(Reason("warn", "braked", text))
     release = find_release(signal, hold, end_s, limits)
     held = held_angle(signal, hold, release.instant_s, limits)
     return Beginning(hold.start_s, release, held, release.instant_s + limits.finger_s, tuple(reasons))

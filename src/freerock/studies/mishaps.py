@@ -65,7 +65,7 @@ class Mishap:
     value : float
     spoil : callable
         (value, half period [s], generator) → what differs: fields of `Release`; `faults`; `law`, `rules` of
-        the law; `sign` and `response_ms`, of the laser as it is described.
+        the law; `edge_radius_m` of the block; `sign` and `response_ms`, of the laser as it is described.
     names : collection of str
         Reasons that name it rightly.
     """
@@ -139,7 +139,7 @@ MISHAPS = {
         f"rounded edges, {radius * 1e3:g}": Mishap(
             "radius [m]",
             radius,
-            lambda value, swing_s, draw: {"moves": mishaps.rounded(value)},
+            lambda value, swing_s, draw: {"moves": mishaps.rounded(value), "edge_radius_m": value},
             ("rounded_edges", "unexplained"),
         )
         for radius in (7e-4, 2e-3)
@@ -225,7 +225,7 @@ def spoiled(
     )
     recording = Recording(rate_hz=RATE_HZ, longest_s=16.0, noise=NOISE)
     return simulate_record(
-        block,
+        replace(block, edge_radius_m=how.get("edge_radius_m")),  # as deep in the hold as it stands there
         laser,
         how.get("law", "hunt_crossley"),
         [release],

@@ -1,0 +1,58 @@
+"""Do the later swings ask for what was freed beside the release?
+
+A hand that pushes or brakes a block before its first top leaves no trace but the height of that top; a base
+off level and rounded edges act on every swing. Where the release is freed, a little tilt may take up what no
+release from rest can: of six records of a brake that seemed off level by 0.0005 to 0.005 degrees, the later
+swings asked for none.
+"""
+
+from dataclasses import replace
+
+from freerock.errors import FreerockError
+from freerock.identification.diagnosis import off_zero
+from freerock.identification.fit import Fit
+from freerock.identification.least_squares import least_squares
+from freerock.identification.problem import posed
+from freerock.identification.search import follow, growing_horizons
+from freerock.identification.settings import FitSettings
+from freerock.identification.swings import from_top, tops_of
+from freerock.models.block import Block
+from freerock.models.laws import MODELS
+from freerock.runs.motion import Motion
+
+# At the first tops a squat block on a soft bed still bounces, which looks like a tilt of one sign at
+# the first and of the other at the second.
+TOPS = 2
+
+
+def asked_later(block: Block, motion: Motion, settings: FitSettings, fit: Fit) -> set[str]:
+    """What a run asks for (`diagnosis.asks_for`) from its first and from its second top on, with one sign.
+
+    Nothing of a run without two tops.
+
+    Parameters
+    ----------
+    block : Block
+    motion : Motion
+        The run.
+    settings : FitSettings
+        Those that take base and edges for granted.
+    fit : Fit
+        Of the run, with more freed: where fits of the later swings start.
+    """
+    tops = tops_of(motion)[:TOPS]
+    if len(tops) < TOPS:
+        return set()
+    first, second = (_off_zero(block, from_top(motion, top), settings, fit) for top in tops)
+    return {name for name in {*first} & {*second} if first[name] * second[name] > 0}
+
+
+def _off_zero(block: Block, part: Motion, settings: FitSettings, fit: Fit) -> dict[str, float]:
+    try:
+        problem = posed(fit.model, (block,), (part,), settings)
+    except FreerockError:  # too few samples
+        return {}
+    start = {name: fit.values[name] for name in (*MODELS[fit.model], "width") if name in fit.values}
+    x = follow(problem.rough(), problem.start_at(start), growing_horizons(part)).x
+    problem = replace(problem, rtol=fit.diagnostics["rtol"])
+    return off_zero(problem, least_squares(problem, x, problem.samples()).x)
