@@ -91,6 +91,6 @@ def test_every_reason_is_documented():
     rows = re.findall(r"^\| \w+.*? \| (`.+?) \|", table, re.M)
     documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     of_impacts = {f"{how}_restitution" for how in ("no", "alternating", "outlying", "uneven")}
-    of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted"}
+    of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted", "no_rest"}
     of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges"}
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits

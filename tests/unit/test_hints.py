@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.as_measured import as_measured
+from freerock.identification.doubts import doubts_about_noise
 from freerock.identification.fit import fit_run
 from freerock.identification.hints import hints_for, mirrored
 from freerock.identification.ladder import BY_DEFAULT, Ladder
@@ -96,3 +97,12 @@ def test_a_law_without_the_rule_is_left_out_where_another_is_left():
         name for name in Ladder(asked, ("guided", "pivoting"), free).candidates if "general" not in name
     )
     assert Ladder(("general",), (), free, options).candidates == ("general",)
+
+
+def test_a_run_without_a_rest_says_that_its_errors_know_less():
+    theta = np.zeros(100)
+    seen = Motion(theta, theta, SIGMA, 0.1, noise=noise_at_rest([np.zeros(4000)], RATE_HZ))
+    assert doubts_about_noise(seen) == []
+    (doubt,) = doubts_about_noise(Motion(theta, theta, SIGMA, 0.1))
+    assert (doubt.verdict, doubt.name) == ("warn", "no_rest")
+    assert doubt.text.startswith("no rest or hold is long enough to show the noise of the sensor")

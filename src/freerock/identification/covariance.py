@@ -1,27 +1,61 @@
-"""Covariance of least-squares parameters, where the noise is white and where it is coloured."""
+"""Covariance of least-squares parameters under the noise that the sensor has."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import next_fast_len
+from numpy.typing import NDArray
+from scipy.fft import fft, fftfreq, next_fast_len, rfft
 from scipy.signal import fftconvolve
 
 from freerock.arrays import Floats
-from freerock.runs.noise import fit_law, slow_and_white
+from freerock.runs.noise import Noise, averaged
 
 PADDING = 4  # times the length of a run, so that slow noise does not wrap around
-LINE = 30.0  # times the median of its neighbours, above which the power at a frequency is a line
 SINGULAR = 1e13  # condition of the scaled normal matrix beyond which the data do not separate the parameters
+HARMONICS = 8  # of the error of a converter, over the place between two steps
+UNSEEN = 1e-3  # of the power of a residual, below which the steps of a converter do not show
+TOLD = 4.0  # standard errors of a correlation, from which neighbours in a residual correlate
 
 
-def covariance(residual: Floats, jacobian: Floats, lengths: Sequence[int]) -> tuple[Floats, bool]:
-    """Covariance of the least-squares estimate, and whether the residual is coloured.
+@dataclass(frozen=True)
+class Known:
+    """How well least squares know the fitted numbers.
 
-    White residual: s²(JᵀJ)⁻¹. Coloured residual (lag-one correlation beyond four standard errors): sandwich
-    (JᵀJ)⁻¹ S (JᵀJ)⁻¹, with S in two ways, of which the larger variance counts. S = JᵀΓJ takes the noise for
-    stationary, white with a slow part; Γ is that of the spectrum fitted to the residual (`noise_spectrum`).
-    The Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
-    doi:10.2307/2938229, assumes nothing, but needs runs much longer than the correlation time of the noise.
+    Parameters
+    ----------
+    covariance : ndarray, shape (n_parameters, n_parameters)
+        NaN where the samples do not separate the parameters.
+    dof : ndarray, shape (n_parameters,)
+        Degrees of freedom with which the noise tells the variances.
+    coloured : bool
+        Whether neighbouring residuals correlate.
+    """
+
+    covariance: Floats
+    dof: Floats
+    coloured: bool
+
+
+def covariance(
+    residual: Floats,
+    jacobian: Floats,
+    lengths: Sequence[int],
+    noises: Sequence[Noise],
+    theta: Floats,
+    *,
+    is_noise: bool,
+) -> Known:
+    """Covariance of the least-squares estimate: the sandwich (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹.
+
+    Γ is the covariance of the noise, by its spectrum. The variance of each number is a sum over the octaves
+    of the spectrum, of which each is known with its degrees of freedom; those of the sum are Welch's and
+    Satterthwaite's (doi:10.2307/3002019).
+
+    A residual that is not noise, or of which nothing says that it is, has at least the covariances of white
+    noise, s²(JᵀJ)⁻¹, and where neighbours correlate (lag-one correlation beyond four standard errors) of the
+    Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
+    doi:10.2307/2938229. That assumes nothing of the noise, but needs runs much longer than its correlation.
 
     Parameters
     ----------
@@ -30,70 +64,102 @@ def covariance(residual: Floats, jacobian: Floats, lengths: Sequence[int]) -> tu
     jacobian : ndarray, shape (n_time, n_parameters)
     lengths : sequence of int
         Samples of each run.
-
-    Returns
-    -------
-    covariance : ndarray, shape (n_parameters, n_parameters)
-        NaN where the samples do not separate the parameters.
-    coloured : bool
+    noises : sequence of Noise
+        Of each run.
+    theta : ndarray, shape (n_time,)
+        Modelled rotation [rad], which goes through the steps of the converter.
+    is_noise : bool
+        Whether the residual is known to be noise.
     """
     n, n_parameters = jacobian.shape
     scale = np.sqrt(np.mean(jacobian**2, axis=0))
+    nothing = np.full((n_parameters, n_parameters), np.nan), np.full(n_parameters, np.inf)
     if not (n_parameters and np.all(scale > 0)):
-        return np.full((n_parameters, n_parameters), np.nan), False
+        return Known(*nothing, False)
     jacobian = jacobian / scale
     normal = jacobian.T @ jacobian
     if not np.linalg.cond(normal) < SINGULAR:
-        return np.full((n_parameters, n_parameters), np.nan), False
+        return Known(*nothing, False)
     inverse = np.linalg.inv(normal)
-    best = residual @ residual / (n - n_parameters) * inverse
+    influence = jacobian @ inverse
     centred = residual - residual.mean()
     correlation = centred[1:] @ centred[:-1] / (centred @ centred)
-    coloured = bool(abs(correlation) > 4 / np.sqrt(n))
-    if coloured:
-        for inner in (
-            _stationary(jacobian, residual, lengths),
-            _long_run(jacobian * residual[:, None], lengths),
-        ):
-            sandwich = inverse @ inner @ inverse
-            widen = np.sqrt(np.maximum(np.diag(best) / np.diag(sandwich), 1.0))
-            best = sandwich * np.outer(widen, widen)
-    return best / np.outer(scale, scale), coloured
+    coloured = bool(abs(correlation) > TOLD / np.sqrt(n))
+    best, dof = _of_noise(residual, influence, lengths, noises, theta)
+    if not is_noise:
+        others = [residual @ residual / (n - n_parameters) * inverse]
+        others += [_long_run(influence * residual[:, None], lengths)] if coloured else []
+        for other in others:
+            widen = np.sqrt(np.maximum(np.diag(best) / np.diag(other), 1.0))
+            best = other * np.outer(widen, widen)
+    return Known(best / np.outer(scale, scale), dof, coloured)
 
 
-def noise_spectrum(noise: Floats) -> Callable[[Floats], Floats]:
-    """Spectral density of white noise with a slow part (`freerock.runs.noise.fit_law`).
+def _of_noise(
+    residual: Floats,
+    influence: Floats,
+    lengths: Sequence[int],
+    noises: Sequence[Noise],
+    theta: Floats,
+) -> tuple[Floats, Floats]:
+    """Covariance by the spectrum of the noise and the steps of the converter, and its degrees of freedom."""
+    total = np.zeros((influence.shape[1],) * 2)
+    spread = np.zeros(influence.shape[1])
+    parts = (np.split(values, np.cumsum(lengths)[:-1]) for values in (residual, influence, theta))
+    for noise, own, columns, moving in zip(noises, *parts, strict=True):
+        mean_square = float(own @ own / len(own))
+        waves = _waves(moving, noise.step, mean_square)
+        of_waves = waves @ columns
+        total += np.real(np.conj(of_waves).T @ of_waves)
+        columns = averaged(columns, noise.averaged)
+        size = next_fast_len(PADDING * len(columns), real=True)
+        frequency = np.arange(size // 2 + 1) / size
+        density, band, n_bands = noise.density(frequency), noise.band(frequency), len(noise.ratio)
+        if len(waves):
+            least = mean_square - float(np.sum(np.abs(waves) ** 2)) / len(own)
+            density = np.maximum(density - _density_of(waves, noise)[band], max(least, 0.0))
+        weight = density * np.where((frequency == 0) | (frequency == 0.5), 1, 2) / size
+        transform = rfft(np.ascontiguousarray(columns.T), size)
+        total += np.real((transform * weight) @ np.conj(transform).T)
+        for j, power in enumerate(np.abs(transform) ** 2 * weight):
+            spread[j] += np.sum(np.bincount(band, power, n_bands) ** 2 / np.maximum(noise.dof, 1.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return total, np.diag(total) ** 2 / spread
 
-    Lines, such as mains interference, are left out.
+
+def _waves(theta: Floats, q: float, mean_square: float) -> NDArray[np.complex128]:
+    """Error of a converter of steps q while a block goes through them, shape (n_harmonics, n_time) [rad].
+
+    Under normal noise of σ before the converter its error has, over the place θ between two steps, the mean
+    Σ ±(q/πk) exp(-2π²k²σ²/q²) sin(2πkθ/q) (Widrow and Kollár 2008, doi:10.1017/CBO9780511754661). It stays
+    where the block stays, and is no more than white noise where it moves fast. Where the zero of the
+    converter lies between two steps is not known, and any place as likely: then the covariance of the error
+    is the real part of the products of these waves. Harmonics too weak to be seen are left out.
 
     Parameters
     ----------
-    noise : ndarray, shape (n_time,)
-        Equally spaced.
-
-    Returns
-    -------
-    callable
-        The density at frequencies in cycles per sample; it is the variance per sample where the noise is
-        white.
+    theta : ndarray, shape (n_time,)
+        [rad]
+    q : float
+        [rad]
+    mean_square : float
+        Of the residual [rad²]: noise before the converter, and q²/12.
     """
-    n = len(noise)
-    power = np.abs(np.fft.rfft(noise)[1 : (n + 1) // 2]) ** 2 / n
-    law = fit_law(np.arange(1, len(power) + 1) / n, power, n, LINE)
-    return lambda f: slow_and_white(f, *law)
+    k = np.arange(1, HARMONICS + 1 if q else 1)
+    before = max(mean_square - q**2 / 12, 0.0)
+    size = q / (np.pi * k) * np.exp(-2 * before * (np.pi * k / (q or 1.0)) ** 2)
+    seen = size**2 / 2 > UNSEEN * mean_square
+    turns = 2j * np.pi * np.outer(k[seen], theta) / (q or 1.0)
+    return np.asarray(size[seen, None] / np.sqrt(2) * np.exp(turns))
 
 
-def _stationary(jacobian: Floats, residual: Floats, lengths: Sequence[int]) -> Floats:
-    """JᵀΓJ for noise of the residual's spectrum, shape (n_parameters, n_parameters)."""
-    inner = np.zeros((jacobian.shape[1],) * 2)
-    ends = np.cumsum(lengths)[:-1]
-    for columns, noise in zip(np.split(jacobian, ends), np.split(residual, ends), strict=True):
-        size = next_fast_len(PADDING * len(noise), real=True)
-        transform = np.fft.rfft(columns, size, axis=0)
-        power = noise_spectrum(noise)(np.asarray(np.fft.rfftfreq(size), np.float64))
-        power[1:-1] *= 2
-        inner += np.real(np.conj(transform).T @ (power[:, None] * transform)) / size
-    return inner
+def _density_of(waves: NDArray[np.complex128], noise: Noise) -> Floats:
+    """Mean spectral density of the waves in each band of the noise [rad²]."""
+    coarse = averaged(waves.real.T, noise.averaged) + 1j * averaged(waves.imag.T, noise.averaged)
+    n, n_bands = len(coarse), len(noise.ratio)
+    power = np.sum(np.abs(fft(coarse, axis=0)) ** 2, axis=1) / n
+    band = noise.band(np.abs(fftfreq(n)))
+    return np.asarray(np.bincount(band, power, n_bands) / np.maximum(np.bincount(band, minlength=n_bands), 1))
 
 
 def _long_run(scores: Floats, lengths: Sequence[int]) -> Floats:

@@ -13,7 +13,16 @@ CAUSES = (
     "the base may be off level, sign or face of the laser wrong, the corners rounded, the sensor slow or its "
     "beam lower than stated, or another law holds"
 )
+NO_REST = (
+    "no rest or hold is long enough to show the noise of the sensor: the standard errors know the noise from "
+    "what the fit leaves alone"
+)
 ALWAYS = "alternating_restitution"  # its cause acts all through the run: no part of it is undisturbed
+
+
+def doubts_about_noise(motion: Motion) -> list[Reason]:
+    """Of a run in whose record nothing rests long enough to show the noise, that its errors know less."""
+    return [Reason("warn", "no_rest", NO_REST)] if motion.noise is None else []
 
 
 def doubts_about(

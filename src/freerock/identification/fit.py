@@ -63,7 +63,7 @@ class Fit:
     diagnostics : dict
         evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
         (samples averaged into one); residual_over_sigma; coloured (1 where neighbouring residuals
-        correlate and the standard errors are widened for it); white (1 where the residual passes for
+        correlate); white (1 where the residual passes for
         white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
         noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
         effective_samples; widened (largest factor by which a standard error was raised, of a run whose first
@@ -189,8 +189,9 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     apart, holdout = None, float("nan")
     if len(motions) == 1:
         x_half, holdout = first_half(problem, x, resolution.m)
-        apart = None if is_white(residual) and rest.is_noise else x_half - x
-    known = uncertainty(problem, x, residual, jacobian, apart)
+        explained = rest.is_noise and (motions[0].noise is not None or is_white(residual))
+        apart = None if explained else x_half - x
+    known = uncertainty(problem, x, residual, jacobian, rest, apart)
 
     times = np.concatenate([m.time_s for m in motions])
     theta = np.concatenate([m.theta for m in motions])

@@ -4,10 +4,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import stdtrit
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Mask
 from freerock.identification.covariance import covariance
 from freerock.identification.estimate import NORMAL_95
+from freerock.identification.noise import AgainstRest, noise_of_residual
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.models.laws import MODELS
 
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     import lmfit
 
 SURPRISE = 3.0  # standard errors by which the halves of a run may disagree
+MANY = 1e6  # degrees of freedom that are as good as infinitely many
 STEEPEST = 3.0  # ratio of standard errors beyond which the profile has no level to find
 
 
@@ -28,7 +31,7 @@ class Uncertainty:
     stderr, low, high : ndarray, shape (n_parameters,)
         Standard errors and ends of the 95 % intervals.
     coloured : bool
-        Whether neighbouring residuals correlate, and the standard errors are widened for it.
+        Whether neighbouring residuals correlate.
     widened : float
         Largest factor by which a standard error was raised because the halves of the run disagree.
     """
@@ -53,7 +56,12 @@ class Uncertainty:
 
 
 def uncertainty(
-    problem: Problem, x: Floats, residual: Floats, jacobian: Floats, apart: Floats | None
+    problem: Problem,
+    x: Floats,
+    residual: Floats,
+    jacobian: Floats,
+    rest: AgainstRest,
+    apart: Floats | None,
 ) -> Uncertainty:
     """Uncertainty of the fitted numbers, in SI units.
 
@@ -64,23 +72,47 @@ def uncertainty(
         The fitted numbers at their best.
     residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_parameters)
         There, of all samples.
+    rest : AgainstRest
+        The residual against the noise at rest.
     apart : ndarray, shape (n_parameters,), or None
         What the first half of the run would change of x, where that counts.
     """
     free = ~problem.at_bound(x)
     among = np.ix_(free, free)
     of_x = np.full((len(x), len(x)), np.nan)
-    of_x[among], coloured = covariance(residual, jacobian[:, free], problem.samples().lengths)
+    samples, own = problem.samples(), jacobian[:, free]
+    is_noise = rest.is_noise and all(motion.noise is not None for motion in problem.motions)
+    noises = rest.noises if is_noise else noise_of_residual(residual, own, samples.lengths, _rates(problem))
+    theta = samples.theta + residual
+    known = covariance(residual, own, samples.lengths, noises, theta, is_noise=is_noise)
+    of_x[among] = known.covariance
     of_x, widened = (of_x, 1.0) if apart is None else _widened(of_x, apart)
     value, gradient = problem.physical(x), problem.gradient(x)
     of_value = np.full_like(of_x, np.nan)
     of_value[among] = gradient[among] @ of_x[among] @ gradient[among].T
     stderr = np.sqrt(np.diag(of_value))
+    half = _student_95(problem, free, known.dof) * stderr
     with np.errstate(over="ignore"):
-        factor = np.exp(NORMAL_95 * stderr / np.abs(value))
-        low = np.where(problem.is_logarithm, value / factor, value - NORMAL_95 * stderr)
-        high = np.where(problem.is_logarithm, value * factor, value + NORMAL_95 * stderr)
-    return Uncertainty(of_value, stderr, low, high, coloured, widened)
+        factor = np.exp(half / np.abs(value))
+        low = np.where(problem.is_logarithm, value / factor, value - half)
+        high = np.where(problem.is_logarithm, value * factor, value + half)
+    return Uncertainty(of_value, stderr, low, high, known.coloured, widened)
+
+
+def _rates(problem: Problem) -> list[float]:
+    """Samples per second of each run."""
+    return [(len(motion.time_s) - 1) / float(np.ptp(motion.time_s)) for motion in problem.motions]
+
+
+def _student_95(problem: Problem, free: Mask, dof: Floats) -> Floats:
+    """Standard errors from the value to the ends of its 95 % interval, by Student's t.
+
+    Of damping, fitted as its ratio to k, with the degrees of freedom of the one that has fewer.
+    """
+    of_x = np.full(len(free), np.inf)
+    of_x[free] = dof
+    of_x = np.where(problem.is_ratio, np.minimum(of_x, of_x[0]), of_x)
+    return np.asarray(np.where(np.isfinite(of_x), stdtrit(np.minimum(of_x, MANY), 0.975), NORMAL_95))
 
 
 def _widened(covariance_x: Floats, apart: Floats) -> tuple[Floats, float]:

@@ -9,12 +9,14 @@ from scipy.special import fdtrc
 from freerock.arrays import Floats
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
+    Indices,
     Noise,
     averaged,
     degrees_of_freedom,
     expected_power,
     filtered,
     frequencies,
+    noise_at_rest,
     power_taken,
     tapered_power,
     white_noise,
@@ -41,12 +43,15 @@ class AgainstRest:
         Power of the residual over that at rest: in the most telling octave, where it alone tells enough.
     low_hz, high_hz : float
         Ends of that band [Hz].
+    noises : tuple of Noise
+        Of each run, with the level in each band that rest and residual show together.
     """
 
     p: float
     ratio: float
     low_hz: float
     high_hz: float
+    noises: tuple[Noise, ...] = ()
 
     @property
     def is_noise(self) -> bool:
@@ -90,22 +95,41 @@ def against_rest(
     noises : sequence of Noise
         At rest, of each run.
     """
-    residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
-    ends = np.cumsum([len(each) for each in residuals])[:-1]
-    basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
-    through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
-    inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
-    found = [
-        _bands(own, noise, *power_taken(taking, passed, inner))
-        for own, taking, passed, noise in zip(residuals, basis, through, noises, strict=True)
-    ]
+    seen = _seen(residual, jacobian, lengths, noises)
+    found = [_bands(own) for own in seen]
     n = sum(map(len, found))
     octave, every = (
         min(bands, key=lambda band: (band.p, -band.ratio))
         for bands in ([band for run in found for band in run[:-1]], [run[-1] for run in found])
     )
     most = octave if n * octave.p <= LEVEL or octave.p <= every.p else every
-    return replace(most, p=min(1.0, n * min(octave.p, every.p)))
+    return replace(most, p=min(1.0, n * min(octave.p, every.p)), noises=tuple(map(_together, seen)))
+
+
+def noise_of_residual(
+    residual: Floats, jacobian: Floats, lengths: Sequence[int], rates_hz: Sequence[float]
+) -> tuple[Noise, ...]:
+    """Noise of each run, were its residual nothing else: where no rest tells of it.
+
+    Parameters
+    ----------
+    residual, jacobian, lengths :
+        As for `against_rest`.
+    rates_hz : sequence of float
+        Samples per second of each run.
+
+    Returns
+    -------
+    tuple of Noise
+        White of a run that is too short for a spectrum.
+    """
+    parts = np.split(residual, np.cumsum(lengths)[:-1])
+    alone = [
+        noise_at_rest([own], rate_hz) or white_noise(float(np.sqrt(np.mean(own**2))), rate_hz)
+        for own, rate_hz in zip(parts, rates_hz, strict=True)
+    ]
+    seen = _seen(residual, jacobian, lengths, alone)
+    return tuple(_together(replace(own, noise=replace(own.noise, dof=0.0 * own.left))) for own in seen)
 
 
 def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]) -> list[Floats]:
@@ -114,17 +138,61 @@ def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | Non
     return [averaged(own, noise.averaged if noise else 1) for own, noise in zip(parts, noises, strict=True)]
 
 
-def _bands(residual: Floats, noise: Noise, taken: Floats, share: Floats) -> list[AgainstRest]:
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A residual beside the noise of its run.
+
+    Parameters
+    ----------
+    noise : Noise
+    n : int
+        Samples, averaged as those of the noise are.
+    band : ndarray of int, shape (n_frequencies,)
+        In which each frequency lies.
+    power, at_rest, taken : ndarray, shape (n_frequencies,)
+        Power of the residual, that of the noise, and what the fit takes of the latter [rad²].
+    left, whole : ndarray, shape (n_bands,)
+        Degrees of freedom of the residual, and of noise of which nothing is fitted.
+    """
+
+    noise: Noise
+    n: int
+    band: Indices
+    power: Floats
+    at_rest: Floats
+    taken: Floats
+    left: Floats
+    whole: Floats
+
+
+def _seen(residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise]) -> list[_Seen]:
+    """The residual of each run beside its noise."""
+    residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
+    ends = np.cumsum([len(each) for each in residuals])[:-1]
+    basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
+    through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
+    inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
+    found = []
+    for own, taking, passed, noise in zip(residuals, basis, through, noises, strict=True):
+        n, n_bands = len(own), len(noise.ratio)
+        taken, share = power_taken(taking, passed, inner)
+        band = noise.band(frequencies(n))
+        left, whole = (degrees_of_freedom(band, each, n, n_bands) for each in (share, np.zeros(len(share))))
+        at_rest = expected_power(noise, n)
+        found.append(_Seen(noise, n, band, tapered_power(own), at_rest, taken, left, whole))
+    return found
+
+
+def _bands(seen: _Seen) -> list[AgainstRest]:
     """A residual against the noise in each band, at last in all together; p is that of the band alone."""
-    n, n_bands = len(residual), len(noise.ratio)
-    band = noise.band(frequencies(n))
+    noise, band, n_bands = seen.noise, seen.band, len(seen.left)
     count = np.bincount(band, minlength=n_bands)
-    dof = np.maximum(degrees_of_freedom(band, share, n, n_bands), 1.0)
-    power, expected = tapered_power(residual), expected_power(noise, n) - taken
+    dof = np.maximum(seen.left, 1.0)
+    power, expected = seen.power, seen.at_rest - seen.taken
     some, whole = np.flatnonzero(count), max(float(expected.sum()), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = (np.bincount(band, power / expected, n_bands) / count)[some]
-        part = np.bincount(band, expected, n_bands)[some] / whole if whole else count[some] / n
+        part = np.bincount(band, expected, n_bands)[some] / whole if whole else count[some] / seen.n
         every = float(power.sum() / whole) if whole else np.inf
     both_dof = np.array([dof[some], noise.dof[some]])
     p = fdtrc(*both_dof, np.maximum(ratio, 0.0) / LOUDER**2)
@@ -133,6 +201,20 @@ def _bands(residual: Floats, noise: Noise, taken: Floats, share: Floats) -> list
     found = zip(p.tolist(), ratio.tolist(), *ends_hz.tolist(), strict=True)
     all_of_them = 0.0 if every > LOUDEST else chance, every, float(ends_hz[0, 0]), float(ends_hz[1, -1])
     return [AgainstRest(*each) for each in (*found, all_of_them)]
+
+
+def _together(seen: _Seen) -> Noise:
+    """Noise of a run with the level in each band that rest and residual show together.
+
+    What the fit takes of the noise is no evidence: it counts neither as power nor as degrees of freedom.
+    """
+    noise, band, n_bands = seen.noise, seen.band, len(seen.left)
+    dof = noise.dof + seen.left
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = np.bincount(band, seen.power / seen.at_rest, n_bands) / np.bincount(band, minlength=n_bands)
+        factor = (noise.dof + seen.whole * mean) / dof
+    known = np.isfinite(factor) & (factor > 0)
+    return replace(noise, ratio=noise.ratio * np.where(known, factor, 1.0), dof=dof)
 
 
 def _orthonormal(jacobian: Floats) -> Floats:

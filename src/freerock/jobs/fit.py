@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from freerock.identification.choice import Choice
-from freerock.identification.doubts import doubts_about
+from freerock.identification.doubts import doubts_about, doubts_about_noise
 from freerock.identification.fit import Fit
 from freerock.identification.ladder import Identified, Ladder, identify_runs
 from freerock.models.block import Block
@@ -76,7 +76,10 @@ def make_fits(
     attributes["provenance"] = provenance([record_file], settings)
     choices = {number: choice for number, choice in choices.items() if number in fits}
     doubts = {
-        number: doubts_about(runs[number].verdict, block, motions[number], each, ladder)
+        number: [
+            *(doubts_about_noise(motions[number]) if each.fits else []),
+            *doubts_about(runs[number].verdict, block, motions[number], each, ladder),
+        ]
         for number, each in found.items()
     }
     for number, own in doubts.items():

@@ -57,6 +57,8 @@ class Noise:
         How many measured samples make one.
     rate_hz : float
         Samples per second, after averaging.
+    step : float
+        Of the converter [rad]; 0 where it is too fine to be seen.
     """
 
     white: float
@@ -67,6 +69,7 @@ class Noise:
     dof: Floats
     averaged: int
     rate_hz: float
+    step: float = 0.0
 
     def density(self, frequency: Floats) -> Floats:
         """Spectral density [rad²] at frequencies in cycles per sample."""
@@ -86,7 +89,8 @@ class Noise:
 
     def scaled(self, factor: float) -> "Noise":
         """The same noise with its standard deviation times a factor."""
-        return replace(self, white=factor**2 * self.white, slow=factor**2 * self.slow)
+        white, slow = factor**2 * self.white, factor**2 * self.slow
+        return replace(self, white=white, slow=slow, step=factor * self.step)
 
 
 def white_noise(sigma_theta: float, rate_hz: float) -> Noise:
@@ -147,6 +151,7 @@ def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0
         dof=np.full(n_bands, COARSELY),
         averaged=m,
         rate_hz=rate_hz / m,
+        step=step,
     )
     if not _mean_square(still):
         return alone

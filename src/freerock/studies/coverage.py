@@ -8,14 +8,28 @@ import pandas as pd
 from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
 from freerock.models.laws import MODELS, PAPER_MODELS
-from freerock.studies.virtual_run import SEED, Row, published_truth, rows_of_all, virtual_motion
+from freerock.studies.virtual_run import (
+    CORRELATED_S,
+    SEED,
+    STEP_SIGMAS,
+    Row,
+    published_truth,
+    rows_of_all,
+    virtual_motion,
+)
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
-RUNS = {"full": {"white": 200, "mains and drift": 80}, "small": {"white": 3}}  # of each scene and law
+RUNS = {"full": 200, "small": 3}  # of each noise, scene and law
+EVERYWHERE = ("white", "mains and drift")
+OF_SENSORS = (*CORRELATED_S, "white and slow", "mains", *STEP_SIGMAS)  # on two blocks, a foundation in turn
+BLOCKS = ("config2", "config3")
+STILL_S = (1.0, 3.0)  # shortest and longest hold, and rest
 
 
 def run(size: str = "full") -> pd.DataFrame:
     """Scatter of identified parameters against the Cramér-Rao bound, and whether intervals hold the truth.
+
+    Each run has a hold and a rest, which show the noise of the sensor.
 
     Returns
     -------
@@ -24,13 +38,14 @@ def run(size: str = "full") -> pd.DataFrame:
         value, stderr, ci95_low, ci95_high and bound, the Cramér-Rao bound of white noise; NaN where the fit
         failed.
     """
+    noises = (EVERYWHERE, OF_SENSORS) if size == "full" else (("white",), ("white and slow",))
     cases = [
         (block, foundation, model, noise, i)
         for model in PAPER_MODELS
         for block in CONFIGURATIONS
-        for foundation in FOUNDATIONS
-        for noise, n in RUNS[size].items()
-        for i in range(n)
+        for place, foundation in enumerate(FOUNDATIONS)
+        for i in range(RUNS[size])
+        for noise in (*noises[0], *(noises[1] if block in BLOCKS and i % len(FOUNDATIONS) == place else ()))
     ]
     return pd.DataFrame(rows_of_all(_coverage, cases))
 
@@ -45,7 +60,8 @@ def _coverage(case: Any) -> list[Row]:
         PAPER_MODELS.index(model),
         i,
     )
-    motion = virtual_motion(truth, np.random.default_rng([SEED, *key, noise == "white"]))
+    generator = np.random.default_rng([SEED, *key, (*EVERYWHERE, *OF_SENSORS).index(noise)])
+    motion = virtual_motion(truth, generator, still_s=tuple(generator.uniform(*STILL_S, 2)))
     if motion is None:
         return []
     fit = fit_run(model, truth.block, motion)

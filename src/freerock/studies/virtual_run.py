@@ -29,6 +29,7 @@ T0_STDERR_S = 2e-4
 LONGEST_S = 8.0
 Row = dict[str, Any]
 CORRELATED_S = {"2 ms": 2e-3, "20 ms": 2e-2, "200 ms": 0.2}  # correlation times of noise
+STEP_SIGMAS = {"step 0.5 σ": 0.5, "step 2 σ": 2.0, "step 5 σ": 5.0}  # of a converter
 REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
 
 
@@ -51,7 +52,8 @@ class Truth:
     noise : str
         "white"; "2 ms" and other keys of `CORRELATED_S`, all of it correlated over that time; "mains", white
         with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms; "mains and
-        drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s.
+        drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s; "white and
+        slow", white with 0.25 σ correlated over 50 ms; keys of `STEP_SIGMAS`, white before a converter.
     """
 
     model: str
@@ -93,6 +95,8 @@ def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
     white = generator.standard_normal(n)
     if truth.noise == "coloured":
         white = math.sqrt(0.5) * (white + correlated(5e-3))
+    elif truth.noise == "white and slow":
+        white = white + 0.25 * correlated(0.05)
     elif truth.noise in ("mains", "mains and drift"):
         phase = generator.uniform(0, 2 * math.pi)
         mains = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
@@ -132,24 +136,37 @@ def virtual_motion(
     error = noise(truth, hold + len(theta) + rest, generator)
     moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
     n = min(len(theta), moving[-1] + 200)
-    after = error[hold + n : hold + n + rest] if n < len(theta) else error[:0]
     t0 = T0_STDERR_S * generator.standard_normal()
+    step = truth.sigma_theta * STEP_SIGMAS.get(truth.noise, 0.0)
+    record = np.concatenate([np.full(hold, truth.theta0), theta[:n], np.zeros(rest if n < len(theta) else 0)])
+    record = converted(record + error[: len(record)], step, generator)
+    held, after = record[:hold], record[hold + n :]
     return Motion(
         time_s=time_s[:n] + t0,
-        theta=theta[:n] + error[hold : hold + n],
-        sigma_theta=float(np.std(error[:hold])),
-        theta0=truth.theta0 + float(np.mean(error[:hold])),
-        theta0_stderr=truth.sigma_theta * _stderr_of_mean(truth.noise, hold),
+        theta=record[hold : hold + n],
+        sigma_theta=float(np.std(held)),
+        theta0=float(np.mean(held)),
+        theta0_stderr=max(truth.sigma_theta * _stderr_of_mean(truth.noise, hold), step / math.sqrt(12)),
         t0_stderr=T0_STDERR_S,
         fit_start_s=0.0,
-        noise=noise_at_rest([error[:hold], after], RATE_HZ) if still_s else None,
+        noise=noise_at_rest([held, after], RATE_HZ, step) if still_s else None,
     )
+
+
+def converted(theta: Floats, step: float, generator: np.random.Generator) -> Floats:
+    """θ through a converter of a step, its zero anywhere within a step [rad]."""
+    if not step:
+        return theta
+    offset = generator.uniform()
+    return np.asarray(step * (np.round(theta / step + offset) - offset))
 
 
 def _stderr_of_mean(kind: str, n: int) -> float:
     """Of n samples of noise, in standard deviations of one, with a margin for its colour."""
     if kind == "mains and drift":
         return 1.0
+    if kind == "white and slow":
+        return max(3.0, 0.25 * math.sqrt(2 * RATE_HZ * 0.05)) / math.sqrt(n)
     correlated = 2 * RATE_HZ * CORRELATED_S.get(kind, 0.0)
     return min(1.0, max(3.0, math.sqrt(correlated)) / math.sqrt(n))
 

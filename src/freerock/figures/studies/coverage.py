@@ -9,7 +9,18 @@ from freerock.figures.style import MODEL_STYLES, Axes, Labels, Style, headed, la
 from freerock.models.laws import MODEL_LABELS, PARAMETERS, SYMBOLS
 
 DAMPINGS = {name for name, parameter in PARAMETERS.items() if parameter.ratio_unit}
-NOISE_MARKERS = {"white": "o", "mains and drift": "^"}
+NOISE_MARKERS = {
+    "white": "o",
+    "mains and drift": "^",
+    "2 ms": "v",
+    "20 ms": "<",
+    "200 ms": ">",
+    "white and slow": "D",
+    "mains": "s",
+    "step 0.5 σ": "1",
+    "step 2 σ": "2",
+    "step 5 σ": "3",
+}
 
 
 def coverage_summary(frame: pd.DataFrame) -> pd.DataFrame:
@@ -24,12 +35,14 @@ def coverage_summary(frame: pd.DataFrame) -> pd.DataFrame:
     -------
     pandas.DataFrame
         n fits that succeeded, failed, efficiency (standard deviation over the Cramér-Rao bound), bias (mean
-        error in bounds) and covered, the share of the 95 % intervals that hold the truth.
+        error in bounds), claimed (root mean square of the standard errors over that of the errors) and
+        covered, the share of the 95 % intervals that hold the truth.
     """
     rows = []
     keys = ["block", "foundation", "model", "noise", "parameter"]
     for key, group in frame.groupby(keys, sort=False):
         good = group[group["stderr"].notna()]
+        squares = np.mean(good["stderr"] ** 2) / np.mean((good["value"] - good["truth"]) ** 2)
         error = (good["value"] - good["truth"]) / good["bound"]
         inside = (good["ci95_low"] <= good["truth"]) & (good["truth"] <= good["ci95_high"])
         rows.append(
@@ -39,6 +52,7 @@ def coverage_summary(frame: pd.DataFrame) -> pd.DataFrame:
                 "failed": len(group) - len(good),
                 "efficiency": error.std(),
                 "bias": error.mean(),
+                "claimed": np.sqrt(squares),
                 "covered": inside.mean(),
             }
         )
