@@ -19,6 +19,7 @@ from freerock.products.runs import motions_in, runs_in
 from freerock.runs.impacts import find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
+from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
@@ -51,11 +52,7 @@ def make_fits(
         What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
         the work on runs that have not changed.
     """
-    record = open_record(record_file)
-    runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    motions = {
-        number: motion for number, motion in motions_in(record, with_noise=True).items() if number in runs
-    }
+    runs, motions, attrs = _read(record_file)
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     found = (identify or identify_runs)(block, motions, ladder)
@@ -69,8 +66,8 @@ def make_fits(
         for number, each in found.items()
         if each.fits
     }
-    attributes = settings["attributes"] | {key: record.attrs[key] for key in ("verdict", "reasons")}
-    attributes |= {key: each for key, each in record.attrs.items() if str(key).startswith("sensor_")}
+    attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
+    attributes |= {key: each for key, each in attrs.items() if str(key).startswith("sensor_")}
     if not_fitted:
         attributes["not_fitted"] = not_fitted
     attributes["provenance"] = provenance([record_file], settings)
@@ -86,6 +83,14 @@ def make_fits(
         for doubt in own:
             log.info("run %d: %s", number, doubt.text)
     write_fits(output, fits, attributes, choices, doubts)
+
+
+def _read(record_file: str | Path) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
+    """Runs and motions that can be fitted, and the record's attributes; its samples are let go."""
+    record = open_record(record_file)
+    runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
+    motions = motions_in(record, with_noise=True)
+    return runs, {number: motion for number, motion in motions.items() if number in runs}, record.attrs
 
 
 def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:

@@ -57,7 +57,10 @@ def give_up(settings: Settings, output: str | Path, reason: str) -> None:
 
 
 def make_record(
-    settings: Settings, output: str | Path, rotate: Callable[[Settings], xr.Dataset] | None = None
+    settings: Settings,
+    output: str | Path,
+    rotate: Callable[[Settings], xr.Dataset] | None = None,
+    packed: bool = True,
 ) -> None:
     """Write the dataset of a record; of one that can't be processed, with the verdict fail and the reason.
 
@@ -71,6 +74,8 @@ def make_record(
     rotate : callable, optional
         Gives θ(t) of the record, as `rotation_of` does, which it is by default: one that remembers spares the
         work while only release and end of runs change.
+    packed : bool
+        Compress what runs over time.
     """
     path = Path(settings["raw"], settings["file"])
     attributes = settings["attributes"] | {"provenance": provenance([], settings)}
@@ -89,7 +94,7 @@ def make_record(
         excluded = Reason("warn", "excluded", f"excluded: {settings['excluded']}")
         write_failure(output, excluded, attributes)
         return
-    write_record(output, *processed, attributes)
+    write_record(output, *processed, attributes, packed)
     _log(processed)
 
 

@@ -22,7 +22,12 @@ if TYPE_CHECKING:
 
 
 def write_record(
-    path: str | Path, record: xr.Dataset, runs: Sequence["Run"], impacts: Sequence["Impacts"], attrs: Attrs
+    path: str | Path,
+    record: xr.Dataset,
+    runs: Sequence["Run"],
+    impacts: Sequence["Impacts"],
+    attrs: Attrs,
+    packed: bool = True,
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
 
@@ -39,6 +44,8 @@ def write_record(
     attrs : mapping
         Root attributes: campaign, test, block, foundation, origin, title, ... and `provenance`; where it is
         known, start_time (ISO 8601).
+    packed : bool
+        Compress what runs over time.
 
     Raises
     ------
@@ -67,7 +74,7 @@ def write_record(
                 "overridden": run.overridden,
             },
         )
-    write_groups(path, groups)
+    write_groups(path, groups, packed)
 
 
 def write_failure(path: str | Path, reason: Reason, attrs: Attrs) -> None:

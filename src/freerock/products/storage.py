@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 ONE_THREAD = RLock()  # two in the netCDF library at once end the process
 
 
-def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
-    """Write the groups of a file; several times faster than xarray's own way."""
+def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], packed: bool = True) -> None:
+    """Write the groups of a file, what runs over time compressed unless it is read back at once."""
     import netCDF4
 
     simulated = groups["/"].attrs["origin"] == "simulated"
@@ -34,7 +34,9 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
                 defined = [
                     each
                     for name, dataset in groups.items()
-                    for each in _define(file if name == "/" else file.createGroup(name), dataset, simulated)
+                    for each in _define(
+                        file if name == "/" else file.createGroup(name), dataset, simulated, packed
+                    )
                 ]
                 for variable, values in defined:  # last: each return to definitions walks all groups
                     variable[...] = values
@@ -43,7 +45,7 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset]) -> None:
 
 
 def _define(
-    group: "netCDF4.Dataset", dataset: xr.Dataset, simulated: bool
+    group: "netCDF4.Dataset", dataset: xr.Dataset, simulated: bool, packed: bool
 ) -> Iterator[tuple["netCDF4.Variable[Any]", Any]]:
     """Define the content of a group; yields each variable and its values."""
     group.setncatts(_plain(dataset.attrs))
@@ -59,11 +61,10 @@ def _define(
         elif name in SINGLE_PRECISION and variable.dims:
             dtype = np.float32
         missing = np.nan if variable.dtype.kind == "f" and name not in dataset.coords else None
-        packed: dict[str, Any] = (
-            {"compression": "zlib", "complevel": 4} if SAMPLES & set(variable.dims) else {}
-        )
+        over_time = packed and bool(SAMPLES & set(variable.dims))
+        filters: dict[str, Any] = {"compression": "zlib", "complevel": 4} if over_time else {}
         dimensions = [str(each) for each in variable.dims]
-        written = group.createVariable(name, dtype, dimensions, fill_value=missing, **packed)
+        written = group.createVariable(name, dtype, dimensions, fill_value=missing, **filters)
         attrs = describe(name, dataset, simulated) | variable.attrs
         coordinates = [str(other) for other in beside if beside[other] <= set(variable.dims)]
         if coordinates and name not in dataset.coords:

@@ -100,7 +100,7 @@ class Bench:
 
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             file = Path(folder, "record.nc")
-            make_record(self.settings(campaign, line)[0], file, self._rotation)
+            make_record(self.settings(campaign, line)[0], file, self._rotation, packed=False)
             return Analysed(open_record(file, samples=False), None)
 
     def analyse(
@@ -146,7 +146,7 @@ class Bench:
         of_record, of_fits = self.settings(campaign, line)
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             record_file, fits_file = Path(folder, "record.nc"), Path(folder, "fits.nc")
-            make_record(of_record, record_file, self._rotation)
+            make_record(of_record, record_file, self._rotation, packed=False)
             record = open_record(record_file, samples=False)
             release = {
                 int(run.attrs["run"]): run.dataset["release"].item() for run in record.children.values()
