@@ -5,6 +5,7 @@ import math
 import pandas as pd
 import pytest
 
+from freerock.figures.studies.mishaps import OUTCOMES, draw, outcomes
 from freerock.studies import off_level
 from freerock.studies.mishaps import COLUMNS, MISHAPS, SIZES, main, markdown, one
 
@@ -93,3 +94,28 @@ def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     assert text.startswith("a\n<!-- mishaps -->\n| mishap |") and "old" not in text
     assert text.endswith("<!-- end of the mishaps -->\nb\n")
     assert not math.isnan(pd.read_csv(tmp_path / "mishaps.csv")["k_error_percent"][0])
+
+
+def test_the_figure_says_what_became_of_each_mishap():
+    """Of what counts as right under an ok the limit is four standard errors."""
+    seen = [
+        ("warn", "off_level", True, 50.0),
+        ("warn", "unexplained", False, 50.0),
+        ("ok", "held_back", False, -3.9),
+        ("ok", None, False, 3.9),
+        ("ok", None, False, 4.1),
+        ("ok", "held_back", False, math.nan),
+    ]
+    columns = ["level", "names", "named", "k_error_stderrs"]
+    frame = pd.DataFrame(seen, columns=columns).assign(
+        mishap="pushed, 0.03", quantity="rate [rad/s]", value=0.03
+    )
+    clean = frame.iloc[3:4].assign(mishap="none", quantity="", value=math.nan)
+    (figure, rows), found = draw(pd.concat([clean, frame])), outcomes(frame)
+    shares = [round(6 * found[name][0]) for name in OUTCOMES]
+    assert shares == [1, 1, 1, 1, 2] and found["records"][0] == 6
+    assert rows["mishap"].tolist() == ["none", "pushed, 0.03"]
+    (ax,) = figure.axes
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["none (1)", "pushed, 0.03 rad/s (6)"]
+    ends = [bar.get_x() + bar.get_width() for bar in ax.patches]
+    assert max(ends) == pytest.approx(100)

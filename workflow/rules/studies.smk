@@ -1,4 +1,4 @@
-# Studies of the methods: not part of a campaign, run by `snakemake studies`, in seconds by
+# Studies of the methods: not part of a campaign, run by `snakemake studies`, in minutes by
 # `snakemake studies --config studies=small`.
 
 STUDIES = [
@@ -14,6 +14,7 @@ STUDIES = [
     "choice",
     "confusion",
     "faults",
+    "mishaps",
 ]
 
 

@@ -6,8 +6,8 @@ by default. The truth is Hunt-Crossley's law of table 2, within 3 %.
 
     python -m freerock.studies.mishaps results/studies/mishaps.csv full docs/signals.md
 
-measures (`small`: one record of each in minutes; `full`: hours of processor time) and renews the table in
-the documentation, where it is named.
+measures on all cores (`small`: one record of each in a minute or two; `full`: hours of processor time) and
+renews the table in the documentation, where it is named.
 """
 
 import math
@@ -36,7 +36,7 @@ from freerock.runs.quiet import quiet_stretches
 from freerock.runs.verdict import Verdict
 from freerock.studies.document import renew
 from freerock.studies.truths import place, table_2
-from freerock.studies.virtual_run import Row
+from freerock.studies.virtual_run import Row, rows_of_all
 from freerock.tables.csvfile import write_csv
 from freerock.virtual_lab import faults, mishaps
 from freerock.virtual_lab.noise import Noise
@@ -188,8 +188,12 @@ def run(size: str = "full") -> pd.DataFrame:
         the reasons, joined by blanks) of the run's verdict; named (a right name is among them); model chosen,
         explained; k_error_percent and k_error_stderrs of k under it, NaN where it has none.
     """
-    rows = [one(name, i) for i in range(SIZES[size]) for name in MISHAPS]
-    return pd.DataFrame(rows, columns=COLUMNS)
+    cases = [(name, i) for i in range(SIZES[size]) for name in MISHAPS]
+    return pd.DataFrame(rows_of_all(_rows, cases), columns=COLUMNS)
+
+
+def _rows(case: tuple[str, int]) -> list[Row]:
+    return [one(*case)]
 
 
 def one(name: str, i: int) -> Row:

@@ -10,6 +10,7 @@ __all__ = [
     "coverage",
     "engines",
     "faults",
+    "mishaps",
     "model_cost",
     "model_error",
     "numerics",
