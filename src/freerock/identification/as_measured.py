@@ -35,26 +35,27 @@ def as_measured(
     foundation = Foundation.of(values) if LAWS[law].is_foundation else None
     if view is None or view.is_plain(turning, foundation):
         rates = None if theta_rate is None else np.empty((len(time_s), 3))
-        theta = simulate_fitted(law, block, values, time_s, rules=rules, solver=solver, rates=rates)
+        theta = simulate_fitted(law, turning, values, time_s, rules=rules, solver=solver, rates=rates)
         if theta_rate is not None and rates is not None:
             theta_rate[:] = rates[:, 2]
         return theta
     beside = view.moments[0][:, None]
     values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}
-    every = (time_s + beside).ravel()
+    every = (time_s + beside).ravel() if len(beside) > 1 else time_s
     rates = None if foundation is None and theta_rate is None else np.empty((every.size, 3))
     if len(beside) == 1:
-        theta = simulate_fitted(law, block, values, every, rules=rules, solver=solver, rates=rates)
+        theta = simulate_fitted(law, turning, values, every, rules=rules, solver=solver, rates=rates)
     else:
         order = np.argsort(every, kind="stable")
-        theta = simulate_fitted(law, block, values, every[order], rules=rules, solver=solver, rates=rates)
+        theta = simulate_fitted(law, turning, values, every[order], rules=rules, solver=solver, rates=rates)
         back = np.argsort(order, kind="stable")
         theta, rates = theta[back], None if rates is None else rates[back]
     theta = theta.reshape(len(beside), -1)
     if rates is None:
         return view.seen(theta, theta, turning, foundation)
-    z_cb, z_cb_rate, rate = rates.T.reshape(3, len(beside), -1)
+    z_cb = np.ascontiguousarray(rates[:, 0]).reshape(theta.shape)
     if theta_rate is not None:
+        z_cb_rate, rate = rates[:, 1].reshape(theta.shape), rates[:, 2].reshape(theta.shape)
         later, earlier = (
             view.seen(theta + step * rate, z_cb + step * z_cb_rate, turning, foundation)
             for step in (STEP_S, -STEP_S)

@@ -34,7 +34,9 @@ def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
     return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
 
 
-def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Floats) -> float | None:
+def added_damping(
+    problem: Problem, x: Floats, residual: Floats, jacobian: Floats, without: Likelihood
+) -> float | None:
     """How many standard errors the damping that the law lacks would be away from zero.
 
     By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
@@ -48,6 +50,8 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
         The fitted numbers at their best.
     residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_free)
         There, of all samples; without the columns of parameters held at a bound.
+    without : Likelihood
+        Of these.
     """
     wider = extended_by(problem.model)
     if wider is None:
@@ -59,7 +63,6 @@ def added_damping(problem: Problem, x: Floats, residual: Floats, jacobian: Float
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
     column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)
     noises = [motion.noise for motion in problem.motions]
-    without = likelihood(residual, jacobian, samples.lengths, noises)
     found = likelihood(residual, np.column_stack([jacobian, column]), samples.lengths, noises)
     gain = max(without.minus_two_log - found.minus_two_log, 0.0)
     return float(np.copysign(np.sqrt(gain), found.step[-1]))

@@ -203,7 +203,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if failed:
         known = known.unknown()
     else:
-        lacking = added_damping(problem, x, residual, jacobian[:, ~held])
+        lacking = added_damping(problem, x, residual, jacobian[:, ~held], likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)

@@ -62,7 +62,7 @@ class _AtLast:
 
     def __init__(self, problem: Problem, samples: Samples) -> None:
         self.problem, self.samples = problem, samples
-        self.rate = np.empty(len(samples.time_s)) if problem.rtol <= problem.fine else None
+        self.rate = np.empty(len(samples.time_s)) if problem.shares_curve else None
         self.x = self.theta = np.empty(0)
 
     def residual(self, x: Floats) -> Floats:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
@@ -56,7 +57,7 @@ class Samples:
     lengths: tuple[int, ...]
     m: int = 1
 
-    @property
+    @cached_property
     def runs(self) -> list[slice]:
         """Where the samples of each run lie."""
         ends = np.cumsum(self.lengths)
@@ -139,6 +140,18 @@ class Problem:
         return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
 
     @cached_property
+    def _logarithms(self) -> NDArray[np.intp]:
+        return np.flatnonzero(self.is_logarithm)
+
+    @cached_property
+    def _ratios(self) -> NDArray[np.intp]:
+        return np.flatnonzero(self.is_ratio)
+
+    @cached_property
+    def _is_foundation(self) -> bool:
+        return law_of(self.model).is_foundation
+
+    @cached_property
     def rules(self) -> Rules:
         """Those of the simulation."""
         return CANDIDATES[self.model].rules(self.settings.debonding)
@@ -146,9 +159,9 @@ class Problem:
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
         value = np.array(x, dtype=float)
-        if law_of(self.model).is_foundation:
-            value[self.is_ratio] += value[0]
-            value[self.is_logarithm] = np.exp(value[self.is_logarithm])
+        if self._is_foundation:
+            value[self._ratios] += value[0]
+            value[self._logarithms] = np.exp(value[self._logarithms])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
         return value
@@ -188,6 +201,11 @@ class Problem:
             if name in values and name not in MODELS[self.model]:
                 x[i] = values[name] / (self.blocks[0].width_m if name == "width" else 1.0)
         return x
+
+    @property
+    def shares_curve(self) -> bool:
+        """Whether a curve of the residual is exact enough for derivatives, as one in closed form is."""
+        return self.rtol <= self.fine or not (self._is_foundation or "tilt" in self.names)
 
     def rough(self) -> "Problem":
         """The same problem with derivatives that are no more exact than the residual; those of a rigid

@@ -91,7 +91,8 @@ class Block:
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""
         fields = {"width": "contact_width_m", "edge_radius": "edge_radius_m"}
         found = {field: float(values[name]) for name, field in fields.items() if name in values}
-        return replace(self, **found) if found else self
+        known = all(getattr(self, field) == value for field, value in found.items())
+        return self if known else replace(self, **found)
 
     @property
     def restitution_housner(self) -> float:

@@ -16,7 +16,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ellipj, elliprf
 
 from freerock.arrays import Floats
@@ -25,6 +24,7 @@ from freerock.models.compiled import compiled
 
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13
+Polynomial = tuple[float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -106,9 +106,11 @@ def housner_swings(
         none: Floats = np.empty(0)
         rest_time = 0.0 if first == "completed" else math.inf
         return Swings(block, none, none, none, none, none, rest_time, first)
-    each = np.atleast_1d(np.asarray(r, dtype=float))
-    kept: Floats = np.cumprod(np.append(1.0, each[:-1])) ** 2  # shares of the energy
-    r = float(each[-1])
+    kept: Floats = np.ones(1)  # shares of the energy
+    if np.ndim(r):
+        kept = np.cumprod(np.append(1.0, np.asarray(r, dtype=float)[:-1])) ** 2
+        r = r[-1]  # type: ignore[index]
+    r = float(r)
     n_rest = _number_to_rest(kept, r, first[1], block.theta_cr)
     s2 = math.sin(block.theta_cr / 2) ** 2
     k2, energies, half, impact_time = _find_swings(
@@ -236,30 +238,21 @@ def housner_motion(
         [rad/s]; empty where it is not wanted.
     """
     p, theta_cr = swings.block.p, swings.block.theta_cr
-    after = 0.0 if swings.outcome == "completed" else np.nan
-    theta = np.full(time.shape, after)
-    theta_rate = np.full(time.shape if rates else 0, after)
-    edges = np.searchsorted(time, np.append(0.0, swings.impact_time), side="right")
-    theta[: edges[0]] = theta0
-    theta_rate[: edges[0]] = theta_rate0
+    after = 0.0 if swings.outcome == "completed" else math.nan
+    time = np.ascontiguousarray(time, dtype=float)
+    theta = np.empty(time.shape)
+    theta_rate = np.empty(time.shape if rates else 0)
+    held = int(np.searchsorted(time, 0.0, side="right"))
+    theta[:held], theta_rate[:held] = theta0, theta_rate0
     first = 0
     if len(swings.k2) and swings.k2[0] <= 0:
-        piece, first = slice(edges[0], edges[1]), 1
-        theta[piece], thrown_rate = _thrown(swings, time[piece])
+        first, begin = 1, held
+        held = int(np.searchsorted(time, swings.impact_time[0], side="right"))
+        theta[begin:held], thrown_rate = _thrown(swings, time[begin:held])
         if rates:
-            theta_rate[piece] = thrown_rate
-    counts = np.diff(edges)[first:]
-    used = np.flatnonzero(counts) + first
-    piece = slice(edges[first], edges[-1])
-    if not len(used):
-        return theta, theta_rate
-    columns = _theta_functions(swings, used, rates)
-    values = theta[piece]
-    slopes = theta_rate[piece]
-    _fill_motion(columns, counts[used - first], time[piece], theta_cr, values, slopes)
-    theta[piece] = values
-    if rates:
-        theta_rate[piece] = 2 * p * slopes
+            theta_rate[begin:held] = thrown_rate
+    known = swings.sign, swings.k2, swings.peak_time, swings.impact_time
+    _fill_motion(*known, p, theta_cr, after, first, held, time, theta, theta_rate)
     return theta, theta_rate
 
 
@@ -273,57 +266,61 @@ def _thrown(swings: Swings, time: Floats) -> tuple[Floats, Floats]:
     return swings.sign[0] * (theta_cr - 2 * half_phi), rate
 
 
-def _theta_functions(swings: Swings, used: NDArray[np.intp], rates: bool) -> Floats:
-    """What `_fill_motion` needs of each swing used, a column per swing.
-
-    Rows: p times the scale of the argument, the peak's instant, the factor of cosh, the sign, the
-    coefficients of the even and the odd theta function; with rates the factor of sinh and the coefficients
-    of the alternating one.
+@compiled()
+def _theta_functions(k2: float) -> tuple[float, float, float, Polynomial, Polynomial, Polynomial]:
+    """What a swing from k'² on is made of: the scale of the argument, the factors of cosh and of sinh, and
+    the even, the odd and the alternating theta function of imaginary argument i x as polynomials in cosh 2x.
     """
-    sign, k2, peak_time = swings.sign[used], swings.k2[used], swings.peak_time[used]
     m = 1 - k2
-    k_quarter, k_complement = elliprf(0.0, k2, 1.0), elliprf(0.0, m, 1.0)
-    q = np.exp(-np.pi * k_quarter / k_complement)
-    scale = np.pi / (2 * k_complement)
-    # theta functions of imaginary argument i x as polynomials in C = cosh 2x
-    even = (1 - 2 * q**4 + 2 * q**16, 2 * q - 6 * q**9, 4 * q**4 - 16 * q**16, 8 * q**9, 16 * q**16)
-    odd = (1 - q**2 - q**6 + q**12, 2 * q**2 - 2 * q**6 - 4 * q**12, 4 * q**6 - 4 * q**12, 8 * q**12)
-    rows = [swings.block.p * scale, peak_time, np.sqrt(k2) * sum(even) / sum(odd), sign, *even, *odd]
-    if rates:
-        alternating = (
-            1 - q**2 - q**6 + q**12,
-            -2 * q**2 + 2 * q**6 + 4 * q**12,
-            4 * q**6 - 4 * q**12,
-            -8 * q**12,
-        )
-        rows += [np.sqrt(k2 * m) * sum(even) / sum(alternating) / scale, *alternating]
-    return np.array(rows)
+    k_quarter, k_complement = _carlson(0.0, k2, 1.0), _carlson(0.0, m, 1.0)
+    q = math.exp(-math.pi * k_quarter / k_complement)
+    q2, q4, q6, q9, q12, q16 = q**2, q**4, q**6, q**9, q**12, q**16
+    scale = math.pi / (2 * k_complement)
+    even = (1 - 2 * q4 + 2 * q16, 2 * q - 6 * q9, 4 * q4 - 16 * q16, 8 * q9, 16 * q16)
+    odd = (1 - q2 - q6 + q12, 2 * q2 - 2 * q6 - 4 * q12, 4 * q6 - 4 * q12, 8 * q12, 0.0)
+    other = (odd[0], -2 * q2 + 2 * q6 + 4 * q12, odd[2], -odd[3], 0.0)
+    of_even = even[0] + even[1] + even[2] + even[3] + even[4]
+    of_cosh = math.sqrt(k2) * of_even / (odd[0] + odd[1] + odd[2] + odd[3])
+    of_sinh = math.sqrt(k2 * m) * of_even / (other[0] + other[1] + other[2] + other[3]) / scale
+    return scale, of_cosh, of_sinh, even, odd, other
 
 
 @compiled()
 def _fill_motion(
-    columns: Floats,
-    counts: NDArray[np.intp],
-    time: Floats,
+    sign: Floats,
+    k2: Floats,
+    peak_time: Floats,
+    impact_time: Floats,
+    p: float,
     theta_cr: float,
+    after: float,
+    swing: int,
+    begin: int,
+    time: Floats,
     theta: Floats,
-    slopes: Floats,
+    theta_rate: Floats,
 ) -> None:
-    """Fill θ, and θ̇ / 2p where wanted, swing by swing."""
-    end = 0
-    for i in range(counts.size):
-        v = columns[:, i]
-        begin, end = end, end + counts[i]
-        for j in range(begin, end):
-            e = math.exp(v[0] * (time[j] - v[1]))
+    """Fill θ from a swing and a sample on, and θ̇ where wanted; what comes after the last swing is `after`."""
+    for i in range(swing, k2.size):
+        if begin == time.size:
+            return
+        if time[begin] > impact_time[i]:
+            continue
+        scale, of_cosh, of_sinh, v, u, w = _theta_functions(k2[i])
+        rate = p * scale
+        while begin < time.size and time[begin] <= impact_time[i]:
+            e = math.exp(rate * (time[begin] - peak_time[i]))
             cosh = 0.5 * (e + 1 / e)
             c = 2 * cosh * cosh - 1
-            even = v[4] + c * (v[5] + c * (v[6] + c * (v[7] + c * v[8])))
-            odd = v[9] + c * (v[10] + c * (v[11] + c * v[12]))
-            theta[j] = v[3] * (theta_cr - 2 * math.asin(v[2] * cosh * odd / even))
-            if slopes.size:
-                alternating = v[14] + c * (v[15] + c * (v[16] + c * v[17]))
-                slopes[j] = -v[3] * v[13] * 0.5 * (e - 1 / e) * alternating / even
+            even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
+            odd = u[0] + c * (u[1] + c * (u[2] + c * u[3]))
+            theta[begin] = sign[i] * (theta_cr - 2 * math.asin(of_cosh * cosh * odd / even))
+            if theta_rate.size:
+                other = w[0] + c * (w[1] + c * (w[2] + c * w[3]))
+                theta_rate[begin] = 2 * p * (-sign[i] * of_sinh * 0.5 * (e - 1 / e) * other / even)
+            begin += 1
+    theta[begin:] = after
+    theta_rate[begin:] = after
 
 
 def _from_peak(sin2: float, k2: float, phi: float) -> float:

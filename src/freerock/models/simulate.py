@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -197,8 +198,8 @@ def simulate_fitted(
         solver=solver,
         rates=rates,
     )
-    lost = np.isnan(theta)
-    if lost.any():
+    if theta.size and np.isnan(theta[-1]):
+        lost = np.isnan(theta)
         theta[lost] = np.copysign(np.pi / 2, values["theta0"])
         if rates is not None:
             rates[lost] = 0.0
@@ -289,7 +290,7 @@ class _Scene:
         """Its row."""
         return LAWS[self.model]
 
-    @property
+    @cached_property
     def foundation(self) -> Foundation:
         """What it stands on; none under a rigid block."""
         return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
@@ -345,7 +346,8 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
     if scene.law.is_foundation:
-        depth, stands = static_depth(block, scene.foundation, theta0), lean(block, scene.foundation, tilt)
+        depth = static_depth(block, scene.foundation, theta0)
+        stands = lean(block, scene.foundation, tilt) if tilt else 0.0
     theta = np.empty(time.size)
     start = State(depth, 0.0, theta0 + stands, 0.0)
     outcome, *_ = scene.integrate(start, time, theta, NO_RATES if rates is None else rates)

@@ -77,7 +77,7 @@ class View:
             load, rests = block.mass_kg * GRAVITY / foundation.k, self._rests(block, foundation)
         return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, self._beam(block)))
 
-    @property
+    @cached_property
     def _sign(self) -> float:
         return -1.0 if mirrored(self.laser) else 1.0
 
