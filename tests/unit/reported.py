@@ -73,7 +73,7 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
     tidy = tidy_tables(records, fitted)
-    frames = {name: tidy[name] for name in ("runs", "choice", "candidates")}
+    frames = {name: tidy[name] for name in ("runs", "choice", "candidates", "budget")}
     known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames["restitution_comparison"] = restitution_comparison(*known, shapes)
     frames |= {"table1": table1(records, shapes), "table2": table2(tidy["populations"], tidy["parameters"])}

@@ -53,6 +53,7 @@ def columns():
         population.FOUNDATIONS,
         predict.PREDICTIONS,
         populations.POPULATIONS,
+        populations.BUDGET,
         plan.COLUMNS,
         plan.RIVALS,
     ]

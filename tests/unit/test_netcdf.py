@@ -27,6 +27,7 @@ from freerock.products.netcdf import (
     write_record,
 )
 from freerock.products.runs import impacts_in, runs_in
+from freerock.rotation.laboratory import Contributions, Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason, Verdict, in_one_line
@@ -82,6 +83,9 @@ def made_up_record():
     return xr.Dataset(variables, {"time": time}, {"sampling_rate_hz": np.float64(400)})
 
 
+INPUTS = (Input("b1", "width_m", 3e-4, False), Input("laser", "scale_fraction", 1e-3, True))
+
+
 def made_up_fit(model, **changes):
     names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
     names += ("theta0", "t0")
@@ -111,6 +115,7 @@ def made_up_fit(model, **changes):
         "message": "converged",
         "impacts": made_up_impacts(),
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
+        "contributions": Contributions(INPUTS, np.full((n, len(INPUTS)), 0.2)),
     }
     return SimpleNamespace(**fit | changes)
 
@@ -258,7 +263,8 @@ def test_failed_record_is_a_product(tmp_path):
 
 def test_every_variable_is_described(folder):
     without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
-    without_units |= {"value", "stderr", "ci95_low", "ci95_high"}
+    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "u_total", "contribution"}
+    without_units |= {"input", "input_owner", "input_u", "input_unit", "input_stated"}
     for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
         for node in tree.subtree:
             for name, variable in node.variables.items():

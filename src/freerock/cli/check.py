@@ -340,7 +340,7 @@ def _sensor(laser: LaserSection, raw: str) -> "Laser":
     from freerock.rotation.sensor import Laser
 
     table = laser.calibration and read_calibration(Path(raw, laser.calibration))
-    return Laser(**{**plain(laser), "calibration": table})
+    return Laser(**{**plain(laser, "uncertainty"), "calibration": table})
 
 
 def _swept_angle(values: "Floats", quantity: str, sensor: "Laser", block: BlockSection) -> float:

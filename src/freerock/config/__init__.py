@@ -10,5 +10,6 @@ __all__ = [
     "scene",
     "sensor",
     "step_settings",
+    "uncertainty",
     "values",
 ]

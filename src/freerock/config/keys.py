@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
+from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
     Candidate,
     Debonding,
@@ -67,6 +68,9 @@ class BlockSection(Section):
         None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
     )
     label: Label = Field("", description="the name printed in tables and figures; left out, the key")
+    uncertainty: BlockUncertainty = Field(
+        BlockUncertainty(), description="how well it is known: standard uncertainties of its keys"
+    )
 
     @property
     def block(self) -> Block:
@@ -79,6 +83,15 @@ class BlockSection(Section):
         if width is not None and width > info.data.get("width_m", math.inf):
             raise Invalid(f"{width:g} is more than the full width", "correct one of the two")
         return width
+
+    @field_validator("uncertainty")
+    @classmethod
+    def _of_what_is_given(cls, uncertainty: BlockUncertainty, info: ValidationInfo) -> BlockUncertainty:
+        if uncertainty.contact_width_m is not None and info.data.get("contact_width_m") is None:
+            raise Invalid(
+                "is of a contact_width_m that is not given", "give contact_width_m beside, or remove it"
+            )
+        return uncertainty
 
     @field_validator("release_angle_deg")
     @classmethod

@@ -5,6 +5,7 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from freerock.config.uncertainty import LaserUncertainty
 from freerock.config.values import Invalid, Number, Section, Unit, check_inside
 from freerock.units import CHANNEL_UNITS
 
@@ -77,6 +78,16 @@ class LaserSection(Section):
     error_tolerance_ma: Number = Field(
         0.01, ge=0, description="the tolerance of the error level in milliamperes"
     )
+    uncertainty: LaserUncertainty = Field(
+        LaserUncertainty(), description="how well it is known: standard uncertainties"
+    )
+
+    @field_validator("uncertainty")
+    @classmethod
+    def _of_what_is_given(cls, uncertainty: LaserUncertainty, info: ValidationInfo) -> LaserUncertainty:
+        if uncertainty.position_m is not None and info.data.get("position_m") is None:
+            raise Invalid("is of a position_m that is not given", "remove it: the channel is the rotation")
+        return uncertainty
 
     @field_validator("beam", "position_m")
     @classmethod

@@ -3,14 +3,17 @@
 Texts that only describe (title, summary, notes) are no settings of a step that computes: see `descriptions`.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from freerock.config.campaign import Campaign
 from freerock.config.record import Record
+from freerock.config.uncertainty import DEFAULTS
 from freerock.config.values import Section
 
 Settings = dict[str, Any]
+NOT_OF_BLOCK = ("label", "release_angle_deg", "uncertainty")
 
 
 def plain(section: Section, *without: str) -> Settings:
@@ -20,7 +23,43 @@ def plain(section: Section, *without: str) -> Settings:
 
 def geometry(campaign: Campaign, record: Record) -> Settings:
     """The block of a record, as `freerock.models.block.Block` takes it."""
-    return plain(campaign.blocks[record.block], "label", "release_angle_deg")
+    return plain(campaign.blocks[record.block], *NOT_OF_BLOCK)
+
+
+def inputs(campaign: Campaign, record: Record) -> list[Settings]:
+    """What a record's numbers rest on, as `freerock.rotation.laboratory.Input` takes it: stated or default.
+
+    A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock, its first laser's.
+    """
+    block, own = campaign.blocks[record.block], plain(campaign.blocks[record.block].uncertainty)
+    default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
+    known = [(record.block, name, own[name]) for name in own if getattr(block, name) is not None]
+    for i, laser in enumerate(record.lasers):
+        section = campaign.lasers[laser]
+        without = {"position_m"} if section.beam is None else set()
+        without |= {"sampling_rate_fraction"} if i else set()
+        stated = plain(section.uncertainty, *without)
+        known += [(laser, name, stated[name]) for name in stated]
+    found: list[Settings] = [
+        {"owner": owner, "name": name, "stated": u is not None, "u": default[name] if u is None else u}
+        for owner, name, u in known
+    ]
+    levelled = campaign.foundations[record.foundation].levelled_deg
+    if levelled:
+        u = levelled / math.sqrt(3)
+        found.append({"owner": record.foundation, "name": "levelled_deg", "stated": True, "u": u})
+    return found
+
+
+def laboratory(campaign: Campaign, record: Record) -> Settings:
+    """What `freerock.rotation.laboratory.Laboratory` is made of: block, lasers and inputs of a record."""
+    lasers = {name: plain(campaign.lasers[name], "uncertainty", "calibration") for name in record.lasers}
+    return {"block": geometry(campaign, record), "lasers": lasers, "inputs": inputs(campaign, record)}
+
+
+def laboratories(campaign: Campaign) -> Settings:
+    """That of each record, by its test."""
+    return {record.test: laboratory(campaign, record) for record in campaign.records}
 
 
 def attributes(campaign: Campaign, record: Record) -> Settings:
@@ -70,7 +109,7 @@ def record_settings(
             "channels": list(record.channels),
             "attributes": attributes(campaign, record),
             "block": geometry(campaign, record),
-            "lasers": [plain(campaign.lasers[name]) for name in record.lasers],
+            "lasers": [plain(campaign.lasers[name], "uncertainty") for name in record.lasers],
             "overrides": record.overrides,
             "exclusions": record.exclusions,
             "excluded": record.reason if record.excluded else "",
@@ -89,7 +128,11 @@ def record_settings(
 def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Settings, Settings]:
     """What `freerock.jobs.fit.make_fits` needs: of each record by its test, and of all alike."""
     own = {
-        record.test: {"attributes": attributes(campaign, record), "block": geometry(campaign, record)}
+        record.test: {
+            "attributes": attributes(campaign, record),
+            "block": geometry(campaign, record),
+            "laboratory": laboratory(campaign, record),
+        }
         for record in records
     }
     return own, {
@@ -103,7 +146,7 @@ def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Setting
 
 def geometries(campaign: Campaign) -> Settings:
     """The blocks by name, as `freerock.models.block.Block` takes them."""
-    return {name: plain(each, "label", "release_angle_deg") for name, each in campaign.blocks.items()}
+    return {name: plain(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
 
 
 def release_angles(campaign: Campaign) -> dict[str, float]:

@@ -21,5 +21,6 @@ __all__ = [
     "random_effects",
     "rivals",
     "screening",
+    "sensitivity",
     "settings",
 ]

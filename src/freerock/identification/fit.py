@@ -24,6 +24,7 @@ from freerock.identification.search import search
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, law_of, unit_of
+from freerock.rotation.laboratory import Contributions
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -72,6 +73,8 @@ class Fit:
         profile likelihood).
     epsilon_holdout_runs : float
         ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
+    contributions : Contributions or None
+        Of what the laboratory knows to the uncertainty of the parameters (`sensitivity.contributions`).
     """
 
     model: str
@@ -97,6 +100,7 @@ class Fit:
     impacts: Impacts | None = None
     diagnostics: dict[str, float] = field(default_factory=dict)
     epsilon_holdout_runs: float = float("nan")
+    contributions: Contributions | None = None
 
     @property
     def values(self) -> dict[str, float]:

@@ -315,7 +315,8 @@ def plan_campaign(campaign: "Campaign") -> tuple[pd.DataFrame, pd.DataFrame]:
     angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
     angles |= section.release_angles_deg
     lasers = {
-        name: Laser(**laser.model_dump(exclude={"calibration"})) for name, laser in campaign.lasers.items()
+        name: Laser(**laser.model_dump(exclude={"calibration", "uncertainty"}))
+        for name, laser in campaign.lasers.items()
     }
     setups = [
         Setup(

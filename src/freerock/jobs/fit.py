@@ -10,12 +10,14 @@ from freerock.identification.choice import Choice
 from freerock.identification.doubts import doubts_about, doubts_about_noise
 from freerock.identification.fit import Fit
 from freerock.identification.ladder import Identified, Ladder, identify_runs
+from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import motions_in, runs_in
+from freerock.rotation.laboratory import Laboratory
 from freerock.runs.impacts import find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
@@ -42,7 +44,7 @@ def make_fits(
     Parameters
     ----------
     settings : mapping
-        block, attributes, models, kinematics (of the rivals), free (by law), options (of
+        block, laboratory, attributes, models, kinematics (of the rivals), free (by law), options (of
         `FitSettings`), impacts: sections of the configuration as plain values.
     record_file : path
         Dataset of the record.
@@ -55,13 +57,15 @@ def make_fits(
     runs, motions, attrs = _read(record_file)
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
+    laboratory = Laboratory.of(settings["laboratory"])
     found = (identify or identify_runs)(block, motions, ladder)
     choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {
         number: {
-            model: _with_impacts(each.fits[model], block, limits) for model in MODELS if model in each.fits
+            model: _with_impacts(fit, block, limits)
+            for model, fit in _with_contributions(each, motions[number], laboratory, ladder).items()
         }
         for number, each in found.items()
         if each.fits
@@ -106,6 +110,19 @@ def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test
         choice = choices[number]
         log.info("run %d: %s: %s", number, choice.selected or "no candidate", choice.reason)
     return missed
+
+
+def _with_contributions(
+    found: Identified, motion: Motion, laboratory: Laboratory, ladder: Ladder
+) -> dict[str, Fit]:
+    """The fits of a run in the order of the models, with what the laboratory's inputs contribute."""
+    scene = ladder.freeing(found.scene)
+    fits = {model: found.fits[model] for model in MODELS if model in found.fits}
+    for model, fit in fits.items():
+        if fit.success:
+            known = contributions(fit, motion, laboratory, scene.settings(model))
+            fits[model] = replace(fit, contributions=known)
+    return fits
 
 
 def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:

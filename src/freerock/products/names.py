@@ -76,6 +76,13 @@ VARIABLES = {
     "ci95_low": ("", "quality", "lower end of the 95 % confidence interval of the parameter"),
     "ci95_high": ("", "quality", "upper end of the 95 % confidence interval of the parameter"),
     "covariance": ("", "quality", "covariance of the parameters"),
+    "u_total": ("", "quality", "total standard uncertainty of the parameter, of noise and of the inputs"),
+    "contribution": ("", "quality", "shift of the parameter for one standard uncertainty of the input"),
+    "input": ("", "coordinate", "number of the laboratory that the parameters rest on"),
+    "input_owner": ("", "auxiliary", "block, laser or foundation that has the input"),
+    "input_u": ("", "auxiliary", "standard uncertainty of the input, in input_unit"),
+    "input_unit": ("", "auxiliary", "unit of the input's uncertainty"),
+    "input_stated": ("", "auxiliary", "whether the laboratory stated the uncertainty"),
     "theta_model": ("rad", "model", "rotation of the model with the identified parameters"),
     "residual": ("rad", "model", "theta_model minus theta"),
     "epsilon_theta": ("1", "quality", "relative mean square discrepancy of theta_model from theta"),
@@ -129,9 +136,10 @@ EXTRA: dict[str, dict[str, Any]] = {
     "covariance": {
         "comment": "in the product of the units that the variable unit gives for the two parameters"
     },
-    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high"], IN_UNIT),
+    "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
+    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high", "u_total", "contribution"], IN_UNIT),
 }
-BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "unit")}
+BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "u_total", "unit")}
 SAMPLES = {"time", "sample"}  # dimensions of what runs over time
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 

@@ -188,10 +188,21 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         }
         if fit.impacts is not None:
             arrays |= _impacts(fit.impacts)
-        names = list(fit.parameters)
+        names, beside = list(fit.parameters), {}
+        if fit.contributions is not None and fit.contributions.inputs:
+            inputs = fit.contributions.inputs
+            arrays["u_total"] = ("parameter", fit.contributions.total(fit.stderr))
+            arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
+            beside = {
+                "input": ("input", [each.name for each in inputs]),
+                "input_owner": ("input", [each.owner for each in inputs]),
+                "input_u": ("input", np.array([each.u for each in inputs], float)),
+                "input_unit": ("input", [each.unit for each in inputs]),
+                "input_stated": ("input", np.array([each.stated for each in inputs], np.int8)),
+            }
         groups[f"{group}/{model}"] = xr.Dataset(
             arrays,
-            {"parameter": names, "parameter_b": names},
+            {"parameter": names, "parameter_b": names, **beside},
             {**_assumes(model, names), "message": fit.message, **fit.diagnostics},
         )
     return groups

@@ -55,7 +55,7 @@ def write_report(
         inputs, config, software, git and other_software, as in provenance.json; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
-        runs, choice, candidates, restitution_comparison and table1 to table3, as
+        runs, choice, candidates, budget, restitution_comparison and table1 to table3, as
         `freerock.tables.csvfile.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
@@ -114,6 +114,7 @@ def _content(
         "evidence": scenes_of(tables["choice"], tables["candidates"], blocks, labels),
         "unexplained": unexplained(tables["choice"]),
         "choice": made.choices(tables["choice"], labels),
+        "budget": made.budget(tables["budget"], labels),
         "comparison": made.compared_restitution(tables["restitution_comparison"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),

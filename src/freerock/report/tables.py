@@ -6,11 +6,14 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
-from freerock.tables.text import fixed, quantity
+from freerock.tables.text import fixed, quantity, with_unit
+from freerock.tables.total import INPUT_LABELS
+
+SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 
 
 class Sortable(NamedTuple):
@@ -136,6 +139,54 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
     heads += ["First impact / s", "First impact, rigid / s"]
     caption = "Fitted and per-impact restitution, and the mean time from release to the first impact"
     return Sortable(heads, rows, caption)
+
+
+def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
+    """What the total uncertainty of each foundation's parameters is made of, from the table budget.
+
+    Of a foundation its mean over records, where it has several, else that of its record; r is a record's own.
+    """
+    rows = []
+    several = set(frame[frame["level"] == "foundation"]["foundation"])
+    named = ["level", "test", "foundation", "model", "parameter", "unit"]
+    for key, parts in frame[frame["model"].isin(LAWS)].groupby(named, sort=False, dropna=False):
+        level, test, foundation, model, parameter, unit = map(str, key)
+        if level == "record" and foundation in several and parameter != "r":
+            continue
+        first = parts.iloc[0]
+        share = 100 * first["u_total"] / abs(first["mean"])
+        of = f", {test}" if level == "record" else ""
+        anchor = f"record-{test}" if level == "record" else f"config-foundations-{foundation}"
+        rows.append(
+            [
+                Cell(labels.get(foundation, foundation) + of, anchor=anchor),
+                Cell(MODEL_LABELS[model]),
+                Cell(with_unit(SYMBOLS[parameter], unit)),
+                number(quantity(first["mean"], first["u_total"]), first["mean"]),
+                number(quantity(share, digits=2), share),
+                Cell(_largest(parts, labels)),
+            ]
+        )
+    heads = ["Foundation", "Model", "Parameter", "Mean", "u / %", "Largest shares of its square"]
+    note = (
+        "Standard uncertainties (k = 1). Runs: noise and what differs from run to run, or record to record. "
+    )
+    note += "(d): a default, since the laboratory stated none; see config/README.md. All: tables/budget.csv."
+    return Sortable(heads, rows, "Uncertainty budget", [note])
+
+
+def _largest(parts: pd.DataFrame, labels: Labels) -> str:
+    """The largest contributions of a mean, in words."""
+    largest = parts[parts["share_percent"] >= SHOWN].sort_values(
+        "share_percent", ascending=False, kind="stable"
+    )
+    return "; ".join(
+        f"{INPUT_LABELS[row.input]}"
+        + ("" if row.input == "runs" else f" of {labels.get(row.input_owner, row.input_owner)}")
+        + f" {row.share_percent:.0f} %"
+        + (" (d)" if row.input_stated == 0 else "")
+        for row in largest.head(4).itertuples()
+    )
 
 
 def _named(answer: Answer | None) -> Cell:

@@ -4,4 +4,15 @@
 sensors and the geometry of their beams, flags of samples, faults of a signal, phases of stillness.
 """
 
-__all__ = ["beam", "calibration", "faults", "flags", "options", "rotation", "sensor", "still", "view"]
+__all__ = [
+    "beam",
+    "calibration",
+    "faults",
+    "flags",
+    "laboratory",
+    "options",
+    "rotation",
+    "sensor",
+    "still",
+    "view",
+]

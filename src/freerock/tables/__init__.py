@@ -14,4 +14,5 @@ __all__ = [
     "summary",
     "text",
     "tidy",
+    "total",
 ]

@@ -96,13 +96,13 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     macro(["Runs"], runs["run"].notna().sum())
     populations = tidy["populations"]
     for row in populations[populations["level"] == "record"].itertuples():
-        value = f"{quantity(row.mean, row.stderr)} {unit_text(row.unit)}".rstrip()
+        value = f"{quantity(row.mean, row.u_total)} {unit_text(row.unit)}".rstrip()
         macro([row.test, row.model, row.parameter], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
         macro([test, model, "epsilon"], f"{quantity(100 * epsilon.median())} %")
     for row in tidy["parameters"].itertuples():
-        value = f"{quantity(row.value, row.stderr)} {unit_text(row.unit)}".rstrip()
+        value = f"{quantity(row.value, row.u_total)} {unit_text(row.unit)}".rstrip()
         macro([*_fit_name(row), row.parameter], value if row.success else "failed fit")
     for row in tidy["epsilon"].itertuples():
         text = f"{quantity(100 * row.epsilon_theta)} %"

@@ -14,10 +14,14 @@ from freerock.tables.text import between, fixed, quantity, with_unit
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 RUNS_NOTE = (
-    "Mean of the runs with its standard error; τ: spread between runs without their noise, below a bound (<) "
-    "where noise alone may scatter them as much; next run: where it lies with 95 %."
+    "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, and what is "
+    "known of block, sensor and clock (table of the budget); τ: spread between runs without their noise, "
+    "below a bound (<) where noise alone may scatter them as much; next run: where it lies with 95 %."
 )
-ONE_RUN_NOTE = "One run: its own value and error of noise; how much runs differ can't be known from it."
+ONE_RUN_NOTE = (
+    "One run: its own value with its total standard uncertainty (k = 1), of noise and of what is known of "
+    "block, sensor and clock; how much runs differ can't be known from it."
+)
 REJECTED = " †"
 REJECTED_NOTE = (
     "† Rejected by most of the runs: more than noise is left, and the numbers describe the fit, not the "
@@ -130,7 +134,7 @@ TABLE1 = (
 TABLE2 = (
     _MODEL,
     PARAMETER,
-    Column("Identified", lambda row: number(quantity(row.mean, row.stderr) + _failed(row), row.mean)),
+    Column("Identified", lambda row: number(quantity(row.mean, row.u_total) + _failed(row), row.mean)),
     *_BETWEEN_RUNS,
     _RUNS,
     Column("Published", lambda row: number(quantity(row.published), row.published)),

@@ -11,10 +11,25 @@ from scipy.special import expit, logit
 from freerock.arrays import Floats
 from freerock.identification.random_effects import Population, common_spread, population
 from freerock.models.laws import MODELS, OF_RECORD, law_of
+from freerock.tables.total import OF_INPUT, Key, Total, inputs_by_key, total
 
 POPULATIONS = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
-POPULATIONS += ["n_records", "mean", "stderr", "ci95_low", "ci95_high", "tau", "tau_low", "tau_high"]
+POPULATIONS += ["n_records", "mean", "stderr", "ci95_low", "ci95_high"]
+POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
+BUDGET = [
+    "campaign",
+    "level",
+    "test",
+    "block",
+    "foundation",
+    "model",
+    "parameter",
+    "unit",
+    "n_runs",
+    *OF_INPUT,
+]
+BUDGET += ["mean", "u_total", "sensitivity", "contribution", "share_percent"]
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 
@@ -37,7 +52,7 @@ def scale_of(parameter: str) -> _Scale:
     return {"r": LOGIT, "tilt": AS_IT_IS, "edge_radius": AS_IT_IS}.get(parameter, LOGARITHM)
 
 
-def populations_table(parameters: pd.DataFrame) -> pd.DataFrame:
+def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> pd.DataFrame:
     """Random effects of the identified parameters (`identification.random_effects`).
 
     Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
@@ -47,43 +62,110 @@ def populations_table(parameters: pd.DataFrame) -> pd.DataFrame:
 
     Parameters
     ----------
-    parameters : pandas.DataFrame
-        Tidy table.
+    parameters, contributions : pandas.DataFrame
+        Tidy tables; without the latter the inputs are taken for exact.
 
     Returns
     -------
     pandas.DataFrame
         Columns `POPULATIONS`: level is "record", "foundation" (of two records or more) or "campaign"; test
-        and block are empty where they are several. mean (geometric), its standard error and 95 % interval;
-        tau, the standard deviation between the members without their noise, and its 95 % interval; next_low
-        and next_high, where the next member that is measured lies with 95 %; in the parameter's unit.
+        and block are empty where they are several. mean (geometric), its standard error and 95 % interval
+        from the scatter of the members; u_total, its total standard uncertainty with what the members owe to
+        the laboratory's inputs (`total.total`), and the 95 % interval of that; tau, the standard deviation
+        between the members without their noise, and its 95 % interval; next_low and next_high, where the next
+        member that is measured lies with 95 %; in the parameter's unit.
         scatter_p: chance of so much scatter by noise alone. Of a single run n_runs is 1, mean and error are
         its own, and the rest is NaN.
     """
-    own = [each.parameter in (*MODELS[each.model], *OF_RECORD) for each in parameters.itertuples()]
-    used = parameters[np.array(own, bool) & parameters["success"].astype(bool)]
     rows, members = [], dict[tuple[str, ...], list[_Member]]()
-    for key, runs in used.groupby(RECORD, sort=False):
-        scene = dict(zip(RECORD, key, strict=True)) | {"unit": runs["unit"].iloc[0]}
-        member = _member(scene["parameter"], runs)
-        rows.append(scene | {"level": "record", "n_records": 1} | _told(scene["parameter"], member.found))
+    for scene, member in _records(parameters, contributions):
+        rows.append(scene | _told(scene["parameter"], member.found, member.total))
         if member.found.n:
             common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
             members.setdefault(common, []).append(member)
-    rows += list(_foundations(members))
+    for scene, found, whole in _foundations(members):
+        rows.append(scene | _told(scene["parameter"], found, whole) | {"n_runs": scene["n_runs"]})
     rows += list(_campaign(members))
     return pd.DataFrame(rows, columns=POPULATIONS).astype({"n_runs": "Int64", "n_records": "Int64"})
 
 
+def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.DataFrame:
+    """Uncertainty budget of the means of `populations_table` (JCGM 100:2008, 7.2.7 and H).
+
+    Parameters
+    ----------
+    parameters, contributions : pandas.DataFrame
+        Tidy tables.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `BUDGET`, a row per mean (with its u_total) and contribution: the scatter of the members
+        beyond what the inputs explain (input "runs": noise, and what differs from run to run or from record
+        to record), then each input with its standard uncertainty input_u [input_unit] and whether it was
+        stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of the
+        parameter]; share_percent of the square of u_total.
+    """
+    known, rows, members = inputs_by_key(contributions), [], dict[tuple[str, ...], list[_Member]]()
+    means = []
+    for scene, member in _records(parameters, contributions):
+        if member.total:
+            means.append((scene, member.found, member.total))
+            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
+            members.setdefault(common, []).append(member)
+    for scene, found, whole in [*means, *_foundations(members)]:
+        scale = scale_of(scene["parameter"])
+        mean = float(scale.back(found.mean))
+        slope = scale.slope(mean)
+        runs = {"input": "runs", "input_owner": scene["test"] or scene["foundation"]}
+        each = [(runs, whole.runs), *((known[key], shift) for key, shift in whole.shifts.items())]
+        rows += [
+            scene
+            | of_input
+            | {
+                "mean": mean,
+                "u_total": whole.u * slope,
+                "sensitivity": shift * slope / float(u) if (u := of_input.get("input_u")) else math.nan,
+                "contribution": shift * slope,
+                "share_percent": 100 * shift**2 / whole.u**2 if whole.u else math.nan,
+            }
+            for of_input, shift in each
+        ]
+    return pd.DataFrame(rows, columns=BUDGET).astype({"n_runs": "Int64", "input_stated": "Int64"})
+
+
+def _records(
+    parameters: pd.DataFrame, contributions: pd.DataFrame | None
+) -> Iterator[tuple[dict[str, Any], "_Member"]]:
+    """What each row of a record is of, and what its runs say."""
+    own = [each.parameter in (*MODELS[each.model], *OF_RECORD) for each in parameters.itertuples()]
+    used = parameters[np.array(own, bool) & parameters["success"].astype(bool)]
+    shifts: dict[tuple[Any, ...], dict[Key, float]] = {}
+    for row in contributions.itertuples() if contributions is not None else ():
+        of = row.campaign, row.test, row.run, row.model, row.parameter
+        slope = scale_of(row.parameter).slope(row.value)
+        shifts.setdefault(of, {})[row.input_owner, row.input] = row.contribution / slope
+    for key, runs in used.groupby(RECORD, sort=False):
+        scene = dict(zip(RECORD, key, strict=True)) | {"unit": runs["unit"].iloc[0]}
+        of_runs = [
+            shifts.get((scene["campaign"], scene["test"], run, scene["model"], scene["parameter"]), {})
+            for run in runs["run"]
+        ]
+        member = _member(scene["parameter"], runs, of_runs)
+        yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member
+
+
 class _Member(NamedTuple):
-    """A record among others: what its runs say, on the scale; their values; the variances of their noise."""
+    """A record among others: what its runs say, on the scale; their values; the variances of their noise;
+    the total uncertainty of their mean."""
 
     found: Population
     values: Floats
     variances: Floats
+    total: Total | None = None
 
 
-def _member(parameter: str, runs: pd.DataFrame) -> _Member:
+def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) -> _Member:
     """What the runs of a record say, on the scale; of those that have a standard error, where any has."""
     value, scale = runs["value"].to_numpy(float), scale_of(parameter)
     stderr = runs["stderr"].to_numpy(float)
@@ -92,19 +174,27 @@ def _member(parameter: str, runs: pd.DataFrame) -> _Member:
     if not known.any():
         return _Member(Population(0, float(there.mean()), *[math.nan] * 3), np.empty(0), np.empty(0))
     noise = stderr[known] / np.array([scale.slope(each) for each in value[known]])
-    return _Member(population(there[known], noise), there[known], noise**2)
+    found = population(there[known], noise)
+    weights = 1 / (noise**2 + np.nan_to_num(found.tau) ** 2)
+    whole = total(found, [each for each, one in zip(shifts, known, strict=True) if one], weights)
+    return _Member(found, there[known], noise**2, whole)
 
 
-def _foundations(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[dict[str, Any]]:
-    """The parameters of each foundation over its records."""
+def _foundations(
+    members: Mapping[tuple[str, ...], list[_Member]],
+) -> Iterator[tuple[dict[str, Any], Population, Total]]:
+    """The parameters of each foundation over its records: what they are of, mean, total uncertainty."""
     for (campaign, foundation, model, parameter, unit), records in members.items():
         if len(records) < 2 or not law_of(model).is_foundation:
             continue
         tau2 = (_spread(records) or (0.0,))[0] ** 2
-        errors = [math.sqrt(1 / np.sum(1 / (each.variances + tau2))) for each in records]
+        errors = np.array([math.sqrt(1 / np.sum(1 / (each.variances + tau2))) for each in records])
         found = population([each.found.mean for each in records], errors)
-        scene = _scene(campaign, "foundation", foundation, model, parameter, unit, records)
-        yield scene | _told(parameter, found) | {"n_runs": scene["n_runs"]}
+        shifts = [each.total.shifts if each.total else {} for each in records]
+        weights = 1 / (errors**2 + found.tau**2)
+        within = float(np.sum((weights * errors) ** 2) / weights.sum() ** 2)
+        whole = total(found, shifts, weights, within)
+        yield _scene(campaign, "foundation", foundation, model, parameter, unit, records), found, whole
 
 
 def _campaign(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[dict[str, Any]]:
@@ -146,17 +236,21 @@ def _spread(records: list[_Member]) -> tuple[float, float, float] | None:
     return common_spread(several) if several else None
 
 
-def _told(parameter: str, found: Population) -> dict[str, Any]:
+def _told(parameter: str, found: Population, whole: Total | None) -> dict[str, Any]:
     """A population in the unit of its parameter."""
     scale = scale_of(parameter)
     mean = float(scale.back(found.mean))
     slope = scale.slope(mean)
+    u, low, high = whole[2:] if whole else [math.nan] * 3
     return {
         "n_runs": found.n,
         "mean": mean,
         "stderr": found.stderr * slope,
         "ci95_low": float(scale.back(found.low)),
         "ci95_high": float(scale.back(found.high)),
+        "u_total": u * slope,
+        "total95_low": float(scale.back(low)),
+        "total95_high": float(scale.back(high)),
         **{name: getattr(found, name) * slope for name in ("tau", "tau_low", "tau_high")},
         "next_low": float(scale.back(found.next_low)),
         "next_high": float(scale.back(found.next_high)),

@@ -83,16 +83,16 @@ def table2(
     Returns
     -------
     pandas.DataFrame
-        Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, tau, tau_high,
-        next_low, next_high, scatter_p (as in populations), published, success, selected and rejected (by
-        the choice of most of the fitted runs); SI units. A law of which no fit may be used has n_runs 0 and
-        the mean of what these gave.
+        Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, u_total, tau,
+        tau_high, next_low, next_high, scatter_p (as in populations), published, success, selected and
+        rejected (by the choice of most of the fitted runs); SI units. A law of which no fit may be used has
+        n_runs 0 and the mean of what these gave.
     """
     of_law = [row.model in LAWS and row.parameter in MODELS[row.model] for row in parameters.itertuples()]
     of_laws = parameters[np.array(of_law, bool)]
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
-    numbers = ["n_runs", "mean", "stderr", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
+    numbers = ["n_runs", "mean", "stderr", "u_total", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
     every = of_laws.groupby(named, sort=False, as_index=False).agg(failed=("value", "mean"))
     frame = every.merge(of_records[[*named, *numbers]], on=named, how="left")
     frame["success"] = frame["mean"].notna()

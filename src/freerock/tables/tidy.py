@@ -14,7 +14,8 @@ from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
-from freerock.tables.populations import populations_table
+from freerock.tables.populations import budget_table, populations_table
+from freerock.tables.total import OF_INPUT
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [
@@ -28,7 +29,9 @@ RUNS = [
     "sigma_theta_deg",
 ]
 RUNS += ["verdict", "reasons", "excluded"]
-PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "unit", "success"]
+PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "u_total", "unit"]
+PARAMETERS += ["success"]
+CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
@@ -97,12 +100,15 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`, SI units; success says whether the fit may be used.
+        Columns `PARAMETERS`, SI units; stderr is that of the noise, u_total the total standard uncertainty
+        (that of the noise alone where nothing is known of the inputs); success says whether the fit may be
+        used.
     """
     rows = []
     for tree in fits:
         for run, model, fit in fits_of(tree):
             numbers = {key: fit[key].values for key in ("value", "stderr", "ci95_low", "ci95_high")}
+            numbers["u_total"] = fit["u_total"].values if "u_total" in fit else numbers["stderr"]
             for i, parameter in enumerate(fit["parameter"].values.astype(str)):
                 rows.append(
                     {
@@ -115,6 +121,41 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                     }
                 )
     return pd.DataFrame(rows, columns=PARAMETERS).astype({"success": bool})
+
+
+def contributions_table(fits: Trees) -> pd.DataFrame:
+    """One row per identified parameter of a usable fit and input of the laboratory.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `CONTRIBUTIONS`: contribution is the shift of the parameter for one standard uncertainty of
+        the input, in the parameter's unit; input_u in input_unit.
+    """
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            if "contribution" not in fit:
+                continue
+            inputs = [fit[name].values.tolist() for name in OF_INPUT]
+            for i, parameter in enumerate(fit["parameter"].values.astype(str)):
+                for j, source in enumerate(zip(*inputs, strict=True)):
+                    rows.append(
+                        {
+                            **_identity(tree, run),
+                            "model": model,
+                            "parameter": parameter,
+                            "value": fit["value"].values[i],
+                            **dict(zip(OF_INPUT, source, strict=True)),
+                            "contribution": fit["contribution"].values[i, j],
+                        }
+                    )
+    return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
@@ -220,7 +261,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
 
 
 def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
-    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, populations, restitution.
+    """The tidy tables by name: runs, parameters, epsilon, choice, candidates, populations and the rest.
 
     Parameters
     ----------
@@ -228,13 +269,15 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
         Record and fit datasets.
     """
     parameters, choice = parameters_table(fits), choice_table(fits)
+    contributions = contributions_table(fits)
     return {
         "runs": runs_table(records, fits),
         "parameters": parameters,
         "epsilon": epsilon_table(fits),
         "choice": choice,
         "candidates": candidates_table(choice, parameters),
-        "populations": populations_table(parameters),
+        "populations": populations_table(parameters, contributions),
+        "budget": budget_table(parameters, contributions),
         "restitution": restitution_table(records, fits),
     }
 

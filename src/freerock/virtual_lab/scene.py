@@ -118,7 +118,7 @@ def write_scene_record(scene: Scene, path: Path) -> None:
     )
     record = simulate_record(
         scene.block.block,
-        Laser(**scene.laser.model_dump(exclude={"noise_v", "seed", "releases"})),
+        Laser(**scene.laser.model_dump(exclude={"noise_v", "seed", "releases", "uncertainty"})),
         model,
         releases,
         seed=scene.laser.seed,

@@ -1,0 +1,82 @@
+"""What the laboratory knows of its inputs: standard uncertainties (k = 1), stated or by default.
+
+The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
+1 mm/√12; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
+is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3.
+"""
+
+from pydantic import Field
+
+from freerock.config.values import Number, Section
+
+DEFAULTS = {
+    "height_m": 3e-4,
+    "width_m": 3e-4,
+    "contact_width_m": 3e-4,
+    "mass_fraction": 1e-3,
+    "position_m": 6e-4,
+    "scale_fraction": 1e-3,
+    "sampling_rate_fraction": 6e-5,
+}
+ROUGHLY = "; left out, {:g}, a default"
+
+
+class BlockUncertainty(Section):
+    """How well a block is known: standard uncertainties (k = 1)."""
+
+    height_m: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its height in metres"
+        + ROUGHLY.format(DEFAULTS["height_m"])
+        + " (a rule, 1 mm/√12)",
+    )
+    width_m: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its width in metres"
+        + ROUGHLY.format(DEFAULTS["width_m"])
+        + " (a rule, 1 mm/√12)",
+    )
+    contact_width_m: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its contact width in metres, where one is given"
+        + ROUGHLY.format(DEFAULTS["contact_width_m"])
+        + " (a rule, 1 mm/√12)",
+    )
+    mass_kg: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its mass in kilograms; left out, "
+        f"{100 * DEFAULTS['mass_fraction']:g} % of it, a default (10 g under some kilograms)",
+    )
+
+
+class LaserUncertainty(Section):
+    """How well a sensor is known: standard uncertainties (k = 1), common to all records that name it."""
+
+    position_m: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of the beam's place in metres"
+        + ROUGHLY.format(DEFAULTS["position_m"])
+        + " (read to ±1 mm, over √3)",
+    )
+    scale_fraction: Number | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description="the uncertainty of its scale (range, sensitivity, table, or of a channel "
+        "that holds the rotation), as a share"
+        + ROUGHLY.format(DEFAULTS["scale_fraction"])
+        + " (linear to ±0.18 % of the range, over √3)",
+    )
+    sampling_rate_fraction: Number | None = Field(
+        None,
+        ge=0,
+        lt=1,
+        description="the uncertainty of the sampling rate of its channel, as a share"
+        + ROUGHLY.format(DEFAULTS["sampling_rate_fraction"])
+        + " (a quartz of ±100 ppm, over √3)",
+    )

@@ -1,0 +1,137 @@
+"""What the laboratory knows of a record: block, lasers, clock and base; and the same moved by an input."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.rotation.beam import displaced, mirrored, turned
+from freerock.rotation.sensor import Laser
+
+OF_BLOCK = ("height_m", "width_m", "contact_width_m", "mass_kg")
+UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "position_m"), "m")
+UNITS |= {"mass_kg": "kg", "scale_fraction": "1", "sampling_rate_fraction": "1", "levelled_deg": "deg"}
+
+
+@dataclass(frozen=True)
+class Input:
+    """A number that the results of a record rest on.
+
+    Parameters
+    ----------
+    owner : str
+        The block, laser or foundation that has it: records that name the same one share its error.
+    name : str
+        A key of `UNITS`, which has its unit.
+    u : float
+        Its standard uncertainty, in that unit.
+    stated : bool
+        Whether the laboratory stated it; False of a default.
+    """
+
+    owner: str
+    name: str
+    u: float
+    stated: bool
+
+    @property
+    def unit(self) -> str:
+        """Of u."""
+        return UNITS[self.name]
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What a record was measured with.
+
+    Parameters
+    ----------
+    block : Block
+    lasers : mapping of str to Laser
+        The laser by its name, or the two.
+    inputs : tuple of Input
+    scales : tuple of float
+        What the displacement of each laser is multiplied with (the rotation of a channel that holds it).
+    clock : float
+        What the time is multiplied with.
+    tilt : float
+        Of the base, to the right [rad].
+    """
+
+    block: Block
+    lasers: Mapping[str, Laser]
+    inputs: tuple[Input, ...] = ()
+    scales: tuple[float, ...] = (1.0, 1.0)
+    clock: float = 1.0
+    tilt: float = 0.0
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any]) -> Self:
+        """From plain values: block, lasers by name, inputs."""
+        lasers = {name: Laser(**each) for name, each in settings["lasers"].items()}
+        return cls(Block(**settings["block"]), lasers, tuple(Input(**each) for each in settings["inputs"]))
+
+    def moved(self, source: Input, uncertainties: float) -> Self:
+        """The same with an input moved by so many of its standard uncertainties."""
+        name, by = source.name, uncertainties * source.u
+        if name in OF_BLOCK:
+            return replace(self, block=replace(self.block, **{name: getattr(self.block, name) + by}))
+        if name == "levelled_deg":
+            return replace(self, tilt=self.tilt + math.radians(by))
+        if name == "sampling_rate_fraction":
+            return replace(self, clock=self.clock / (1 + by))
+        laser = self.lasers[source.owner]
+        if name == "position_m":
+            moved = replace(laser, position_m=laser.position + by)
+            return replace(self, lasers={**self.lasers, source.owner: moved})
+        at = list(self.lasers).index(source.owner)
+        scales = tuple(scale * (1 + by * (i == at)) for i, scale in enumerate(self.scales))
+        return replace(self, scales=scales)
+
+    def reread(self, theta: Floats, by: Self) -> Floats:
+        """Rotation [rad] that the readings behind a rotation would have given another laboratory.
+
+        Parameters
+        ----------
+        theta : ndarray
+            Rotation as found with this laboratory's numbers [rad].
+        by : Laboratory
+            The same with other numbers.
+        """
+        sensors, others = list(self.lasers.values()), list(by.lasers.values())
+        if sensors[0].is_rotation:
+            return theta * by.scales[0] / self.scales[0]
+        if (self.block, sensors, self.scales) == (by.block, others, by.scales):
+            return theta
+        readings = [
+            displaced(theta, self.block, laser) * now / then
+            for laser, then, now in zip(sensors, self.scales, by.scales, strict=False)
+        ]
+        if len(sensors) == 1:
+            return turned(readings[0], by.block, others[0], np.where(theta < 0, -1.0, 1.0))
+        angle = np.arctan((readings[0] - readings[1]) / (others[0].position - others[1].position))
+        return -angle if mirrored(others[0]) else np.asarray(angle)
+
+
+@dataclass(frozen=True)
+class Contributions:
+    """What the inputs of a laboratory contribute to the uncertainty of some numbers.
+
+    Parameters
+    ----------
+    inputs : tuple of Input
+    values : ndarray, shape (n_numbers, n_inputs)
+        Shift of each number for one standard uncertainty of each input, in the unit of the number; NaN where
+        it is not known.
+    """
+
+    inputs: tuple[Input, ...]
+    values: Floats
+
+    def total(self, stderr: Floats) -> Floats:
+        """Combined standard uncertainty with the standard errors of the noise, shape (n_numbers,)."""
+        return np.asarray(np.sqrt(stderr**2 + np.sum(self.values**2, axis=1)))
