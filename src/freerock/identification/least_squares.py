@@ -34,13 +34,18 @@ class Solution:
     message: str
 
 
-def least_squares(problem: Problem, x: Floats, samples: Samples, ftol: float = 1e-7) -> Solution:
-    """Least squares from a start; ftol is the relative change of the sum of squares at which it ends."""
+def least_squares(
+    problem: Problem, x: Floats, samples: Samples, ftol: float = 1e-7, jacobian: Floats | None = None
+) -> Solution:
+    """Least squares from a start; ftol is the relative change of the sum of squares at which it ends.
+
+    `jacobian` are the derivatives at the start, as `Problem.jacobian` has them, where they are known.
+    """
     if len(x) == 1:
         return _line_search(problem, x[0], samples)
     low, high = np.array(problem.bounds()).T
     inside = 1e-3 * (high - low)
-    at = _AtLast(problem, samples)
+    at = _AtLast(problem, samples, x, jacobian)
     result = optimize.least_squares(
         at.residual,
         np.clip(x, low + inside, high - inside),
@@ -60,8 +65,9 @@ class _AtLast:
     """Residual and derivatives, which are asked for where the residual has just been: its curve is theirs,
     where it is exact enough."""
 
-    def __init__(self, problem: Problem, samples: Samples) -> None:
+    def __init__(self, problem: Problem, samples: Samples, start: Floats, at_start: Floats | None) -> None:
         self.problem, self.samples = problem, samples
+        self.start, self.at_start = start, at_start
         self.rate = np.empty(len(samples.time_s)) if problem.shares_curve else None
         self.x = self.theta = np.empty(0)
 
@@ -71,6 +77,8 @@ class _AtLast:
         return self.samples.averaged(self.theta - self.samples.theta)
 
     def jacobian(self, x: Floats) -> Floats:
+        if self.at_start is not None and np.array_equal(x, self.start):
+            return self.samples.averaged(self.at_start)
         known = None
         if self.rate is not None and np.array_equal(x, self.x):
             known = self.theta, self.rate

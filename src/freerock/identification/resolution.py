@@ -25,11 +25,14 @@ class Resolution:
         Samples averaged into one.
     shift : float
         Largest shift of a parameter by the integrator's error, as a share of its standard error.
+    jacobian : ndarray, shape (n_samples, n_parameters)
+        Derivatives where the last fit starts, of samples that are not averaged.
     """
 
     rtol: float
     m: int
     shift: float
+    jacobian: Floats
 
 
 def find_resolution(problem: Problem, x: Floats) -> Resolution:
@@ -44,20 +47,20 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
     samples = problem.samples()
     theta = problem.curve(x, samples)
     noise = np.sqrt(np.mean((theta - samples.theta) ** 2))
-    jacobian = problem.jacobian(x, samples)
-    jacobian /= np.maximum(np.sqrt(np.mean(jacobian**2, axis=0)), 1e-300)
+    derivatives = problem.jacobian(x, samples)
+    jacobian = derivatives / np.maximum(np.sqrt(np.mean(derivatives**2, axis=0)), 1e-300)
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     spread = np.sqrt(np.diag(inverse))
     m = _averaging(samples, jacobian, spread)
     if not law_of(problem.model).is_foundation:
-        return Resolution(problem.rtol, m, 0.0)
+        return Resolution(problem.rtol, m, 0.0, derivatives)
     rtol = problem.rtol
     while True:
         exact = problem.curve(x, samples, rtol / 100)
         shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
         shift = float(np.max(shifts, initial=0.0))
         if not shift > problem.settings.integrator_error or rtol <= FINEST:
-            return Resolution(rtol, m, shift)
+            return Resolution(rtol, m, shift, derivatives)
         rtol /= 10
         theta = problem.curve(x, samples, rtol)
 

@@ -40,8 +40,10 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     """
     x = approach(problem, start).x
     resolution = find_resolution(problem, x)
-    problem = replace(problem, rtol=resolution.rtol)
-    return problem, least_squares(problem, x, problem.samples(m=resolution.m)), resolution
+    exact = resolution.rtol >= min(problem.rtol, problem.fine)
+    problem, jacobian = replace(problem, rtol=resolution.rtol), resolution.jacobian if exact else None
+    end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
+    return problem, end, resolution
 
 
 def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond: float = np.inf) -> Solution:
