@@ -2,6 +2,7 @@ import inspect
 from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from matplotlib.text import Text
 
 from freerock import figures
 from freerock.arrays import extremes
+from freerock.config.campaign import Figure as Figures
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
 from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
@@ -37,9 +39,11 @@ def texts(figure):
 def test_foundation_effect_follows_the_papers_line_styles(datasets):
     figure, data = foundation_effect.draw(datasets[0], "simulated", LABELS)
     assert [ax.get_title(loc="left") for ax in figure.axes] == [
-        "(a) Slender block: b1_marble, run\N{NO-BREAK SPACE}1; b1_mat, run\N{NO-BREAK SPACE}1",
-        "(b) b2: b2_marble, run\N{NO-BREAK SPACE}1; b2_mat, run\N{NO-BREAK SPACE}1",
+        "(a) Slender block",
+        "(b) b2",
     ]
+    told = "Drawn: run 1 of b1_marble, run 1 of b1_mat, run 1 of b2_marble and run 1 of b2_mat."
+    assert foundation_effect.caption(data).replace("\N{NO-BREAK SPACE}", " ") == told
     marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
     assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")
     assert to_rgb(mat.get_color())[2] > 0.7
@@ -89,19 +93,24 @@ def test_foundation_effect_leaves_out_failed_and_excluded_runs():
 
 
 def test_models_shows_measured_models_and_residuals(datasets):
-    figure, data = models.draw(datasets[1][:2], "simulated", LABELS)
+    figure, data = models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS)
     assert len(figure.axes) == 4
     assert data["source"].unique().tolist() == ["measured", "housner", "winkler", "hunt_crossley"]
     measured = data[(data["source"] == "measured") & (data["test"] == "b1_mat")]
     housner = data[(data["source"] == "housner") & (data["test"] == "b1_mat")]
     difference = housner["theta_deg"].values - measured["theta_deg"].values
     np.testing.assert_allclose(housner["residual_deg"], difference, atol=1e-9)
+    np.testing.assert_allclose(housner["residual_over_sigma"], difference / 0.01, atol=1e-6)
+    legend = figure.axes[0].get_legend()
+    assert legend.get_texts()[0].get_text() == "simulated record"
     assert any("24.6 %" in text for text in texts(figure))
 
 
 def test_models_names_the_run_drawn_and_a_failed_fit():
-    figure, _ = models.draw([fits(record("b1_mat", "b1", "mat"), failed=["housner"])], "simulated", LABELS)
-    assert figure.axes[0].get_title(loc="left") == "Slender block, mat: b1_mat, run\N{NO-BREAK SPACE}1"
+    tree = record("b1_mat", "b1", "mat")
+    figure, data = models.draw([fits(tree, failed=["housner"])], runs_table([tree]), "simulated", LABELS)
+    assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
+    assert models.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_mat."
     told = [text for text in texts(figure) if "failed fit" in text]
     assert [text.split(",")[0] for text in told] == ["Housner"]
 
@@ -120,7 +129,7 @@ def test_restitution_leaves_out_failed_fits():
 
 
 def test_models_without_fits_says_so(datasets):
-    figure, data = models.draw([fits(failed_record())], "simulated")
+    figure, data = models.draw([fits(failed_record())], runs_table([failed_record()]), "simulated")
     assert data.empty
     assert "no fitted run" in texts(figure)
 
@@ -190,7 +199,10 @@ def test_quality_of_a_failed_record_tells_the_reason():
 def test_footer_says_that_a_record_is_simulated(origin, said):
     tree = record(origin=origin, n_runs=1)
     fitted = fits(tree)
-    figures = [foundation_effect.draw([tree], origin)[0], models.draw([fitted], origin)[0]]
+    figures = [
+        foundation_effect.draw([tree], origin)[0],
+        models.draw([fitted], runs_table([tree]), origin)[0],
+    ]
     figures.append(drawn_restitution([tree], [fitted], origin=origin)[0])
     for figure in [*figures, *quality.draw(tree, fitted)[0]]:
         assert (style.FOOTER in texts(figure)) is said
@@ -199,7 +211,7 @@ def test_footer_says_that_a_record_is_simulated(origin, said):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
-    figures += [models.draw(fitted[:2], "simulated", LABELS)[0]]
+    figures += [models.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
     figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:
         figure.draw_without_rendering()
@@ -233,7 +245,9 @@ def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, targ
     tables = runs_table(datasets[0]), restitution_table(*datasets), epsilon_table(datasets[1])
     drawings = {
         "foundation": lambda: foundation_effect.draw(datasets[0], "simulated", LABELS, target=target),
-        "models": lambda: models.draw(datasets[1][:2], "simulated", LABELS, target=target),
+        "models": lambda: models.draw(
+            datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS, target=target
+        ),
         "restitution": lambda: restitution.draw(*tables, BLOCKS, "simulated", LABELS, target=target),
         "predictions": lambda: predictions.draw(*predicted(datasets), "simulated", LABELS, target=target),
     }
@@ -375,15 +389,18 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert grid["k"].min() == pytest.approx(6.88e6 * np.exp(-0.3))
     assert figure.axes[0].get_xlabel() == "k / (N/m²)" and figure.axes[0].get_ylabel() == "λ / (N s/m³)"
     assert "simulated record – not the laboratory's data" in texts(figure)
-    assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: b1_marble, run\N{NO-BREAK SPACE}1"
+    assert figure.axes[0].get_title(loc="left") == "Slender block, Marble"
+    assert misfit_map.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_marble."
     ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]
 
 
-@pytest.mark.parametrize("name", ["foundation_effect", "misfit_map", "models", "predictions", "restitution"])
-def test_a_figure_of_a_campaign_is_one_module_with_one_function(name):
-    draw = inspect.signature(import_module(f"freerock.figures.{name}").draw)
+@pytest.mark.parametrize("name", get_args(Figures))
+def test_a_figure_of_a_campaign_is_a_module_that_draws_and_captions(name):
+    module = import_module(f"freerock.figures.{name}")
+    draw = inspect.signature(module.draw)
     assert {"origin", "labels"} < set(draw.parameters)
+    assert [*inspect.signature(module.caption).parameters] == ["data", "labels"]
     assert name in figures.__all__
 
 

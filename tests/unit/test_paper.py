@@ -87,7 +87,7 @@ def test_tables_and_figures_of_the_paper_show_its_models_and_none_of_their_rival
         for each in (tables, more)
     ]
     pd.testing.assert_frame_equal(*compared)
-    drawn = models.draw([every], "simulated")[1]
+    drawn = models.draw([every], more["runs"], "simulated")[1]
     assert set(drawn["source"]) == {"measured", *PAPER_MODELS}
     found = restitution.draw(more["runs"], more["restitution"], more["epsilon"], blocks, "simulated")[1]
     assert set(found["source"]) == {"experiment", *PAPER_MODELS}

@@ -46,7 +46,7 @@ def rot(checkout, path):
 WITHOUT_RECORDS = {
     job: n
     for job, n in OF_ONE_RECORD.items()
-    if job not in ("record", "fit", "quality", "figure_models", "figure_foundation_effect")
+    if job not in ("record", "fit", "quality", "figure_foundation_effect")
 }
 DAMAGE = {
     "deleted": lambda path: path.unlink(),
@@ -65,7 +65,7 @@ DAMAGE = {
         ("provenance.json", "byte flipped", REPORT),
         ("complete.txt", "emptied", {"complete": 1}),
         ("records/squat_mat.nc", "byte flipped", OF_ONE_RECORD),
-        ("fits/squat_mat.nc", "deleted", {"fit": 1, "quality": 1, "figure_models": 1} | WITHOUT_RECORDS),
+        ("fits/squat_mat.nc", "deleted", {"fit": 1, "quality": 1} | WITHOUT_RECORDS),
     ],
 )
 def test_any_product_is_missed(checkout, product, damage, jobs):

@@ -9,15 +9,16 @@ from freerock.cli import subcommands as cli
 from freerock.files import sha256
 from freerock.virtual_lab.tdms import write_record
 
-FIGURES = {"figure_foundation_effect": 1, "figure_models": 2, "figure_restitution": 1}
+OF_TABLES = {"figure_models": 2, "figure_restitution": 1, "figure_parameters": 1, "figure_predictions": 1}
+FIGURES = {"figure_foundation_effect": 1} | OF_TABLES
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
-AFTER_TABLES = {"printed_tables": 1, "recovered": 1, "figure_restitution": 1, "figure_predictions": 1}
-AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "figure_models": 2, "misfit_map": 1, "figure_misfit_map": 1}
+AFTER_TABLES = {"printed_tables": 1, "recovered": 1} | OF_TABLES
+AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "misfit_map": 1, "figure_misfit_map": 1}
 EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
-AFTER_STYLE = PAGES | FIGURES | {"figure_misfit_map": 1, "figure_predictions": 1}
+AFTER_STYLE = PAGES | FIGURES | {"figure_misfit_map": 1}
 AFTER_LABELS = AFTER_STYLE | {"printed_tables": 1}
-OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1, "figure_models": 1}
+OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1}
 
 YAML = "config/campaigns/small.yaml"
 CSV = "config/campaigns/small.csv"
@@ -89,7 +90,7 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/records/tdms.py", EVERYTHING),
         ("src/freerock/rotation/sensor.py", EVERYTHING),
         ("src/freerock/figures/restitution.py", {"figure_restitution": 1} | REPORT),
-        ("workflow/scripts/figure.py", FIGURES | {"figure_misfit_map": 1, "figure_predictions": 1} | REPORT),
+        ("workflow/scripts/figure.py", FIGURES | {"figure_misfit_map": 1} | REPORT),
         ("workflow/scripts/complete.py", {"complete": 1}),
     ],
 )

@@ -142,7 +142,10 @@ rule report:
         fits=products("fits"),
         tables=csv_tables(*REPORTED),
         figures=lambda w: expand(
-            "results/{campaign}/figures/{figure}.png", campaign=w.campaign, figure=figures_of(campaign(w))
+            "results/{campaign}/figures/{figure}.png", campaign=w.campaign, figure=reported(campaign(w))
+        ),
+        captions=lambda w: expand(
+            "results/{campaign}/figures/{figure}.txt", campaign=w.campaign, figure=reported(campaign(w))
         ),
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
@@ -157,6 +160,7 @@ rule report:
             labels={"page": "Report of the campaign"},
         ),
         provenance="results/{campaign}/provenance.json",
+        captions="results/{campaign}/figures/captions.tex",
     log:
         "results/{campaign}/logs/report.log",
     benchmark:
@@ -169,7 +173,6 @@ rule report:
         code=code("report"),
         campaign=of_campaign(settings.plain),
         blocks=of_campaign(settings.geometries),
-        titles=lambda w: [figure_title(w.campaign, figure) for figure in figures_of(campaign(w))],
     message:
         "{wildcards.campaign}: report"
     script:

@@ -106,13 +106,23 @@ def changes_of(wildcards):
 
 
 def figures_of(section):
-    """Of each figure of a campaign, in the order of its report: its line and the block it is of, if of one."""
+    """Of each figure that a campaign can have, in order: its line and the block it is of, if of one."""
     blocks = dict.fromkeys(record.block for record in section.records)
     return {
         line.format(block=block): (line, block)
         for line in FIGURES
         for block in (blocks if "{block}" in line else [None])
     }
+
+
+def reported(section):
+    """Names of the figures that a campaign asks for, in the order of its report."""
+    return [name for name, (line, _) in figures_of(section).items() if module_of(line) in section.figures]
+
+
+def module_of(line):
+    """The module that draws the figures of a line."""
+    return line.partition("_{")[0]
 
 
 def figure_of(wildcards):
@@ -124,7 +134,7 @@ def figure_of(wildcards):
 
 
 def figure_module(wildcards):
-    return figures_of(campaign(wildcards))[wildcards.figure][0].partition("_{")[0]
+    return module_of(figures_of(campaign(wildcards))[wildcards.figure][0])
 
 
 def figure_files(wildcards):
@@ -142,6 +152,8 @@ def figure_settings(wildcards):
     section = campaign(wildcards)
     line, records = figure_of(wildcards)
     known = {"origin": section.origin, "labels": settings.labels(section)}
+    known["title"] = figure_title(section.name, wildcards.figure)
+    known["caption"] = line["caption"]
     if {"records", "fits"} & {*line["reads"]}:
         known["scenes"] = scenes_of(records)
     if "blocks" in line["reads"]:
@@ -152,13 +164,14 @@ def figure_settings(wildcards):
 def figure_title(campaign, figure):
     section = CAMPAIGNS[campaign]
     line, block = figures_of(section)[figure]
-    return FIGURES[line]["title"].format(block=block and section.blocks[block].label)
+    label = block and section.blocks[block].label
+    return FIGURES[line]["title"].format(block=label, Measured=section.origin.capitalize())
 
 
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
     section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"
-    names = figures_of(section)
+    names = reported(section)
     return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=names)
 
 

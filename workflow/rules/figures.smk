@@ -1,32 +1,47 @@
-# The figures of a campaign: a line for each, by the name of its module in freerock.figures; {block} stands for one
-# figure of each block. What a figure reads: records, fits, maps (of the misfit), tables by name, the blocks.
+# The figures that a campaign can have: a line for each, by the name of its module in freerock.figures; {block} stands
+# for one figure of each block. `figures` of the campaign says which are drawn; any other by its name:
+# snakemake results/<campaign>/figures/restitution.pdf. What a figure reads: records, fits, maps (of the misfit), tables by
+# name, the blocks. Title and caption are those of its .txt; which runs are drawn, the module adds.
 
 FIGURES = {
     "foundation_effect": {
-        "title": "Effect of the foundation on the measured rotation",
-        "caption": "Rotation of each block after its release, on each foundation (Spanos et al. 2017, figure 2).",
+        "title": "Effect of the foundation on the rotation",
+        "caption": "Rotation θ of each block after its release, on each foundation, as in figure 2 of Spanos et al. 2017.",
         "reads": ["records"],
     },
     "models_{block}": {
-        "title": "Measured rotation of {block} and the models fitted to it",
-        "caption": "Rotation and models, residuals below (Spanos et al. 2017, figure 3).",
-        "reads": ["fits"],
+        "title": "{Measured} rotation of {block} and the models fitted to it",
+        "caption": "Rotation θ and the models fitted to it, as in figure 3 of Spanos et al. 2017; below, modelled minus "
+        "recorded rotation over σ, the standard deviation of one sample of θ at rest. The grey band is ±1.96 σ: a "
+        "model that leaves nothing but white noise is inside it for 95 % of the samples. The scale is linear up to ±3 σ "
+        "and logarithmic beyond. ε_θ is the relative mean square discrepancy.",
+        "reads": ["fits", "runs"],
     },
     "restitution": {
         "title": "Restitution of each impact",
-        "caption": "Restitution of each impact, from the peaks before and after it; dotted, a rigid block on a rigid "
-        "base. Fits that failed are left out.",
+        "caption": "Restitution r of each impact, from the peaks before and after it, against the angular rate with which "
+        "a rigid block falls from the peak before it. Bars: one standard error. Shaded: where 95 % of the recorded impacts "
+        "of like rate lie, by their local mean and scatter. Dotted: a rigid block on a rigid base (Housner 1963). Impacts "
+        "of failed fits are left out.",
         "reads": ["runs", "restitution", "epsilon", "blocks"],
+    },
+    "parameters": {
+        "title": "Identified parameters, run by run",
+        "caption": "Each run with its 95 % interval (open where the choice of a model rejects the law for that run); filled "
+        "diamond, the mean of the record with its 95 % interval; bar, where the next run of the record lies with 95 %; τ, "
+        "the standard deviation between runs without their noise, in per cent of the mean.",
+        "reads": ["parameters", "populations", "choice"],
     },
     "misfit_map": {
         "title": "Misfit maps around the identified parameters",
-        "caption": "How far the discrepancy rises around the identified parameters of the Hunt–Crossley law.",
+        "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified on the first "
+        "run of each record, in per cent; dots, the parameters identified on each run.",
         "reads": ["maps"],
     },
     "predictions": {
         "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
-        "caption": "Discrepancy of each run with the parameters fitted to it, with those of the other runs of its "
-        "record, and with those of another block on the same foundation.",
+        "caption": "Discrepancy ε_θ of each run with the parameters fitted to it, with those of the other runs of its "
+        "record, and with those of another block on the same foundation. Failed fits predict nothing.",
         "reads": ["predictions", "epsilon"],
     },
 }
@@ -45,6 +60,7 @@ rule figure:
             labels=lambda w: {"figure": figure_title(w.campaign, w.figure)},
         ),
         data="results/{campaign}/figures/{figure}.csv",
+        caption="results/{campaign}/figures/{figure}.txt",
     log:
         "results/{campaign}/logs/figure_{figure}.log",
     benchmark:
@@ -71,6 +87,7 @@ use rule figure as figure_for_target with:
         pdf="results/{campaign}/figures/{target}/{figure}.pdf",
         png="results/{campaign}/figures/{target}/{figure}.png",
         data="results/{campaign}/figures/{target}/{figure}.csv",
+        caption="results/{campaign}/figures/{target}/{figure}.txt",
     log:
         "results/{campaign}/logs/figure_{figure}_{target}.log",
     benchmark:

@@ -12,7 +12,7 @@ with at_work(snakemake):
         {"campaign": params.campaign, "blocks": params.blocks},
         {Path(record).stem: (record, fits) for record, fits in pairs},
         {Path(path).stem: path for path in inputs.tables},
-        list(zip(params.titles, inputs.figures, strict=True)),
+        list(zip(inputs.captions, inputs.figures, strict=True)),
         {Path(page).stem.removeprefix("qc_"): page for page in inputs.pages},
         dict(snakemake.output.items()),
         next(iter(inputs.changes), None),

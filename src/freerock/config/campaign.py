@@ -18,6 +18,7 @@ from freerock.config.keys import (
     PlanSection,
     ProcessingSection,
     PublishedSection,
+    once,
 )
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
@@ -37,6 +38,14 @@ from freerock.config.values import (
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
+Figure = Literal[  # in the order of the report; each is a module of freerock.figures
+    "foundation_effect",
+    "models",
+    "restitution",
+    "parameters",
+    "misfit_map",
+    "predictions",
+]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
@@ -69,6 +78,10 @@ class CampaignFile(Section):
     records_per_job: int = Field(
         4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
     )
+    figures: tuple[Figure, ...] = Field(
+        ("foundation_effect", "models", "restitution", "parameters", "misfit_map", "predictions"),
+        description="the figures of the report; any other is drawn when asked for by name",
+    )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
         (), description="further targets of the figures, beside the double column of a paper"
     )
@@ -80,6 +93,11 @@ class CampaignFile(Section):
     plan: PlanSection | None = Field(
         None, description="what `freerock plan` predicts standard errors for, before any test"
     )
+
+    @field_validator("figures", "figures_for")
+    @classmethod
+    def _each_once(cls, names: Any) -> Any:
+        return once(names)
 
     @field_validator("blocks", "foundations")
     @classmethod

@@ -16,7 +16,7 @@ from freerock.products.groups import usable_runs
 
 @printed
 def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
-    """Measured θ(t) of the first usable run on each foundation, one panel per block.
+    """θ(t) of the first usable run on each foundation, one panel per block.
 
     Parameters
     ----------
@@ -42,14 +42,12 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     axes = figure.subplots(len(blocks), squeeze=False)[:, 0]
     for i, (ax, block) in enumerate(zip(axes, blocks, strict=True)):
         ax.axhline(0, color="0.6", linewidth=0.5)
-        drawn = []
         for foundation, look in looks.items():
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **look)
-                drawn.append(style.of_run(*curve[["test", "run"]].iloc[0]))
-        title = ": ".join(filter(None, [style.label(labels, block), "; ".join(drawn)]))
-        ax.set_title(style.wrapped(style.panel(i, len(blocks), title), 0.9), loc="left")
+        title = style.panel(i, len(blocks), style.label(labels, block))
+        ax.set_title(style.wrapped(title, 0.9), loc="left")
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")
@@ -59,6 +57,11 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     style.footer(figure, origin)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
     return figure, style.gathered(curves.values(), columns)
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Which runs are drawn."""
+    return style.drawn_runs(data)
 
 
 def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from freerock.figures.style import (
     Axes,
@@ -16,10 +15,11 @@ from freerock.figures.style import (
     Style,
     axis_of,
     columns,
+    drawn_runs,
     footer,
     gathered,
     label,
-    of_run,
+    number_ticks,
     panel,
     printed,
     scaled,
@@ -28,7 +28,6 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
-from freerock.tables.text import quantity
 
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
@@ -67,8 +66,7 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
-        test, run = each.test, each.identified[0].run
-        title = panel(i, len(maps), f"{block}, {foundation}: {of_run(test, run)}")
+        title = panel(i, len(maps), f"{block}, {foundation}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
         ax.set(xlabel=axis_of("k"), ylabel=axis_of("lambda"))
     for ax in axes[len(maps) :]:
@@ -81,8 +79,13 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
     return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Which runs the contours are of."""
+    return drawn_runs(data[data["quantity"] == "grid"])
+
+
 def _handles() -> list[Line2D]:
-    contour = f"$ε_θ$ of {MODEL_LABELS[MODEL]} on the run named / %"
+    contour = f"$ε_θ$ of {MODEL_LABELS[MODEL]} / %"
     return [
         Line2D([], [], color="0.4", linewidth=scaled(0.8), label=contour),
         Line2D([], [], **OF_A_RUN, markersize=scaled(4), label="identified, run by run"),
@@ -110,9 +113,7 @@ def _panel(ax: Axes, record: RecordMap) -> None:
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
-        ticks = MaxNLocator(4, steps=[1, 2, 5, 10]).tick_values(values[0], values[-1])
-        ticks = ticks[(values[0] < ticks) & (ticks < values[-1])]
-        axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
+        number_ticks(axis, values[0], values[-1])
     for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         marked = (np.log([each.k / k[0], each.damping / damping[0]]) for each in record.identified)

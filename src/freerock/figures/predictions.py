@@ -16,6 +16,7 @@ from freerock.figures.style import (
     footer,
     gathered,
     label,
+    number_of,
     panel,
     printed,
     scaled,
@@ -88,6 +89,12 @@ def draw(
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(named))
     footer(figure, origin)
     return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many runs are drawn."""
+    n = len(data[["test", "run"]].astype(str).drop_duplicates())
+    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
 
 
 def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: Mapping[str, Style]) -> None:

@@ -1,8 +1,7 @@
 """Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -11,20 +10,20 @@ from freerock.figures.style import (
     MODEL_STYLES,
     Axes,
     Labels,
-    columns,
     footer,
-    label,
-    panel,
+    legend_on_top,
+    number_of,
+    outer_labels,
+    panel_per_scene,
     printed,
+    recorded,
     scaled,
-    size,
-    wrapped,
 )
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODEL_LABELS
-from freerock.tables.tidy import usable_rows
+from freerock.tables.swings import local_band, swings
 
-NARROWEST_IN = 1.7  # of a panel: with more foundations the figure grows wider than its target
+BAND = "0.86"
 
 
 @printed
@@ -36,7 +35,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> tuple[Figure, pd.DataFrame]:
-    """Restitution of each impact against the peak before it, one panel per block and foundation.
+    """Restitution of each impact against the angular rate before it, one panel per block and foundation.
 
     Parameters
     ----------
@@ -50,58 +49,55 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns of the table restitution.
+        Columns of `freerock.tables.swings.swings`.
     """
-    shown = restitution[restitution["source"].isin(["experiment", *LAWS])]
-    data = shown.merge(usable_rows(runs)[["test", "run"]])
-    failed = set(_fits(epsilon[~epsilon["success"]], "model"))
-    data = data[np.array([fit not in failed for fit in _fits(data, "source")], dtype=bool)]
-    above, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
-
-    width, height = size(0.5 + 2.0 * len(above))
-    figure = Figure(figsize=(max(width, NARROWEST_IN * len(under)), height))
-    axes = figure.subplots(len(above), len(under), squeeze=False, sharex="row", sharey="row")
-    for i, block in enumerate(above):
-        for j, foundation in enumerate(under):
-            scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
-            _panel(axes[i, j], scene, blocks[block].restitution_housner)
-            names = f"{label(labels, block)}, {label(labels, foundation)}"
-            title = panel(i * len(under) + j, axes.size, names)
-            axes[i, j].set_title(wrapped(title, 0.8 / len(under)), loc="left")
-        axes[i, 0].set_ylabel("restitution r")
-    for ax in axes[-1]:
-        ax.set_xlabel(wrapped("peak |θ| before the impact / °", 0.8 / len(under)))
-    found = [ax.get_legend_handles_labels() for ax in axes.flat]
-    handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
-    figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
+    data = swings(runs, restitution, epsilon, blocks)
+    data = data[data["source"].isin(["experiment", *LAWS])]
+    scenes = [*runs[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
+    figure, panels = panel_per_scene(scenes, labels, 2.0, sharex="row", sharey="row")
+    for (block, foundation), ax in panels.items():
+        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        _panel(ax, scene, blocks[block].restitution_housner, recorded(origin)["label"])
+    for block, ax in {block: ax for (block, _), ax in panels.items()}.items():
+        seen = data[(data["block"] == block) & (data["source"] == "experiment")]["impact_rate_rad_s"]
+        if len(seen):  # models rock on below what is seen
+            room = 0.05 * (seen.max() - seen.min()) + 0.01 * seen.max()
+            ax.set_xlim(seen.min() - room, seen.max() + room)
+    outer_labels(panels, "angular rate before the impact / (rad/s)", "restitution r")
+    legend_on_top(figure)
     footer(figure, origin)
     return figure, data
 
 
-def _fits(table: pd.DataFrame, model: str) -> Iterator[tuple[str, str, str]]:
-    """What fit each row is of."""
-    return zip(table["test"], table["run"].astype(str), table[model], strict=True)
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many impacts and runs are drawn."""
+    seen = data[data["source"] == "experiment"]
+    n_runs = len(seen[["test", "run"]].drop_duplicates())
+    return f"{number_of(len(seen), 'recorded impact').capitalize()} of {number_of(n_runs, 'run')}."
 
 
-def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float) -> None:
+def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float, name: str) -> None:
     ax.margins(x=0.05)
-    ax.axhline(r_housner, color="0.45", linestyle=":", label="rigid block, theory")
+    ax.axhline(r_housner, color="0.3", linestyle=":", label="rigid block, theory")
+    seen = scene[scene["source"] == "experiment"]
+    band = local_band(seen["impact_rate_rad_s"], seen["r"])
+    if len(band):
+        ax.fill_between(*band.to_numpy(float).T, color=BAND, linewidth=0, label="95 % of the impacts")
     for model in LAWS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
         own = {"marker": MODEL_MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
         style = MODEL_STYLES[model] | thin | own
         for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
-            ax.plot(run["peak_before_deg"], run["r"], **style | ({"label": "_"} if k else {}))
-    measured = scene[scene["source"] == "experiment"]
+            ax.plot(run["impact_rate_rad_s"], run["r"], **style | ({"label": "_"} if k else {}))
     ax.errorbar(
-        measured["peak_before_deg"],
-        measured["r"],
-        yerr=measured["r_stderr"],
+        seen["impact_rate_rad_s"],
+        seen["r"],
+        yerr=seen["r_stderr"],
         fmt="o",
         color="0.45",
         markerfacecolor="none",
         markersize=scaled(5),
         markeredgewidth=scaled(1),
         elinewidth=scaled(0.8),
-        label="measured",
+        label=name,
     )

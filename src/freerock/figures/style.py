@@ -18,6 +18,7 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.image import imsave
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from freerock.figures.looks import MEASURED as MEASURED
@@ -27,7 +28,7 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.text import SUPERSCRIPTS
+from freerock.tables.text import SUPERSCRIPTS, quantity
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -80,7 +81,7 @@ def columns(labels: Sequence[str], room: float = 1.0) -> int:
     beside = points * (matplotlib.rcParams["legend.handlelength"] + 2.8)  # handle and spaces
     widths = [beside + _width(text, points) for text in labels]
     for n in range(len(labels), 1, -1):
-        if sum(map(max, np.array_split(widths, n))) <= 72 * inches + 2 * points:
+        if sum(map(max, np.array_split(widths, n))) <= 72 * inches - points:
             return n
     return 1
 
@@ -149,9 +150,28 @@ def panel(index: int, n_panels: int, text: str) -> str:
     return f"({letter(index)}) {text}" if n_panels > 1 else text
 
 
-def of_run(test: str, run: int | str) -> str:
-    """What run is drawn, as a title says it; its number is not parted from the word."""
-    return f"{test}, run\N{NO-BREAK SPACE}{run}"
+def recorded(origin: str) -> Style:
+    """Look and label of a record, measured or simulated, for what is drawn now."""
+    label = "simulated record" if origin == "simulated" else origin
+    return MEASURED | {"label": label, "linewidth": scaled(MEASURED["linewidth"])}
+
+
+def runs_told(data: pd.DataFrame) -> str:
+    """The runs of a figure's numbers, as its caption names them."""
+    runs = data[["test", "run"]].dropna().astype(str).drop_duplicates()
+    named = [f"run\N{NO-BREAK SPACE}{run} of {test}" for test, run in runs.itertuples(index=False)]
+    return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+
+
+def drawn_runs(data: pd.DataFrame) -> str:
+    """Sentence of a caption about the runs drawn; what to say where there is none."""
+    told = runs_told(data)
+    return f"Drawn: {told}." if told else "No run can be drawn."
+
+
+def number_of(n: int, thing: str) -> str:
+    """A number of things in words: "1 run", "3 runs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
@@ -208,6 +228,71 @@ def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes,
     axes = figure.subplots(1, len(models), squeeze=False)[0]
     for ax, model in zip(axes, models, strict=True):
         yield ax, model, frame[frame["model"] == model]
+
+
+Scene = tuple[str, str]
+"""A block on a foundation."""
+
+
+def panel_per_scene(
+    scenes: Sequence[Scene], labels: Labels, height_in: float, narrowest_in: float = 1.7, **shared: Any
+) -> tuple[Figure, dict[Scene, Axes]]:
+    """A figure with a row for each block and a column for each foundation, titled.
+
+    Parameters
+    ----------
+    scenes : sequence of (str, str)
+        Block and foundation of each panel; places of others stay empty.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+    height_in : float
+        Of a row [inch], for the double column.
+    narrowest_in : float
+        Of a panel [inch]: with more foundations the figure grows wider than its target.
+    **shared :
+        sharex and sharey, as of `Figure.subplots`.
+
+    Returns
+    -------
+    figure, axes : Figure, dict of (str, str) to Axes
+        The panel of each block and foundation.
+    """
+    above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
+    width, height = size(0.5 + height_in * len(above))
+    figure = Figure(figsize=(max(width, narrowest_in * len(under)), height))
+    axes = figure.subplots(len(above), len(under), squeeze=False, **shared)
+    panels = {
+        (block, foundation): axes[i, j] for i, block in enumerate(above) for j, foundation in enumerate(under)
+    }
+    for n, ((block, foundation), ax) in enumerate(panels.items()):
+        title = panel(n, len(panels), f"{label(labels, block)}, {label(labels, foundation)}")
+        ax.set_title(wrapped(title, 0.8 / len(under)), loc="left")
+    return figure, panels
+
+
+def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
+    """Label the axes of panels at the left and at the foot."""
+    n = len({foundation for _, foundation in panels})
+    for ax in panels.values():
+        if ax.get_subplotspec().is_last_row():
+            ax.set_xlabel(wrapped(x, 0.8 / n))
+        if ax.get_subplotspec().is_first_col():
+            ax.set_ylabel(y)
+
+
+def legend_on_top(figure: Figure) -> None:
+    """One legend of all panels above them, each label once."""
+    found = [ax.get_legend_handles_labels() for ax in figure.axes]
+    handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
+    if handles:
+        figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
+
+
+def number_ticks(axis: Any, low: float, high: float, n: int = 4) -> None:
+    """Ticks of an axis of numbers with powers of ten, also of a logarithmic one of less than a decade."""
+    ticks = np.array(MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high))
+    ticks = ticks[(low < ticks) & (ticks < high)]
+    axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
 
 
 def headed(figure: Figure) -> None:

@@ -7,24 +7,25 @@ from typing import Any
 import xarray as xr
 
 from freerock.config.history import read_changes
-from freerock.files import write_json
+from freerock.files import write_json, write_text
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.provenance import inputs_of, other_software, provenance
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
+from freerock.tables.latex import figures_tex
 
 
 def make_report(
     settings: Mapping[str, Any],
     datasets: Mapping[str, tuple[str | Path, str | Path]],
     tables: Mapping[str, str | Path],
-    figures: Sequence[tuple[str, str | Path]],
+    figures: Sequence[tuple[str | Path, str | Path]],
     pages: Mapping[str, str | Path],
     output: Mapping[str, str | Path],
     changes: str | Path | None = None,
 ) -> None:
-    """Write the report of a campaign and its provenance.
+    """Write the report of a campaign, its provenance, and its figures with their captions in LaTeX.
 
     Parameters
     ----------
@@ -34,12 +35,12 @@ def make_report(
         Record and fit dataset of each test.
     tables : mapping of str to path
         CSV file by name of the table.
-    figures : sequence of (str, path)
-        Titles and PNG files, in the order of the report.
+    figures : sequence of (path, path)
+        Captions and PNG files, in the order of the report.
     pages : mapping of str to path
         Quality page of each test.
     output : mapping of str to path
-        html and provenance, the files to write.
+        html, provenance and captions, the files to write.
     changes : path, optional
         Log of what was changed at the review desk.
     """
@@ -59,13 +60,24 @@ def make_report(
     made_by = provenance([], settings["campaign"]) | {"inputs": raw}
     made_by["other_software"] = other_software(trees, made_by["software"])
     write_json(output["provenance"], made_by)
+    captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
+    write_text(output["captions"], figures_tex(captions))
     write_report(
         output["html"],
         provenance=made_by,
         tables={name: read_csv(path) for name, path in tables.items()},
         blocks={name: Block(**block) for name, block in settings["blocks"].items()},
         opened=opened,
-        figures=figures,
+        figures=[
+            (f"Figure {n}. {' '.join(captions[Path(png).stem])}", png)
+            for n, (_, png) in enumerate(figures, 1)
+        ],
         pages=pages,
         changes=read_changes(changes) if changes else (),
     )
+
+
+def read_caption(path: str | Path) -> tuple[str, str]:
+    """Title and text of a figure's caption, as `freerock.jobs.figure.make_figure` writes them."""
+    title, _, text = Path(path).read_text(encoding="utf-8").rstrip("\n").partition("\n")
+    return title, text

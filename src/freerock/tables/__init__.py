@@ -12,6 +12,7 @@ __all__ = [
     "recovered",
     "restitution",
     "summary",
+    "swings",
     "text",
     "tidy",
     "total",

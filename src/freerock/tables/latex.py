@@ -19,6 +19,9 @@ TEX = {
         "±": r"$\pm$",
         "·": r"$\cdot$",
         "−": "$-$",
+        "×": r"$\times$",
+        "σ": r"$\sigma$",
+        "Δ": r"$\Delta$",
         "°": r"$^\circ$",
         "–": "--",
         "†": r"$\dagger$",
@@ -111,6 +114,37 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
+
+
+def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
+    r"""The figures of a campaign with their captions, for a paper.
+
+    Parameters
+    ----------
+    captions : mapping of str to (str, str)
+        Title and text of each, by the name of its file.
+
+    Returns
+    -------
+    str
+        A figure environment for each, labelled `fig:NAME`; the document needs graphicx, and
+        `\graphicspath` where the figures lie elsewhere.
+    """
+    environments = [
+        "\n".join(
+            [
+                r"\begin{figure}",
+                r"\centering",
+                rf"\includegraphics[width=\linewidth]{{{name}}}",
+                rf"\caption{{\textbf{{{_tex(title)}}} {_tex(text)}}}",
+                rf"\label{{fig:{name}}}",
+                r"\end{figure}",
+                "",
+            ]
+        )
+        for name, (title, text) in captions.items()
+    ]
+    return "\n".join(environments)
 
 
 def _fit_name(row: Any) -> list[str]:

@@ -1,0 +1,200 @@
+"""Parameters run by run, with the mean of each record and of each foundation, and where the next will lie."""
+
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    axis_of,
+    footer,
+    gathered,
+    label,
+    legend_on_top,
+    number_ticks,
+    printed,
+    scaled,
+    size,
+)
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
+from freerock.tables.paper import SCATTERS
+from freerock.tables.text import quantity
+
+MOST_ROWS = 60  # with more there are no rows of runs, and then no more records
+COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
+COLUMNS += ["next_low", "next_high", "tau_text", "rejected"]
+LOOKS: dict[str, tuple[Style, str]] = {
+    "run": ({"fmt": "o", "color": "0.45", "markersize": 3}, "run"),
+    "rejected": (
+        {"fmt": "o", "color": "0.45", "markersize": 3, "markerfacecolor": "white"},
+        "run, law rejected",
+    ),
+    "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
+    "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
+}
+NEXT = {"record": "where the next run lies", "foundation": "where the next record lies"}
+
+
+class _Row(NamedTuple):
+    """A row of the figure: what it is of, and the numbers of each parameter."""
+
+    name: str
+    numbers: pd.DataFrame
+
+
+@printed
+def draw(
+    parameters: pd.DataFrame,
+    populations: pd.DataFrame,
+    choice: pd.DataFrame,
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
+    """Parameters of the law that most runs name: a row for each run, record and foundation.
+
+    Parameters
+    ----------
+    parameters, populations, choice : pandas.DataFrame
+        Tidy tables.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns `COLUMNS`; SI units.
+    """
+    model = _named_most(parameters, choice)
+    if not model:
+        figure = Figure(figsize=size(0.8))
+        figure.suptitle("no run has a fit that may be used", fontsize="medium")
+        footer(figure, origin)
+        return figure, pd.DataFrame(columns=COLUMNS)
+    rows = _rows(parameters, populations, choice, model, labels)
+    names = [name for name in MODELS[model] if any(name in set(row.numbers["parameter"]) for row in rows)]
+    groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]
+    room = [len(own) + 1.0 for own in groups]
+    figure = Figure(figsize=size(1.0 + 0.17 * sum(room)))
+    axes = figure.subplots(len(groups), len(names), squeeze=False, sharey="row", height_ratios=room)
+    for i, own in enumerate(groups):
+        for ax, name in zip(axes[i], names, strict=True):
+            _panel(ax, own, name)
+        for ax, name in zip(axes[-1], names, strict=True):
+            ax.set_xlabel(axis_of(name) if name != "r" else "restitution r")
+        axes[i, 0].set_yticks(range(len(own)), [row.name for row in own])
+        axes[i, 0].set_ylim(len(own) - 0.4, -0.6)
+        for text, row in zip(axes[i, 0].get_yticklabels(), own, strict=True):
+            text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
+    for ax in axes[0]:
+        ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="x-small")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, gathered((row.numbers for row in rows), COLUMNS)
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Of which law the parameters are, and how many runs and records are drawn."""
+    if data.empty:
+        return "No run has a fit that may be used."
+    model = MODEL_LABELS[data["model"].iloc[0]]
+    told = f"Law: {model}, which most runs name."
+    runs, records = (data[data["level"] == level] for level in ("run", "record"))
+    n = records["test"].nunique()
+    return f"{told} {n} records." if runs.empty else f"{told} Runs of {n} records."
+
+
+def _named_most(parameters: pd.DataFrame, choice: pd.DataFrame) -> str:
+    """The law of a foundation that most runs name, or the first that was fitted; else whatever was."""
+    usable = set(parameters[parameters["success"].astype(bool)]["model"])
+    named = choice[choice["status"] == "selected"]["model"].value_counts()
+    ranked = sorted(
+        usable, key=lambda model: (not law_of(model).is_foundation, -named.get(model, 0), order(model))
+    )
+    return ranked[0] if ranked else ""
+
+
+def order(model: str) -> int:
+    """Place of a candidate among all."""
+    return list(CANDIDATES).index(model)
+
+
+def _rows(
+    parameters: pd.DataFrame, populations: pd.DataFrame, choice: pd.DataFrame, model: str, labels: Labels
+) -> list[_Row]:
+    """Rows downwards: of each foundation the records, each below its runs, and last the foundation."""
+    runs = parameters[(parameters["model"] == model) & parameters["success"].astype(bool)]
+    runs = runs[runs["parameter"].isin(MODELS[model])]
+    found = populations[(populations["model"] == model) & populations["parameter"].isin(MODELS[model])]
+    rejected = choice[(choice["model"] == model) & (choice["status"] == "rejected")]
+    no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
+    records = found[found["level"] == "record"]
+    with_runs = len(runs[["test", "run"]].drop_duplicates()) + records["test"].nunique() <= MOST_ROWS
+    rows: list[_Row] = []
+    for foundation, of_foundation in records.groupby("foundation", sort=False):
+        several = of_foundation.groupby("block")["test"].nunique()
+        for test, record in of_foundation.groupby("test", sort=False):
+            scene = f"{label(labels, record['block'].iloc[0])}, {label(labels, str(foundation))}"
+            name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
+            if with_runs:
+                rows += _of_runs(runs[runs["test"] == test], no)
+            rows.append(_Row(name, _numbers("record", record)))
+        of_records = found[(found["level"] == "foundation") & (found["foundation"] == foundation)]
+        if len(of_records):
+            name = f"{label(labels, str(foundation))}, {of_foundation['test'].nunique()} records"
+            rows.append(_Row(name, _numbers("foundation", of_records)))
+    return rows[-MOST_ROWS:] if not with_runs else rows
+
+
+def _of_runs(runs: pd.DataFrame, rejected: set[tuple[str, str]]) -> Iterator[_Row]:
+    for (test, run), own in runs.groupby(["test", "run"], sort=False):
+        numbers = own.rename(columns={"ci95_low": "low", "ci95_high": "high"})
+        numbers = numbers.assign(level="run", rejected=(test, str(run)) in rejected)
+        yield _Row(f"run {run}", numbers.reindex(columns=COLUMNS))
+
+
+def _numbers(level: str, found: pd.DataFrame) -> pd.DataFrame:
+    names = {"mean": "value", "ci95_low": "low", "ci95_high": "high"}
+    texts = [_spread(row) for row in found.itertuples()]
+    return found.rename(columns=names).assign(level=level, tau_text=texts).reindex(columns=COLUMNS)
+
+
+def _spread(row: Any) -> str:
+    """τ in per cent of the mean; its upper bound where the scatter may be noise alone."""
+    if not np.isfinite(row.tau):
+        return ""
+    percent = 100 / row.mean
+    if row.scatter_p > SCATTERS or row.tau == 0:
+        return f"< {quantity(percent * row.tau_high, digits=2)} %"
+    return f"{quantity(percent * row.tau, digits=2)} %"
+
+
+def _panel(ax: Axes, rows: list[_Row], name: str) -> None:
+    """One parameter of some rows."""
+    ax.margins(x=0.05)
+    for place, (_, numbers) in enumerate(rows):
+        for row in numbers[numbers["parameter"] == name].itertuples():
+            _mark(ax, place, row)
+    ax.grid(axis="y", visible=False)
+    low, high = ax.get_xlim()
+    if low > 0:
+        number_ticks(ax.xaxis, low, high, 3)
+    ax.set_xlim(low, high)
+
+
+def _mark(ax: Axes, place: int, row: Any) -> None:
+    """A run, or the mean of several with the interval of the next."""
+    look, text = LOOKS["rejected" if row.rejected is True else row.level]
+    bars = np.abs([[row.value - row.low], [row.high - row.value]])
+    sized = look | {"markersize": scaled(look["markersize"]), "elinewidth": scaled(0.9)}
+    ax.errorbar(row.value, place, xerr=bars, capsize=0, zorder=3, **sized, label=text)
+    if row.level == "run":
+        return
+    if np.isfinite(row.next_low):
+        bar = {"color": look["color"], "alpha": 0.25, "linewidth": scaled(6), "solid_capstyle": "butt"}
+        ax.plot((row.next_low, row.next_high), (place, place), **bar, label=NEXT[row.level])
+    small = {"va": "center", "fontsize": "x-small"}
+    ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

@@ -1,0 +1,115 @@
+"""Swings of a block between its impacts, from the tidy table restitution: rate, energy, loss, period."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import pandas as pd
+
+from freerock.arrays import Floats
+from freerock.models.block import GRAVITY, Block
+from freerock.tables.tidy import usable_rows
+
+GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
+FIT = ["test", "run", "source"]
+
+
+def swings(
+    runs: pd.DataFrame, restitution: pd.DataFrame, epsilon: pd.DataFrame, blocks: Mapping[str, Block]
+) -> pd.DataFrame:
+    """What happens between the impacts of runs and of the models fitted to them.
+
+    Parameters
+    ----------
+    runs, restitution, epsilon : pandas.DataFrame
+        Tidy tables; failed and excluded runs are left out, and models whose fit failed.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The columns of restitution, and impact_rate_rad_s, the angular rate with which a rigid block falls
+        from the peak before the impact, energy_j, what it has there above rest, loss = 1 - r² and its
+        standard error loss_stderr, and period_s, twice the time since the impact before; NaN of the first
+        impact, and where an impact between was not seen.
+
+    Notes
+    -----
+    m g R (cos φ - cos θ_cr) with φ = θ_cr - |θ_peak| is the energy, and p² (cos φ - cos θ_cr) half the
+    squared rate (Housner 1963, doi:10.1785/BSSA0530020403).
+    """
+    failed = set(_keys(epsilon[~epsilon["success"]], "model"))
+    usable = set(_keys(usable_rows(runs)))
+    fits = zip(_keys(restitution), _keys(restitution, "source"), strict=True)
+    found = restitution[np.array([run in usable and fit not in failed for run, fit in fits], bool)]
+    of_block = found["block"].map(blocks)
+    critical = np.array([block.theta_cr for block in of_block], float)
+    peak = np.radians(found["peak_before_deg"].to_numpy(float))
+    height = np.cos(critical - peak) - np.cos(critical)
+    weight = np.array([block.mass_kg * GRAVITY * block.R for block in of_block], float)
+    p = np.array([block.p for block in of_block], float)
+    r = found["r"].to_numpy(float)
+    found = found.assign(
+        impact_rate_rad_s=p * np.sqrt(2 * np.maximum(height, 0.0)),
+        energy_j=weight * height,
+        loss=1 - r**2,
+        loss_stderr=2 * r * found["r_stderr"],
+    )
+    period = 2 * found.groupby(FIT, sort=False)["time_s"].diff()
+    before = period.groupby([found[name] for name in FIT], sort=False).shift()
+    return found.assign(period_s=period.where(~(period > GAP * before)))
+
+
+def _keys(table: pd.DataFrame, *more: str) -> Iterator[tuple[str, ...]]:
+    """Test, run and what else of each row; run numbers of files are texts."""
+    yield from table[["test", "run", *more]].astype(str).itertuples(index=False, name=None)
+
+
+def first_runs(found: pd.DataFrame) -> pd.DataFrame:
+    """The swings of the first run of each block and foundation, with those of its models."""
+    recorded = found[found["source"] == "experiment"]
+    first = recorded.drop_duplicates(["block", "foundation"])[["test", "run"]]
+    return found.merge(first)
+
+
+def local_band(x: pd.Series, y: pd.Series, share: float = 0.6, least: int = 12) -> pd.DataFrame:
+    """Where 95 % of the values lie along x: local line and scatter about it.
+
+    Straight lines with tricube weights over the nearest share of the points (Cleveland 1979,
+    doi:10.1080/01621459.1979.10481038), and ±1.96 standard deviations of these points about their line.
+
+    Parameters
+    ----------
+    x, y : pandas.Series
+        Points.
+    share : float
+        Of the points that count around each place.
+    least : int
+        Points; fewer have no band.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns x, low, high at 60 places; empty of fewer points.
+    """
+    along, across = pd.DataFrame({"x": x, "y": y}, dtype=float).dropna().to_numpy().T
+    if len(along) < least or np.ptp(along) == 0:
+        return pd.DataFrame(columns=["x", "low", "high"])
+    n = max(least, round(share * len(along)))
+    places = np.linspace(along.min(), along.max(), 60)
+    rows = [(place, *_local(place, along, across, n)) for place in places]
+    return pd.DataFrame(rows, columns=["x", "low", "high"])
+
+
+def _local(place: float, x: Floats, y: Floats, n: int) -> tuple[float, float]:
+    """Ends of the band at a place, from its n nearest points."""
+    apart = np.abs(x - place)
+    reach = 1.001 * max(np.sort(apart)[n - 1], 1e-9)
+    weight = np.clip(1 - (apart / reach) ** 3, 0, None) ** 3
+    root = np.sqrt(weight)
+    columns = np.column_stack([np.ones_like(x), x - place]) * root[:, None]
+    line, _, rank, _ = np.linalg.lstsq(columns, y * root, rcond=None)
+    counted = weight.sum() ** 2 / np.sum(weight**2)  # points, by Kish's effective number
+    left = np.sum((y * root - columns @ line) ** 2) / weight.sum()
+    spread = 1.96 * np.sqrt(left * counted / max(counted - rank, 1.0))
+    return float(line[0] - spread), float(line[0] + spread)
