@@ -120,16 +120,29 @@ def test_refusals_are_cells_too():
     assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
 
 
-@pytest.mark.parametrize("name", ["speed_accuracy", "model_cost", "stability"])
+@pytest.mark.parametrize("name", ["speed_accuracy", "model_cost"])
 def test_figures(name, request, tmp_path):
-    frame = request.getfixturevalue(
-        {"speed_accuracy": "speeds", "model_cost": "choices", "stability": "cells"}[name]
-    )
+    frame = request.getfixturevalue({"speed_accuracy": "speeds", "model_cost": "choices"}[name])
     drawn, data = getattr(figures, name).draw(frame)
+    _saved(drawn, data, tmp_path, name)
+    assert len(data) == len(frame)
+
+
+def test_each_page_of_the_atlas_is_a_figure(cells, tmp_path):
+    n_cells = 0
+    for page in figures.stability.PAGES:
+        drawn, data = figures.stability.draw(cells, page)
+        _saved(drawn, data, tmp_path, page)
+        assert drawn.get_size_inches()[1] < 10  # of a sheet of paper
+        n_cells += len(data)
+    assert n_cells == len(cells)
+
+
+def _saved(drawn, data, tmp_path, name):
     save(drawn, data, tmp_path / name)
     assert (tmp_path / f"{name}.pdf").stat().st_size > 5000
     assert (tmp_path / f"{name}.png").stat().st_size > 10000
-    assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(frame)
+    assert len(pd.read_csv(tmp_path / f"{name}.csv")) == len(data)
 
 
 def test_every_start_reaches_the_global_minimum():

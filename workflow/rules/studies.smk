@@ -18,9 +18,15 @@ STUDIES = [
 ]
 
 
+# The stability atlas is a figure for each of its pages.
+PAGES = ["stiffness", "step", "release", "others"]
+FIGURES_OF_STUDIES = [study for study in STUDIES if study != "stability"]
+
+
 rule studies:
     input:
-        expand("results/studies/figures/{study}.{suffix}", study=STUDIES, suffix=["pdf", "png"]),
+        expand("results/studies/figures/{study}.{suffix}", study=FIGURES_OF_STUDIES, suffix=["pdf", "png"]),
+        expand("results/studies/figures/stability_{page}.{suffix}", page=PAGES, suffix=["pdf", "png"]),
 
 
 rule study:
@@ -63,12 +69,43 @@ rule figure_study:
     benchmark:
         "results/studies/benchmarks/figure_{study}.tsv"
     wildcard_constraints:
-        study="|".join(STUDIES),
+        study="|".join(FIGURES_OF_STUDIES),
     conda:
         "../envs/freerock.yaml"
     params:
+        study=lambda w: w.study,
         code=lambda w: code("figure_study", f"freerock.figures.studies.{w.study}"),
     message:
         "study: figure of {wildcards.study}"
+    script:
+        "../scripts/figure_study.py"
+
+
+rule figure_atlas:
+    input:
+        csv="results/studies/stability.csv",
+    output:
+        pdf="results/studies/figures/stability_{page}.pdf",
+        png=report(
+            "results/studies/figures/stability_{page}.png",
+            caption="../report/stability.rst",
+            category="Studies",
+            labels={"figure": "stability: {page}"},
+        ),
+        data="results/studies/figures/stability_{page}.csv",
+    log:
+        "results/studies/logs/figure_stability_{page}.log",
+    benchmark:
+        "results/studies/benchmarks/figure_stability_{page}.tsv"
+    wildcard_constraints:
+        page="|".join(PAGES),
+    conda:
+        "../envs/freerock.yaml"
+    params:
+        study="stability",
+        page=lambda w: [w.page],
+        code=code("figure_study", "freerock.figures.studies.stability"),
+    message:
+        "study: figure of stability, {wildcards.page}"
     script:
         "../scripts/figure_study.py"

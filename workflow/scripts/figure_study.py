@@ -7,5 +7,6 @@ from freerock.jobs.ledger import at_work
 from freerock.tables.csvfile import read_csv
 
 with at_work(snakemake):
-    figure = import_module(f"freerock.figures.studies.{snakemake.wildcards.study}")
-    save(*figure.draw(read_csv(snakemake.input.csv)), snakemake.output.pdf.removesuffix(".pdf"))
+    figure = import_module(f"freerock.figures.studies.{snakemake.params.study}")
+    drawn = figure.draw(read_csv(snakemake.input.csv), *snakemake.params.get("page", []))
+    save(*drawn, snakemake.output.pdf.removesuffix(".pdf"))

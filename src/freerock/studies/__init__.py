@@ -11,6 +11,7 @@ __all__ = [
     "coverage",
     "engines",
     "faults",
+    "foreign",
     "golden",
     "methods",
     "mishaps",

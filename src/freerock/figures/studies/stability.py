@@ -41,18 +41,20 @@ BOUNDS: Bounds = {
 TICKS = 5  # of an axis at most
 
 
+# a pair of quantities each: maps, what makes a row, title, bounds
+PAGES: dict[str, tuple[list[str], list[str], str, Bounds | None]] = {
+    "stiffness": (["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
+    "step": (["step"], ["model"], "Fixed steps", None),
+    "release": (["release"], ["model"], "Angle of release and slenderness", None),
+    "others": (["springs", "tail", "housner_fit", "fit"], ["map"], "Springs, tails and fits", None),
+}
+
+
 @styled()
-def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
-    """The stability atlas: a page per pair of quantities, a panel per method; the fit's bounds framed."""
-    pages = [
-        _atlas_page(frame, ["stiffness"], ["model", "debonding"], "Stiffness and damping", BOUNDS),
-        _atlas_page(frame, ["step"], ["model"], "Fixed steps", None),
-        _atlas_page(frame, ["release"], ["model"], "Angle of release and slenderness", None),
-        _atlas_page(
-            frame, ["springs", "tail", "housner_fit", "fit"], ["map"], "Springs, tails and fits", None
-        ),
-    ]
-    return pages, frame
+def draw(frame: pd.DataFrame, page: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+    """A page of the stability atlas, of `PAGES`: a panel per method; the fit's bounds framed."""
+    maps, by, title, bounds = PAGES[page]
+    return _atlas_page(frame, maps, by, title, bounds), frame[frame["map"].isin(maps)]
 
 
 MAP_TITLES = {
