@@ -197,7 +197,7 @@ SCENES = {
     "floor_shakes": _bed("B", "floor that shakes at 12 Hz", MAT, (), ON_BED, floor_a=0.05, floor_w=FLOOR_W),
     "rigid_by_speed": _rigid("A", "r falls with the rate", by_speed, ()),
     "rigid_by_side": _rigid(
-        "C", "r is 0.95 at one edge, 0.9 at the other", by_side, RESTITUTION, formats="mat"
+        "C", "r is 0.95 at one edge, 0.90 at the other", by_side, RESTITUTION, formats="mat"
     ),
     "rigid_rolls": _rigid("B", "rolls over edges of 6 mm", constant, (), radius=6e-3),
     "mujoco_box": _engine("A", "MuJoCo's box with friction", "mujoco", contact=[0.004, 0.3]),

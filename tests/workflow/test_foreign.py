@@ -26,7 +26,7 @@ def test_foreign_records_are_analysed_without_their_truths(tmp_path):
     (checkout / "config/config.yaml").write_text("campaigns: [foreign]\n")
     text = (checkout / "config/campaigns/foreign.yaml").read_text()
     (checkout / "config/campaigns/foreign.yaml").write_text(
-        text + "\nfits: {models: [housner], kinematics: []}\n"
+        text + "\nfits: {models: [housner], paper_mode: true}\n"
     )
 
     done = checkout.snakemake("results/foreign/tables/runs.csv", "results/foreign/tables/parameters.csv")

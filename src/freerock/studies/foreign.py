@@ -78,6 +78,13 @@ def _names(folder: Path, test: str) -> dict[str, tuple[str, ...]]:
     }
 
 
+def _where(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
+    """The rows in which these columns have these values."""
+    for name, value in wanted.items():
+        table = table[table[name] == value]
+    return table
+
+
 def _run(
     tables: Tables,
     names: Mapping[str, tuple[str, ...]],
@@ -85,13 +92,13 @@ def _run(
     truth: Mapping[str, Any],
     run: Mapping[str, Any],
 ) -> Row:
-    found = tables["runs"].query("test == @test")
+    found = _where(tables["runs"], test=test)
     found = found[(found["release_s"] > run["let_go_s"] - 1.0) & (found["release_s"] < run["free_s"] + 1.0)]
     if found.empty:
         return {"verdict": "missed", "names": "", "named": False, "choice": "none explains", "wrong": ""}
     seen = found.iloc[0]
     number, level = seen["run"], seen["verdict"]
-    of_run = {name: table.query("test == @test and run == @number") for name, table in tables.items()}
+    of_run = {name: _where(table, test=test, run=number) for name, table in tables.items()}
     told = names.get(number, ())
     row: Row = {
         "verdict": level,
@@ -109,25 +116,25 @@ def _run(
 
 def _choice(of_run: Tables, truth: Mapping[str, Any]) -> Row:
     """The candidate named, its parameters against the truth, and its prediction."""
-    selected = of_run["choice"].query("status == 'selected'")
+    selected = _where(of_run["choice"], status="selected")
     if selected.empty:
         return {"model": "", "explained": False, "choice": "none explains"}
     model, explained = selected.iloc[0]["model"], str(selected.iloc[0]["explains"]) == "True"
     right = "right" if model in truth["right_choices"] else "wrong"
     row: Row = {"model": model, "explained": explained, "choice": right if explained else "none explains"}
-    fitted = of_run["parameters"].query("model == @model").set_index("parameter")
+    fitted = _where(of_run["parameters"], model=model).set_index("parameter")
     for name, true in truth["parameters"].items():
         if name in fitted.index:
             off = float(fitted.loc[name, "value"]) - true
             row[f"{name}_error_percent"] = 100 * off / true
             row[f"{name}_error_stderrs"] = off / float(fitted.loc[name, "stderr"])
-    predicted = of_run["predictions"].query("model == @model and basis == 'other runs'")
+    predicted = _where(of_run["predictions"], model=model, basis="other runs")
     return row | ({"prediction_epsilon": predicted.iloc[0]["epsilon_theta"]} if len(predicted) else {})
 
 
 def _restitution(measured: pd.DataFrame, release_s: float, run: Mapping[str, Any]) -> Row:
     """The measured restitutions against the true ones of the same impacts."""
-    measured = measured.query("source == 'experiment'")
+    measured = _where(measured, source="experiment")
     times, true = np.array(run["impacts_s"]), np.array(run["restitution"])
     if measured.empty or not times.size:
         return {"n_r": 0, "n_r_inside": 0, "r_error": math.nan, "r_wrong": 0}
