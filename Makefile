@@ -12,8 +12,8 @@ SLURM := $(VENV)/.slurm
 PEERS := .venv-peers
 export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 
-# The tests of a file share what they set up.
-TESTS := python -m pytest --numprocesses 2 --dist loadfile
+# The tests of a file share what they set up; tests/conftest.py puts long ones first, so that no process waits at the end.
+TESTS := python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 .PHONY: all setup slurm peers lint quick test test-cluster clean
 
@@ -31,10 +31,14 @@ $(READY): requirements.lock pyproject.toml
 	python -m compileall -q -j 0 $(VENV)/lib src
 	touch $@
 
-# The integrator is compiled once here, before two jobs do so at the same time.
-$(KERNEL): src/freerock/models/kernel.py $(READY)
-	python -c 'from freerock.models import block, simulate; simulate.simulate("winkler", \
-		block.Block(1, 0.2, 1), {"k": 1e6, "c": 1e3}, [0, 0.01], theta0=0.1)'
+# What a job asks of compiled code is compiled once here, before two jobs do so at the same time.
+$(KERNEL): src/freerock/models/kernel.py src/freerock/models/housner.py src/freerock/rotation/beam_kernel.py $(READY)
+	python -c 'import numpy as np; from freerock.identification.as_measured import as_measured; \
+		from freerock.models.block import Block; from freerock.rotation.sensor import Laser; \
+		from freerock.rotation.view import View; block, time = Block(1, 0.2, 1), np.array([0, 0.01]); \
+		view = View(block, Laser("vertical", 0.05, units="mm")); \
+		as_measured("winkler", block, {"k": 1e6, "c": 1e3, "theta0": 0.1}, time, view); \
+		as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time, view)'
 	touch $@
 
 slurm: setup $(SLURM)

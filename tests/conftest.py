@@ -20,6 +20,12 @@ def pytest_itemcollected(item):
         item.add_marker(pytest.mark.slow)
 
 
+def pytest_collection_modifyitems(items):
+    """Files with long tests first, so that of two processes none waits at the end."""
+    long = {item.path for item in items if item.get_closest_marker("slow")}
+    items.sort(key=lambda item: item.path not in long)
+
+
 @pytest.fixture(scope="session")
 def palermo(tmp_path_factory):
     """The results of the shipped campaign, from record files to report."""
