@@ -8,6 +8,8 @@ from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.likelihood import Likelihood, likelihood
 from freerock.identification.problem import FINE, Problem
+from freerock.identification.scan import is_lively
+from freerock.identification.search import is_poor
 from freerock.identification.settings import is_rounded
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
@@ -17,6 +19,7 @@ ASKED = 4.0
 # Rounded edges can't be less than sharp, and the derivative sees half of what a fit with them gains: of two
 # records of the squat block on its soft foundation with 0.7 mm 15 and 23 of 33 and 27.
 ASKED_EDGES = 3.5
+LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
 EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
 
@@ -132,6 +135,12 @@ def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: f
             return f"{name} lies at its bound"
     if not np.all(np.isfinite(np.diag(known.covariance)[:n_common])):
         return "the data do not determine the parameters"
+    if (
+        len(problem.motions) == 1
+        and is_lively(problem, solution.x)
+        and is_poor(problem, LEFT * solution.mean_square)
+    ):
+        return "the block is hardly damped and more than noise is left: possibly another minimum"
     if epsilon >= 1:
         return "worse than a block at rest (ε_θ ≥ 1)"
     return ""

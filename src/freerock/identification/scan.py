@@ -17,6 +17,10 @@ SCAN_SAMPLES = 250  # per run
 SWING_SAMPLES = 1000  # among which the first impact is sought
 RTOL = 1e-4
 STARTS = 3
+LIVELY = {"c": 1.5e-3, "lambda": 6.0}  # ratio to k [s, s/m], below which motions rattle and grids are coarse
+LOWEST = 20.0  # that over the lowest damping of the finer grid
+FINER = (90, 8)  # of k, and of the damping
+MANY_STARTS = 16
 R_STEP = 7  # of the grid of r, where the width is sought beside it
 WIDTH_CELL = 1e-3  # of the full width
 
@@ -57,14 +61,50 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     return _lowest(coarse, points, [len(grid) for grid in grids], samples)
 
 
+def is_lively(problem: Problem, x: Floats) -> bool:
+    """Whether a fitted damping is so low that the grid of the scan may have missed the minimum."""
+    law = law_of(problem.model)
+    if not law.is_foundation or law.cases:
+        return False
+    (name,) = law.dampings
+    return bool(x[1] < fitted(name, LIVELY[name]))
+
+
+def finer_scan(problem: Problem, horizon_s: float) -> list[list[float]]:
+    """Starts of a law with one damping from a finer grid of low ones.
+
+    A block that is hardly damped rattles, and the error has many narrow minima.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a single run.
+    horizon_s : float
+        End of the samples that count [s].
+    """
+    stiffness, damping = law_of(problem.model).parameters
+    highest = LIVELY[damping]
+    grids = (
+        np.geomspace(*PARAMETERS[stiffness].grid[:2], FINER[0]),
+        np.geomspace(highest / LOWEST, highest, FINER[1]),
+    )
+    points = [[fitted(stiffness, k), fitted(damping, ratio)] for k, ratio in product(*grids)]
+    samples = problem.samples(horizon_s, SCAN_SAMPLES)
+    return _lowest(replace(problem, rtol=RTOL), points, FINER, samples, MANY_STARTS)
+
+
 def _lowest(
-    problem: Problem, points: Sequence[list[float]], shape: Sequence[int], samples: Samples
+    problem: Problem,
+    points: Sequence[list[float]],
+    shape: Sequence[int],
+    samples: Samples,
+    most: int = STARTS,
 ) -> list[list[float]]:
     """Lowest local minima of the error on a grid of so many points each way."""
     errors = np.array([np.mean(problem.residual(problem.start(point), samples) ** 2) for point in points])
     cells = errors.reshape(shape)
     minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
-    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:STARTS]]
+    return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:most]]
 
 
 def _scan_r_and_width(problem: Problem, horizon_s: float) -> list[list[float]]:

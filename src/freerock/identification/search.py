@@ -7,10 +7,11 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.problem import Problem
+from freerock.identification.noise import noise_of
+from freerock.identification.problem import FINE, Problem
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.rigid import first_impact_s
-from freerock.identification.scan import scan
+from freerock.identification.scan import finer_scan, is_lively, scan
 from freerock.models.laws import PARAMETERS, law_of, parameter_of
 from freerock.runs.motion import Motion
 
@@ -18,7 +19,9 @@ GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
 SAME = 3e-3  # of the first fitted number, in which two ends of a horizon are one
 ALIKE = 1.1  # times the mean square, likewise
-POOR = 1.1  # times the noise: a given start that ends above it may be in a false minimum
+LIVELY_RTOL = 1e-10  # of a motion that multiplies errors
+POOR = 1.1  # times the noise: a start that ends above it may be in a false minimum
+HEAD, SLOWLY, FOLLOWED = 0.4, 1.4, 6  # of low dampings: share of the first horizon, growth, ends kept
 
 
 def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem, Solution, Resolution]:
@@ -43,6 +46,10 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     exact = resolution.rtol >= min(problem.rtol, problem.fine)
     problem, jacobian = replace(problem, rtol=resolution.rtol), resolution.jacobian if exact else None
     end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
+    if len(problem.motions) == 1 and is_poor(problem, end.mean_square) and is_lively(problem, end.x):
+        problem = replace(problem, rtol=min(resolution.rtol, LIVELY_RTOL))
+        resolution = replace(resolution, rtol=problem.rtol, m=1)
+        end = least_squares(problem, end.x, problem.samples())
     return problem, end, resolution
 
 
@@ -65,11 +72,34 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
     ends = []
     if start is not None:
         ends = [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:], beyond)]
-    poor = (POOR * problem.motions[0].sigma_theta) ** 2
     single = len(problem.motions) == 1 and not law_of(problem.model).cases
-    if not ends or (single and np.isinf(beyond) and ends[0].mean_square > poor):
+    if not ends or (single and np.isinf(beyond) and is_poor(problem, ends[0].mean_square)):
         ends += _scanned(problem, horizons, beyond)
+    best = min(ends, key=lambda end: end.mean_square)
+    if single and np.isinf(beyond) and is_poor(problem, best.mean_square) and is_lively(problem, best.x):
+        ends = [best, *_scanned_finely(replace(problem, fine=FINE, stride=1.0), horizons)]
     return min(ends, key=lambda end: end.mean_square)
+
+
+def is_poor(problem: Problem, mean_square: float) -> bool:
+    """Whether the mean square [rad²] of a fit of a single run is more than its noise."""
+    motion = problem.motions[0]
+    return mean_square > POOR**2 * max(motion.sigma_theta**2, noise_of(motion).variance)
+
+
+def _scanned_finely(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
+    """Ends of the starts of a finer scan of low dampings, over horizons that grow more slowly."""
+    spans = [HEAD * horizons[0]]
+    while spans[-1] < horizons[-1]:
+        spans.append(SLOWLY * spans[-1])
+    ends = [
+        follow(problem, problem.start(values), spans[:1]) for values in finer_scan(problem.alone(), spans[0])
+    ]
+    for span in spans[1:]:
+        ends = _different(sorted(ends, key=lambda end: end.mean_square))
+        near = [end for end in ends if end.mean_square <= PROMISING**2 * ends[0].mean_square]
+        ends = [follow(problem, end.x, [span]) for end in near[:FOLLOWED]]
+    return ends
 
 
 def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list[Solution]:

@@ -80,7 +80,7 @@ PARAMETERS = {
     "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0)),
     "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
     "c": Parameter(
-        "N s m-2", "c", "ratio", 1e-5, bounds=(1e-5, 1.0), grid=(5e-4, 0.08, 8), trace=1e-4, ratio_unit="s"
+        "N s m-2", "c", "ratio", 1e-5, bounds=(1e-5, 1.0), grid=(1.25e-4, 0.08, 9), trace=1e-4, ratio_unit="s"
     ),
     "lambda": Parameter(
         "N s m-3", "λ", "ratio", 1e-5, bounds=(1e-2, 1e4), grid=(2, 200, 8), trace=1.0, ratio_unit="s/m"
