@@ -15,7 +15,8 @@ import xarray as xr
 
 from freerock.errors import FreerockError
 from freerock.files import sha256
-from freerock.models.laws import CANDIDATES, MODELS, unit_of
+from freerock.identification.fit import ImpactEnergy
+from freerock.models.laws import CANDIDATES, MODELS, law_of, unit_of
 from freerock.products import names
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
@@ -86,6 +87,12 @@ def made_up_record():
 INPUTS = (Input("b1", "width_m", 3e-4, False), Input("laser", "scale_fraction", 1e-3, True))
 
 
+def made_up_energies():
+    time_s = made_up_impacts().time_s
+    each = np.linspace(0.8, 0.9, time_s.size)
+    return ImpactEnergy(time_s, each + 1, each, 0 * each + 1e-3, 0 * each + 2e-3)
+
+
 def made_up_fit(model, **changes):
     names = (*MODELS[model], *(["width"] if CANDIDATES[model].width else []))
     names += ("theta0", "t0")
@@ -116,6 +123,7 @@ def made_up_fit(model, **changes):
         "impacts": made_up_impacts(),
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
         "contributions": Contributions(INPUTS, np.full((n, len(INPUTS)), 0.2)),
+        "energies": made_up_energies() if law_of(model).is_foundation else None,
     }
     return SimpleNamespace(**fit | changes)
 
@@ -218,6 +226,13 @@ def test_fits_come_back(folder):
         np.testing.assert_array_equal(tree[group]["time"].values, fit.time)
         np.testing.assert_array_equal(tree[group]["theta"].values, fit.theta)
     assert_equal(impacts_in(tree["run_1/winkler"]), made_up_impacts())
+    energies, node = made_up_energies(), tree["run_1/winkler"]
+    np.testing.assert_array_equal(node["restitution_energy"].values, energies.restitution)
+    np.testing.assert_array_equal(node["restitution_energy_stderr"].values, energies.stderr)
+    np.testing.assert_array_equal(node["restitution_energy_u"].values, energies.u_total)
+    np.testing.assert_array_equal(node["impact_speed"].values, energies.speed_m_s)
+    assert node["impact_speed"].attrs["units"] == "m s-1"
+    assert "restitution_energy" not in tree["run_1/housner"]
     np.testing.assert_array_equal(tree["run_1/winkler"]["time"].values, tree["run_1"]["time"].values)
 
 

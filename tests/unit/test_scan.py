@@ -1,11 +1,16 @@
 """Starts of a fit, and the horizons over which they are followed."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from freerock.identification import search
+from freerock.identification.diagnosis import failure
+from freerock.identification.fit import fit_run
+from freerock.identification.intervals import Uncertainty
+from freerock.identification.least_squares import Solution
 from freerock.identification.problem import posed
 from freerock.identification.scan import scan
 from freerock.identification.search import follow, growing_horizons
@@ -14,6 +19,8 @@ from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
+from freerock.studies.virtual_run import Truth, virtual_motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 TIME = np.arange(0, 4, 1e-3)
@@ -85,3 +92,27 @@ def test_starts_that_come_to_the_same_end_are_followed_once(monkeypatch):
     later = growing_horizons(run)[1:]
     assert followed[len(near) :] == [[horizon] for horizon in later]
     assert end.x[0] == pytest.approx(np.log(4.5e6), abs=1e-4)
+
+
+def test_a_hardly_damped_foundation_under_a_squat_block_is_found():
+    """c/k is 3.4e-4 s, the release 0.73 of the critical angle; k 36 % too low leaves several σ."""
+    block, _, _ = CONFIGURATIONS["config3"]
+    truth = Truth("winkler", block, {"k": 7.968e7, "c": 2.697e4}, -0.34465, math.radians(0.01))
+    run = virtual_motion(truth, np.random.default_rng(1), still_s=(1.0, 1.0))
+    fit = fit_run("winkler", block, run)
+    assert fit.success and fit.diagnostics["residual_over_sigma"] < 1.1
+    assert fit.value[0] == pytest.approx(7.968e7, rel=0.01)
+
+
+def test_a_block_that_rattles_and_leaves_more_than_noise_has_no_standard_error():
+    """Damping that no law has: the end of the fit may be any of many minima."""
+    block, _, _ = CONFIGURATIONS["config3"]
+    truth = Truth("winkler", block, {"k": 3e7, "c": 3e3}, 0.4, math.radians(0.01))
+    run = virtual_motion(truth, np.random.default_rng(1), still_s=(1.0, 1.0))
+    other = replace(run, theta=run.theta * (1 + 0.05 * np.sin(3 * run.time_s)))
+    problem = posed("winkler", [block], [other], FitSettings())
+    x = problem.start_at({"k": 3e7, "c": 3e3})
+    end = Solution(x, float(np.mean(problem.residual(x, problem.samples()) ** 2)), 1, True, "")
+    known = Uncertainty(np.eye(len(x)), *np.ones((3, len(x))), coloured=False, widened=1.0)
+    assert failure(problem, end, known, 1e-3).endswith("possibly another minimum")
+    assert failure(problem, replace(end, mean_square=other.sigma_theta**2), known, 1e-3) == ""

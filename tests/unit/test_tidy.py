@@ -101,7 +101,8 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
 def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
     assert ",".join(table) == (
-        "campaign,test,run,source,impact,time_s,r,r_stderr,block,foundation,peak_before_deg"
+        "campaign,test,run,source,impact,time_s,r,r_stderr,block,foundation,peak_before_deg,"
+        "r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s"
     )
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
     assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]

@@ -20,7 +20,8 @@ CONTRACT = {
     "reason",
     "candidates": "campaign block foundation model n_freed n_runs n_selected n_also_possible n_rejected "
     "n_not_fitted n_explains epsilon_theta epsilon_holdout r k_n_m2 c_n_s_m2 lambda_n_s_m3 contact_width_m",
-    "restitution": "campaign test run source impact time_s r r_stderr block foundation peak_before_deg",
+    "restitution": "campaign test run source impact time_s r r_stderr block foundation peak_before_deg "
+    "r_energy r_energy_stderr r_energy_u impact_speed_m_s",
 }
 
 

@@ -13,6 +13,7 @@ __all__ = [
     "estimate",
     "fit",
     "holdout",
+    "impact_energy",
     "ladder",
     "misfit",
     "plan",

@@ -30,6 +30,28 @@ from freerock.runs.motion import Motion
 
 
 @dataclass(frozen=True)
+class ImpactEnergy:
+    """Of each impact of a modelled motion, in the order of time.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n_impacts,)
+        Since the release, on the clock of the fit [s].
+    speed_m_s : ndarray, shape (n_impacts,)
+        Of the corner that comes down, about the other one: 2 b |θ̇| [m/s].
+    restitution, stderr, u_total : ndarray, shape (n_impacts,)
+        √(energy at the top after the impact over that at the top before it), its standard error by the noise
+        and its total uncertainty, with that of the laboratory's inputs. NaN of impacts without a further top.
+    """
+
+    time_s: Floats
+    speed_m_s: Floats
+    restitution: Floats
+    stderr: Floats
+    u_total: Floats
+
+
+@dataclass(frozen=True)
 class Fit:
     """Identified parameters of one model on one run, or on several runs jointly.
 
@@ -75,6 +97,8 @@ class Fit:
         ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
     contributions : Contributions or None
         Of what the laboratory knows to the uncertainty of the parameters (`sensitivity.contributions`).
+    energies : ImpactEnergy or None
+        Restitution by energy of each of `impacts`, under a foundation's law.
     """
 
     model: str
@@ -101,6 +125,7 @@ class Fit:
     diagnostics: dict[str, float] = field(default_factory=dict)
     epsilon_holdout_runs: float = float("nan")
     contributions: Contributions | None = None
+    energies: ImpactEnergy | None = None
 
     @property
     def values(self) -> dict[str, float]:

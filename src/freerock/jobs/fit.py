@@ -9,10 +9,11 @@ from typing import Any
 from freerock.identification.choice import Choice
 from freerock.identification.doubts import doubts_about, doubts_about_noise
 from freerock.identification.fit import Fit
+from freerock.identification.impact_energy import impact_energy
 from freerock.identification.ladder import Identified, Ladder, identify_runs
 from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODELS
+from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, write_fits
 from freerock.products.provenance import provenance
@@ -64,7 +65,9 @@ def make_fits(
     limits = ImpactLimits(**settings["impacts"])
     fits = {
         number: {
-            model: _with_impacts(fit, block, limits)
+            model: _with_energies(
+                _with_impacts(fit, block, limits), block, motions[number], laboratory, ladder
+            )
             for model, fit in _with_contributions(each, motions[number], laboratory, ladder).items()
         }
         for number, each in found.items()
@@ -130,3 +133,13 @@ def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
     theta0 = fit.values.get("theta0", fit.theta_model[0])
     impacts = find_impacts(fit.time, fit.theta_model, 0.0, block, theta0=theta0, limits=limits)
     return replace(fit, impacts=impacts)
+
+
+def _with_energies(fit: Fit, block: Block, motion: Motion, laboratory: Laboratory, ladder: Ladder) -> Fit:
+    """The fit with the energies at its impacts, where it is of a foundation's law and may be used."""
+    if not (fit.success and fit.impacts is not None and law_of(fit.model).is_foundation):
+        return fit
+    debonding = ladder.settings(fit.model).debonding
+    times = fit.impacts.time_s
+    found = impact_energy(fit, block, times, debonding=debonding, view=motion.view, laboratory=laboratory)
+    return replace(fit, energies=found)

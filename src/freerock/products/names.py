@@ -67,6 +67,13 @@ VARIABLES = {
     "peak_after": ("rad", "measured", "signed peak rotation after the impact"),
     "restitution": ("1", "measured", "coefficient of restitution from the peaks before and after the impact"),
     "restitution_rate": ("1", "measured", "coefficient of restitution from the angular rates at the impact"),
+    "restitution_energy": (
+        "1",
+        "model",
+        "root of the law's energy after the impact over that before it",
+    ),
+    "restitution_energy_u": ("1", "quality", "total standard uncertainty of restitution_energy"),
+    "impact_speed": ("m s-1", "model", "speed of the corner that comes down, about the other one"),
     "theta_uplift": ("rad", "measured", "amplitude below which the base stays in full contact"),
     "parameter": ("", "coordinate", "name of the parameter"),
     "parameter_b": ("", "coordinate", "name of the parameter"),

@@ -188,6 +188,13 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         }
         if fit.impacts is not None:
             arrays |= _impacts(fit.impacts)
+        if fit.energies is not None:
+            arrays |= {
+                "restitution_energy": ("impact", fit.energies.restitution),
+                "restitution_energy_stderr": ("impact", fit.energies.stderr),
+                "restitution_energy_u": ("impact", fit.energies.u_total),
+                "impact_speed": ("impact", fit.energies.speed_m_s),
+            }
         names, beside = list(fit.parameters), {}
         if fit.contributions is not None and fit.contributions.inputs:
             inputs = fit.contributions.inputs

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from freerock.arrays import Floats
 from freerock.models.laws import MODELS, unit_of
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, reasons_in, runs_of
@@ -36,8 +37,15 @@ EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout
 EPSILON += ["aic", "bic", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
-RESTITUTION += ["block", "foundation", "peak_before_deg"]
+RESTITUTION += ["block", "foundation", "peak_before_deg", "r_energy", "r_energy_stderr", "r_energy_u"]
+RESTITUTION += ["impact_speed_m_s"]
 
+ENERGIES = {
+    "r_energy": "restitution_energy",
+    "r_energy_stderr": "restitution_energy_stderr",
+    "r_energy_u": "restitution_energy_u",
+    "impact_speed_m_s": "impact_speed",
+}
 Trees = Iterable[xr.DataTree]
 
 
@@ -212,6 +220,11 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=CHOICE).astype({"explains": bool, "n_freed": "Int64"})
 
 
+def _energies(node: xr.Dataset, name: str) -> Floats:
+    """A variable of the law's energies at the impacts; NaN where there is none."""
+    return np.asarray(node[name].values if name in node else np.full(node.sizes["impact"], np.nan))
+
+
 def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     """One row per impact of the measured runs and of the models fitted to each of them.
 
@@ -225,7 +238,8 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns `RESTITUTION`; source is "experiment" or a model, impact counts from 1, time_s is since the
         release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
-        |θ| before it.
+        |θ| before it. Of a foundation's law r_energy is the root of the ratio of its true energies,
+        r_energy_u its total uncertainty, impact_speed_m_s that of the corner that comes down.
     """
     parts: list[tuple[xr.DataTree, int, str, xr.Dataset, float]] = []
     for tree in records:
@@ -244,6 +258,7 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
                 "r": node["restitution"].values,
                 "r_stderr": node["restitution_stderr"].values,
                 "peak_before_deg": np.degrees(np.abs(node["peak_before"].values)),
+                **{column: _energies(node, name) for column, name in ENERGIES.items()},
             }
         )
         for tree, run, source, node, release in parts

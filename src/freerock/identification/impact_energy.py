@@ -1,0 +1,137 @@
+"""Restitution of each impact as a ratio of true mechanical energies, under a fitted law.
+
+On a compliant base a tilted block has sunk, moves up and down and has pressed the foundation: its height
+alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.identification.fit import Fit, ImpactEnergy
+from freerock.models.block import Block
+from freerock.models.contact import Foundation, energy
+from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
+from freerock.models.simulate import Solver, simulate
+from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.view import View
+
+SOLVER = Solver(1e-9)
+STEP_S = 5e-4  # between instants of the modelled motion
+RELATIVE = 1e-4  # step of the difference quotients
+SHARE = 0.1  # of its uncertainty, by which an input of the laboratory is moved
+BEYOND = 2.0  # times the time between the last two impacts, for the top after the last one
+
+
+def impact_energy(
+    fit: Fit,
+    block: Block,
+    time_s: Floats,
+    *,
+    debonding: str = GEOMETRIC.debonding,
+    view: View | None = None,
+    laboratory: Laboratory | None = None,
+) -> ImpactEnergy:
+    """Restitution by energy of the impacts of a fitted motion.
+
+    At a top θ̇ is zero, and the energy is what is left of it: of rising and sinking, of weight, and in the
+    foundation (`freerock.models.contact.energy`). Standard errors are to first order those of the fitted
+    numbers, through the law; inputs of the laboratory, such as the width, reach it both through these and by
+    themselves.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of one run, by a law of the foundation, to be used.
+    block : Block
+    time_s : ndarray, shape (n_impacts,)
+        Impacts that are asked for, each the nearest of the law [s].
+    debonding : str
+        The rule of the fit.
+    view : View, optional
+        What the sensor made of the motion.
+    laboratory : Laboratory, optional
+        What is known of the inputs, where the fit has their contributions.
+
+    Raises
+    ------
+    ValueError
+        Of a rigid block, whose energies are those of its heights.
+    """
+    if not law_of(fit.model).is_foundation:
+        raise ValueError("a rigid block's restitution by energy is that from its peaks")
+    asked = np.asarray(time_s, float)
+    law = _Law(fit.model, debonding, view, asked)
+    nominal = law.of(block, fit.values)
+    columns = []
+    for name, value in fit.values.items():
+        step = RELATIVE * abs(value) if name != "t0" and value else 0.0
+        up, down = (law.of(block, {**fit.values, name: value + side * step}) for side in (1, -1))
+        columns.append((up[2] - down[2]) / (2 * step) if step else np.zeros(asked.size))
+    gradient = np.reshape(columns, (len(fit.values), asked.size)).T
+    known = np.isfinite(np.diag(fit.covariance))  # one held at a bound has no error
+    own = gradient[:, known]
+    variance = np.sum(own @ fit.covariance[np.ix_(known, known)] * own, axis=1)
+    total = variance.copy()
+    if laboratory is not None and fit.contributions is not None:
+        for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
+            moved = {
+                name: value + SHARE * by for (name, value), by in zip(fit.values.items(), shift, strict=True)
+            }
+            there = law.of(laboratory.moved(source, SHARE).block, moved)
+            total += ((there[2] - nominal[2]) / SHARE) ** 2
+    return ImpactEnergy(*nominal, np.sqrt(variance), np.sqrt(total))
+
+
+@dataclass(frozen=True)
+class _Law:
+    """A candidate, and the instants of the impacts that are asked of it [s]."""
+
+    model: str
+    debonding: str
+    view: View | None
+    asked: Floats
+
+    def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats]:
+        """Instants [s], speeds [m/s] and restitutions of the impacts that are asked for."""
+        nothing = np.full(self.asked.size, np.nan)
+        if not self.asked.size:
+            return nothing, nothing, nothing
+        candidate, turning = CANDIDATES[self.model], block.as_found(values)
+        rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
+        theta0, t0 = values["theta0"], values.get("t0", 0.0)
+        if self.view is not None:
+            theta0 = replace(self.view, block=block).released(theta0, turning, foundation)
+        last = self.asked[-1] - t0
+        before = self.asked[-2] - t0 if self.asked.size > 1 else 0.0
+        time = np.arange(0.0, last + BEYOND * (last - before), STEP_S)
+        law = {name: values[name] for name in (*MODELS[candidate.law], "tilt") if name in values}
+        motion = simulate(candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=SOLVER)
+        state = (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)
+        left = np.asarray(energy(turning, foundation, *state, rules))
+        at_tops, speeds = _tops(motion.impacts, time, motion.theta_rate, left)
+        if len(at_tops) < 2:
+            return nothing, nothing, nothing
+        restitution = np.full(len(speeds), np.nan)
+        restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
+        nearest = np.argmin(np.abs(motion.impacts[: len(speeds), None] + t0 - self.asked), axis=0)
+        return motion.impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest]
+
+
+def _tops(impacts: Floats, time: Floats, rate: Floats, left: Floats) -> tuple[Floats, Floats]:
+    """Energy at the release and at each top after an impact, and |θ̇| at the impacts before the end."""
+    impacts = impacts[impacts < time[-1]]
+    speeds = np.abs(np.interp(impacts, time, rate))
+    tops = [left[0]]
+    ends = np.searchsorted(time, np.append(impacts, time[-1]))
+    for first, last in pairwise(ends.tolist()):
+        turned = np.flatnonzero(rate[first : last - 1] * rate[first + 1 : last] <= 0)
+        if not len(turned):
+            break
+        i = first + int(turned[len(turned) // 2])
+        share = rate[i] / (rate[i] - rate[i + 1]) if rate[i] != rate[i + 1] else 0.0
+        tops.append(left[i] + share * (left[i + 1] - left[i]))
+    return np.array(tops), speeds

@@ -1,0 +1,106 @@
+"""Restitution of each impact from true mechanical energies."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from freerock.identification.fit import fit_record
+from freerock.identification.impact_energy import impact_energy
+from freerock.identification.sensitivity import contributions
+from freerock.identification.settings import FitSettings
+from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
+from freerock.models.published import TABLE_2
+from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.sensor import Laser
+from freerock.runs.impacts import find_impacts
+from freerock.runs.motion import Motion
+from freerock.studies.virtual_run import Truth, virtual_motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+
+BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
+SIGMA = math.radians(0.01)
+RATE_HZ = 2000.0
+
+
+def by_another_engine(law, span_s=1.2):
+    """θ(t), its impacts and the energies at its tops, by SciPy's DOP853 with the plain law of forces."""
+    foundation = Foundation.of(law)
+
+    def rates(_, state):
+        z_acceleration, acceleration = accelerations(BLOCK, foundation, State(*state))
+        return [state[1], z_acceleration, state[3], acceleration]
+
+    def passes(_, state):
+        return state[2]
+
+    def turns(_, state):
+        return state[3]
+
+    start = [static_depth(BLOCK, foundation, THETA0), 0.0, THETA0, 0.0]
+    time_s = np.arange(0, span_s, 1 / RATE_HZ)
+    options = {"method": "DOP853", "rtol": 1e-9, "atol": 1e-12, "t_eval": time_s, "max_step": 2e-3}
+    found = solve_ivp(rates, (0.0, span_s), start, events=(passes, turns), **options)
+    impacts, states = found.t_events[0], found.y_events[1]
+    instants = found.t_events[1]
+    tops = [energy(BLOCK, foundation, *start)]
+    for first, last in pairwise(impacts):
+        (i,) = np.flatnonzero((instants > first) & (instants < last))
+        tops.append(energy(BLOCK, foundation, *states[i]))
+    return time_s, found.y[2], impacts, np.sqrt(np.array(tops[1:]) / tops[:-1])
+
+
+@pytest.mark.parametrize("foundation", TABLE_2)
+def test_a_motion_of_another_engine(foundation):
+    """Its own energies within three standard errors, where a rigid block's are more than twenty off."""
+    law = TABLE_2[foundation]["hunt_crossley"]
+    time_s, theta, impacts, exact = by_another_engine(law)
+    noise = SIGMA * np.random.default_rng(2).standard_normal(len(theta))
+    run = Motion(time_s, theta + noise, SIGMA, THETA0, SIGMA / 30, 2e-4)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    found = impact_energy(fit, BLOCK, impacts[: len(exact)])
+    assert found.time_s == pytest.approx(impacts[: len(exact)], abs=2e-4)
+    assert np.all(np.abs(found.restitution - exact) < 3 * found.stderr + 1e-6)
+    rigid = find_impacts(time_s, theta, 0.0, BLOCK, theta0=THETA0).restitution[: len(exact)]
+    assert np.all(rigid > found.restitution + 20 * found.stderr)
+
+
+def test_no_bias_and_honest_errors_over_runs():
+    block, theta0, _ = CONFIGURATIONS["config3"]
+    truth = Truth("winkler", block, TABLE_2["marble"]["winkler"], theta0, SIGMA)
+    scores = []
+    for seed in range(30):
+        run = virtual_motion(truth, np.random.default_rng(seed), still_s=(1.5, 1.5))
+        fit = fit_record("winkler", block, [run], start=list(truth.parameters.values()))
+        first = find_impacts(fit.time, fit.theta_model, 0.0, block, theta0=fit.values["theta0"]).time_s[:2]
+        found = impact_energy(fit, block, first)
+        values = np.array([*truth.parameters.values(), theta0, 0.0])
+        exact = impact_energy(replace(fit, value=values), block, first)
+        scores.append((found.restitution - exact.restitution) / found.stderr)
+    assert abs(np.mean(scores)) < 4 / math.sqrt(30)
+    assert 0.75 < np.sqrt(np.mean(np.square(scores))) < 1.3
+
+
+def test_what_the_width_is_off_moves_it_as_a_fit_with_another_width_would():
+    law = TABLE_2["marble"]["hunt_crossley"]
+    run = virtual_motion(Truth("hunt_crossley", BLOCK, law, THETA0, SIGMA), np.random.default_rng(1))
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    off = 5e-5
+    laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, (Input("block", "width_m", off, True),))
+    known = contributions(fit, run, laboratory, FitSettings())
+    impacts = find_impacts(fit.time, fit.theta_model, 0.0, BLOCK, theta0=fit.values["theta0"]).time_s[:4]
+    found = impact_energy(replace(fit, contributions=known), BLOCK, impacts, laboratory=laboratory)
+    of_width = np.sqrt(found.u_total**2 - found.stderr**2)
+    wider = replace(BLOCK, width_m=BLOCK.width_m + off)
+    other = impact_energy(fit_record("hunt_crossley", wider, [run], start=list(law.values())), wider, impacts)
+    assert of_width == pytest.approx(np.abs(other.restitution - found.restitution), rel=0.2, abs=2e-6)
+
+
+def test_a_rigid_block_has_its_energies_from_its_heights():
+    run = virtual_motion(Truth("housner", BLOCK, {"r": 0.95}, THETA0, SIGMA), np.random.default_rng(1))
+    fit = fit_record("housner", BLOCK, [run], start=[0.95])
+    with pytest.raises(ValueError, match="by energy is that from its peaks"):
+        impact_energy(fit, BLOCK, [0.3])
