@@ -114,7 +114,7 @@ def test_every_row_of_every_table_leads_to_its_run_or_record(page):
     )
     assert stray == []
     assert page.locator("table.sorts tbody tr").count() > 80
-    page.locator("#overview tbody tr").nth(4).get_by_role("link").click()
+    page.locator("#overview table").first.locator("tbody tr").nth(4).get_by_role("link").click()
     page.locator("#run-config1_aerstop-2[open] .bk-Figure").first.wait_for()
 
 
@@ -129,7 +129,7 @@ def test_a_number_of_table_2_is_two_clicks_from_file_samples_and_settings(page):
 
 
 def test_tables_sort(page):
-    table = page.locator("#overview table")
+    table = page.locator("#overview table").first
     head = table.get_by_role("button", name="Duration / s")
     for sign in (1, -1):
         head.press("Enter")
@@ -142,3 +142,24 @@ def test_the_page_fits_a_telephone(page):
     page.set_viewport_size({"width": 390, "height": 844})
     opened(page)
     assert page.evaluate("document.documentElement.scrollWidth") == 390
+
+
+SIDEWAYS = """element => [element, ...element.querySelectorAll(".scroll")].filter(each =>
+    each.scrollWidth > each.clientWidth + 1 || each.getBoundingClientRect().right > innerWidth).length"""
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_findings_key_figure_and_table_2_need_no_sideways_scroll(page, width):
+    page.set_viewport_size({"width": width, "height": 900})
+    findings = page.locator("#findings")
+    assert findings.locator("dt").count() == 5
+    assert findings.locator("svg.key").bounding_box()["width"] > 0.85 * min(width, 500)
+    table = page.locator("figure.table", has_text="Table 2.")
+    assert findings.evaluate(SIDEWAYS) == table.evaluate(SIDEWAYS) == 0
+    assert table.get_by_text("·10⁶", exact=False).first.is_visible()
+
+
+def test_the_first_screen_holds_the_findings_and_the_figure(page):
+    assert page.locator("#findings .verdicts").bounding_box()["y"] < 900
+    box = page.locator("#findings svg.key").bounding_box()
+    assert box["y"] + box["height"] < 900

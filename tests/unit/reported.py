@@ -7,7 +7,9 @@ import numpy as np
 from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
+from freerock.identification.population import shared_foundation
 from freerock.models.block import Block
+from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.restitution import restitution_comparison
@@ -67,19 +69,26 @@ def settings(trees, **changes):
     return config | changes
 
 
+def tables_of(folder, datasets, shapes=BLOCKS):
+    """Write the tables of made-up records into a folder; their names."""
+    records, fitted = datasets
+    tidy = tidy_tables(records, fitted)
+    known = (tidy[name] for name in ("runs", "populations", "restitution"))
+    frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
+    frames["foundations"] = shared_foundation(estimates_of(fitted))
+    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["populations"], tidy["parameters"])}
+    frames["table3"] = table3(tidy["epsilon"])
+    for name, frame in frames.items():
+        write_csv(frame, folder / f"{name}.csv")
+    return list(frames)
+
+
 def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes):
     records, fitted = datasets
     pairs = {pair[0].attrs["test"]: pair for pair in zip(records, fitted, strict=True)}
     image = folder / "image.png"
     imsave(image, np.zeros((24, 30, 3)))
-    tidy = tidy_tables(records, fitted)
-    frames = {name: tidy[name] for name in ("runs", "choice", "candidates", "budget")}
-    known = (tidy[name] for name in ("runs", "populations", "restitution"))
-    frames["restitution_comparison"] = restitution_comparison(*known, shapes)
-    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["populations"], tidy["parameters"])}
-    frames["table3"] = table3(tidy["epsilon"])
-    for name, frame in frames.items():
-        write_csv(frame, folder / f"{name}.csv")
+    frames = tables_of(folder, datasets, shapes)
     write_report(
         folder / "report.html",
         provenance={

@@ -122,7 +122,8 @@ def test_figures_beyond_the_limit_are_linked(tmp_path, monkeypatch):
 
 def test_report_says_what_is_simulated(page, tmp_path):
     assert "Simulated records." in page.text
-    measured = make(tmp_path, campaign(), origin="measured")
+    tree = record("b1_marble", origin="measured")
+    measured = make(tmp_path, ([tree], [fits(tree)]), origin="measured")
     assert "imulated" not in measured.text
     assert not any('"mark":" – simulated"' in each for each in measured.scripts)
 

@@ -1,7 +1,8 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
 TIDY += ["candidates", "predictions", "foundations", "populations", "budget"]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
-REPORTED = ["runs", "choice", "candidates", "restitution_comparison", "budget", *PRINTED]
+REPORTED = ["runs", "choice", "candidates", "populations", "foundations", "restitution_comparison", "budget"]
+REPORTED += [*PRINTED]
 
 
 rule tables:

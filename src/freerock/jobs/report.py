@@ -69,7 +69,7 @@ def make_report(
         blocks={name: Block(**block) for name, block in settings["blocks"].items()},
         opened=opened,
         figures=[
-            (f"Figure {n}. {' '.join(captions[Path(png).stem])}", png)
+            ("\n".join([f"Figure {n}. {captions[Path(png).stem][0]}", captions[Path(png).stem][1]]), png)
             for n, (_, png) in enumerate(figures, 1)
         ],
         pages=pages,

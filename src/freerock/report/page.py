@@ -21,13 +21,17 @@ from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.report import tables as made
 from freerock.report.evidence import scenes_of
+from freerock.report.findings import findings
+from freerock.report.key_figure import key_figure
 from freerock.report.records import charted, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
+from freerock.runs.verdict import VERDICTS
 from freerock.tables.paper import SIMULATED_NOTE, printed_tables
 
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 90 kB each; the others are linked
+CHAPTERS = {"foundation_effect": "results", "models": "results", "restitution": "restitution"}  # of figures
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
 HERE = Path(__file__).parent
@@ -55,15 +59,15 @@ def write_report(
         inputs, config, software, git and other_software, as in provenance.json; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
-        runs, choice, candidates, budget, restitution_comparison and table1 to table3, as
-        `freerock.tables.csvfile.read_csv` gives them.
+        runs, choice, candidates, populations, foundations, budget, restitution_comparison and table1 to
+        table3, as `freerock.tables.csvfile.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     opened : callable
         Opens the record and the fit dataset of a test, opened(test, samples); the latter without its samples
         where that is False. One pair is looked at after the other.
     figures : sequence of (str, path)
-        Caption and PNG file of each figure to show.
+        Caption, its first line a title, and PNG file of each figure to show.
     pages : mapping of str to path, optional
         File of the quality pages by record, linked relative to `path`.
     changes : sequence of freerock.config.history.Change, optional
@@ -78,6 +82,7 @@ def write_report(
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     html = environment.get_template("report.html.j2").render(
         _content(provenance, tables, blocks),
+        key=key_figure(tables, opened, published_scenes(provenance["config"])),
         figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
         sections=sections,
         n_charted=len(wanted),
@@ -105,9 +110,13 @@ def _content(
         "config": config,
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
+        "origin_word": config["origin"],
+        "findings": findings(tables, labels),
+        "verdicts": [(each, n) for each in VERDICTS if (n := int((runs["verdict"] == each).sum()))],
+        "to_look_at": [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded],
+        "noted": [row for row in runs.itertuples() if row.reasons and (row.verdict == "ok" or row.excluded)],
         "counts": counts(runs),
         "overview": made.overview(runs, tables["choice"], labels),
-        "reasons": [row for row in runs.itertuples() if row.reasons],
         "table1": made.of_blocks(printed["table1"], runs, labels),
         "table2": made.of_records(printed["table2"], labels),
         "table3": made.of_records(printed["table3"], labels),
@@ -133,8 +142,23 @@ def _indices(text: str) -> Markup:
     return escape(text).replace("ε_θ", Markup("ε<sub>θ</sub>")).replace("t_f", Markup("t<sub>f</sub>"))
 
 
+def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Blocks and foundations of a campaign's section for which there are published values."""
+    values = config["published"]["values"] if config["published"] else {}
+    return [(block, foundation) for block, found in values.items() for foundation in found]
+
+
 def _figure(caption: str, file: Path, folder: Path, rank: int) -> dict[str, Any]:
-    image = {"caption": caption, "file": os.path.relpath(file.with_suffix(".pdf"), folder), "data": ""}
+    """A figure in the chapter that it belongs to, by the name of its file."""
+    title, _, text = caption.partition("\n")
+    image = {
+        "caption": title,
+        "text": text,
+        "file": os.path.relpath(file.with_suffix(".pdf"), folder),
+        "data": "",
+    }
+    kinds = (kind for kind in CHAPTERS if file.stem == kind or file.stem.startswith(f"{kind}_"))
+    image["chapter"] = CHAPTERS.get(next(kinds, ""), "further")
     if rank >= MOST_FIGURES:
         return image
     with Image.open(file) as opened, io.BytesIO() as small:

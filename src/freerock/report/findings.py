@@ -1,0 +1,280 @@
+"""What a campaign found, in five lines: sentences from its tables, every number of which stands in them."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import pandas as pd
+
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, PAPER_MODELS, SYMBOLS, law_of
+from freerock.report.limits import limits
+from freerock.report.numbers import KNOWN, Number, Sentence, Tables, Where, listed
+from freerock.tables.candidates import Answer, answers
+from freerock.tables.paper import Labels
+from freerock.tables.text import unit_text
+
+TABLES = ("runs", "choice", "candidates", "populations", "foundations", "table1")
+"""The tables that the findings are made from."""
+MOST = 4  # names, laws or foundations that are listed
+LEAST_P = 1e-9  # below it a chance is not told
+NAMED = {"status": "selected", "explains": True}
+
+
+class Finding(NamedTuple):
+    """A line of the findings: what it is about, its sentences, and whether these begin lines of their own."""
+
+    head: str
+    sentences: Sequence[Sentence]
+    apart: bool = False
+
+
+def findings(tables: Mapping[str, pd.DataFrame], labels: Labels) -> list[Finding]:
+    """What was tested, what explains it, the parameters, what blocks share, what must not be concluded.
+
+    Parameters
+    ----------
+    tables : mapping of str to pandas.DataFrame
+        Those of `TABLES`, as `freerock.tables.csvfile.read_csv` gives them.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+    known = Tables(tables)
+    quoted = laws_of_foundations(known["choice"])
+    return [
+        Finding("Tested", _tested(known, labels)),
+        Finding("Explained by", _explained(known)),
+        Finding("Parameters", _parameters(known, quoted, labels), True),
+        Finding("Shared by blocks", _shared(known, quoted, labels), True),
+        Finding("Not to be concluded", limits(known, set(filter(None, quoted.values())))),
+    ]
+
+
+def laws_of_foundations(choice: pd.DataFrame) -> dict[str, str]:
+    """The candidate that explains most of the runs on each foundation; "" where none does.
+
+    Parameters
+    ----------
+    choice : pandas.DataFrame
+        Tidy table.
+    """
+    found = {}
+    for foundation, own in choice.groupby("foundation", sort=False):
+        named = own[(own["status"] == "selected") & own["explains"]]["model"].value_counts()
+        most = len(named) and named.iloc[0] > len(own[["test", "run"]].drop_duplicates()) / 2
+        found[str(foundation)] = str(named.index[0]) if most else ""
+    return found
+
+
+def _tested(known: Tables, labels: Labels) -> list[Sentence]:
+    n_runs, records = known.count("runs", {"run": KNOWN}), known.count("runs", {}, "test")
+    origin = " and ".join(dict.fromkeys(known["runs"]["origin"]))
+    scene = (*_names(known, "block", labels), " on ", *_names(known, "foundation", labels))
+    if n_runs.text == "0":
+        return [("No run could be used: ", records, f" {origin} record{_s(records)} of ", *scene, ".")]
+    what: Sentence = (n_runs, f" {origin} run{_s(n_runs)} in ", records, f" record{_s(records)}: ", *scene)
+    if known["table1"]["release_angle_deg"].notna().any():
+        what += (", released from ", *known.ends("table1", "release_angle_deg", {}), "°")
+    return [(*what, "."), *_left_out(known)]
+
+
+def _left_out(known: Tables) -> list[Sentence]:
+    """Records and runs on which no number of the findings rests."""
+    failed = known.rows("runs", {"verdict": "fail"})["run"]
+    told: list[Sentence] = []
+    if len(failed):
+        n = known.count("runs", {"verdict": "fail"})
+        kinds = [("record", failed.isna()), ("run", failed.notna())]
+        told.append((n, f" {' or '.join(kind + _s(n) for kind, own in kinds if own.any())} failed"))
+    n = known.count("runs", {"excluded": True})
+    if n.text != "0":
+        told.append((n, f" run{_s(n)} {'was' if n.text == '1' else 'were'} left out by hand"))
+    return [(*listed(told), "; what follows does not rest on that.")] if told else []
+
+
+def _explained(known: Tables) -> list[Sentence]:
+    found = answers(known["choice"])
+    if not found:
+        return [("No law was fitted to any run.",)]
+    n, told = known.count("choice", {}, "test", "run"), list[Sentence]()
+    named = Counter(each.model for each in found if each.explained)
+    counted: list[Sentence] = [
+        (MODEL_LABELS[model], " explains ", *_of(known.count("choice", NAMED | {"model": model}), n))
+        for model, _ in named.most_common(MOST)
+    ]
+    if counted:
+        more = ", further laws some of the others" if len(named) > MOST else ""
+        told.append((*listed(counted), f"{more}: what is left is the noise of the sensor."))
+        told.append(_as_possible(known, found))
+    if lost := [each for each in found if not each.explained]:
+        told += _unexplained(lost, n)
+    elif rejected := list(_rejected(known)):
+        told.append(("The discrepancy ε_θ of ", *listed(rejected), " is more than noise."))
+    return told
+
+
+def _as_possible(known: Tables, found: Sequence[Answer]) -> Sentence:
+    """What else could explain the runs that are explained."""
+    counted = Counter(model for each in found if each.explained for model in each.others)
+    if not counted:
+        return ("No other law that was tried does so with as few numbers.",)
+    others: list[Sentence] = []
+    for model, times in counted.most_common(MOST):
+        n = known.count("choice", {"model": model, "status": "also_possible"})
+        others.append((f"{MODEL_LABELS[model]} in ", n, f" run{'s' * (times > 1)}"))
+    more = " or others" if len(counted) > MOST else ""
+    return ("The data can't tell it from ", *listed(others, "or"), f"{more}.")
+
+
+def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
+    whom: Sentence = ("the others",)
+    if len(lost) == int(n.text):
+        whom = ("any of the ", n, " runs") if len(lost) > 1 else ("the only run",)
+    yield ("No law explains ", *whom, ": more is left than the noise of the sensor.")
+    counted = Counter(each.model for each in lost if each.model)
+    if nearest := [MODEL_LABELS[model] for model, _ in counted.most_common(2)]:
+        comes = "comes" if len(nearest) == 1 else "come"
+        text = f"{' and '.join(nearest)} {comes} nearest; the numbers of such a fit describe the fit alone."
+        yield (text,)
+
+
+def _rejected(known: Tables) -> Iterator[Sentence]:
+    """Discrepancy of the paper's laws that are rejected on all runs."""
+    for model in PAPER_MODELS:
+        of_model = {"model": model}
+        own = known.rows("candidates", of_model)
+        if len(own) and own["epsilon_theta"].notna().any() and (own["n_rejected"] == own["n_runs"]).all():
+            ends = known.ends("candidates", "epsilon_theta", of_model, 100)
+            yield MODEL_LABELS[model], " (", *ends, " %)"
+
+
+def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
+    u = "u_total" if "u_total" in known["populations"] else "stderr"
+    told, of_one = list[Sentence](), False
+    for foundation, model in list(quoted.items())[:MOST]:
+        label = labels.get(foundation, foundation)
+        if not model:
+            told.append((f"{label}: no law explains most of the runs, so none is given.",))
+            continue
+        rows = _best_known(known, foundation, model)
+        names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
+        numbers = listed([_number(known, u, {**rows, "parameter": name}) for name in names])
+        told.append((f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")."))
+        of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
+    if len(quoted) > MOST:
+        told.append(("The other foundations: table of parameters.",))
+    if any(quoted.values()):
+        what = (
+            "total standard uncertainty" if u == "u_total" else "standard error (stderr), of noise and runs"
+        )
+        told.append((f"±: {what}{'; one run does not show how much runs differ' * of_one}.",))
+    return told or [("None, as no run was fitted.",)]
+
+
+def _best_known(known: Tables, foundation: str, model: str) -> Where:
+    """Which rows of the populations tell a foundation's parameters: its own unless blocks differ."""
+    of_foundation = {"foundation": foundation, "model": model}
+    whole = of_foundation | {"level": "foundation"}
+    shared = known.rows("foundations", of_foundation)["shared"]
+    if len(known.rows("populations", whole)) and not _denied(shared).any():
+        return whole
+    return of_foundation | {"level": "record"}
+
+
+def _number(known: Tables, u: str, where: Where) -> Sentence:
+    """A parameter of one record or of a foundation; its range over records that have each their own."""
+    own, symbol = known.rows("populations", where), SYMBOLS[str(where["parameter"])]
+    if own.empty:
+        return (f"{symbol} unknown",)
+    if len(own) == 1:
+        return f"{symbol} = ", known.value("populations", "mean", where, u)
+    return (
+        f"{symbol} = ",
+        *known.ends("populations", "mean", where),
+        f" {unit_text(own['unit'].iloc[0])}".rstrip(),
+    )
+
+
+def _over(known: Tables, rows: Where) -> Sentence:
+    """Over what a parameter was averaged, or ranges."""
+    if rows["level"] == "foundation":
+        first = known.rows("populations", rows)["parameter"].iloc[0]
+        return "mean of ", known.value("populations", "n_records", {**rows, "parameter": first}), " records"
+    records = known.count("populations", rows, "test")
+    return ("one record",) if records.text == "1" else ("range over ", records, " records")
+
+
+def _shared(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
+    told = [
+        _agree(known, labels.get(foundation, foundation), {"foundation": foundation, "model": model})
+        for foundation, model in quoted.items()
+        if len(known.rows("foundations", {"foundation": foundation, "model": model}))
+    ][:MOST]
+    if told:
+        return told
+    several = known["runs"].groupby("foundation")["block"].nunique() > 1
+    if not several.any():
+        return [("Not tested: each foundation carried one block only.",)]
+    rigid = any(model and not law_of(model).is_foundation for model in quoted.values())
+    if rigid:
+        return [("Not asked: r belongs to the block, not to the foundation.",)]
+    return [("Not known: no law explains runs of several blocks on one foundation.",)]
+
+
+def _agree(known: Tables, label: str, scene: Where) -> Sentence:
+    """Whether the blocks on a foundation share its parameters; by how much they differ, and runs of one."""
+    rows = known.rows("foundations", scene)
+    names = list(rows["parameter"])
+
+    def percent(column: str, chances: bool) -> Sentence:
+        found = []
+        for each in names:
+            where = {**scene, "parameter": each}
+            n = known.value("foundations", column, where, digits=2)
+            found.append((n, f" % in {SYMBOLS[each]}", *(_chance(known, where) if chances else ())))
+        return listed(found)
+
+    blocks = known.value("foundations", "n_blocks", {**scene, "parameter": names[0]})
+    symbols = [SYMBOLS[each] for each in names]
+    apart = [symbol for symbol, no in zip(symbols, _denied(rows["shared"]), strict=True) if no]
+    answer = f" blocks do not share {' and '.join(apart)}" if apart else " blocks may share it"
+    told: Sentence = (
+        f"{label}: ",
+        blocks,
+        f"{answer}; they differ by ",
+        *percent("between_blocks_percent", True),
+    )
+    if rows["between_runs_percent"].notna().all():
+        told += (", runs of one block by ", *percent("between_runs_percent", False))
+    return (*told, ".")
+
+
+def _chance(known: Tables, where: Where) -> Sentence:
+    """The p-value of a difference between blocks, where it is not too small to matter."""
+    row = known.rows("foundations", where).iloc[0]
+    column = "f_p" if pd.notna(row["f_p"]) else "likelihood_ratio_p"
+    return (
+        (" (p = ", known.value("foundations", column, where, digits=2), ")") if row[column] > LEAST_P else ()
+    )
+
+
+def _denied(shared: "pd.Series[bool]") -> "pd.Series[bool]":
+    """Where the answer is no, and not unknown."""
+    return shared.map(lambda each: pd.notna(each) and not each).astype(bool)
+
+
+def _names(known: Tables, kind: str, labels: Labels) -> Sentence:
+    """The blocks or foundations of the records: their names, or how many there are."""
+    names = list(dict.fromkeys(known["runs"][kind]))
+    if len(names) > MOST:
+        return known.count("runs", {}, kind), f" {kind}s"
+    return listed([(labels.get(name, name),) for name in names])
+
+
+def _of(count: Number, n: Number) -> Sentence:
+    if count.text == n.text:
+        return ("the only run",) if n.text == "1" else ("all ", n, " runs")
+    return count, " of ", n, " runs"
+
+
+def _s(count: Number) -> str:
+    return "" if count.text == "1" else "s"

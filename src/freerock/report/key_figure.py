@@ -1,0 +1,214 @@
+"""The figure of the first screen: a run as measured and as modelled, and residuals over the noise, as SVG."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from markupsafe import Markup, escape
+
+from freerock.arrays import Floats, extremes
+from freerock.figures.looks import on_screen
+from freerock.models.laws import CANDIDATES, PAPER_MODELS
+from freerock.products.groups import runs_of
+from freerock.tables.candidates import answers
+from freerock.tables.text import quantity
+
+WIDTH, LEFT, RIGHT = 480.0, 46.0, 8.0  # of the drawing [px at its own scale]
+PANELS = ((12.0, 178.0), (206.0, 364.0))  # top and bottom of the rotation and of the residuals
+HEIGHT = 400.0
+BINS = 300  # of a curve, with its lowest and highest value drawn in each
+NOISE = 1.96  # standard deviations that are shaded: 95 % of white noise
+LINEAR = 3.0  # standard deviations up to which the scale is linear
+
+
+class Curve(NamedTuple):
+    """A curve of a panel: its source, "measured" or a model, time [s] and values."""
+
+    source: str
+    time_s: Floats
+    values: Floats
+
+
+def key_run(
+    runs: pd.DataFrame, choice: pd.DataFrame, published: Sequence[tuple[str, str]] = ()
+) -> tuple[str, str] | None:
+    """The run that is drawn: the first one without a warning that was fitted, of a published scene if any is.
+
+    Parameters
+    ----------
+    runs, choice : pandas.DataFrame
+        Tidy tables.
+    published : sequence of (str, str)
+        Blocks and foundations with published values.
+
+    Returns
+    -------
+    (str, str) or None
+        Test and number of the run; None where no run was fitted.
+    """
+    fitted = set(choice[["test", "run"]].astype(str).itertuples(index=False, name=None))
+    ranked = [
+        (row.verdict != "ok", (row.block, row.foundation) not in published, i, (row.test, str(row.run)))
+        for i, row in enumerate(runs.itertuples())
+        if (row.test, str(row.run)) in fitted
+    ]
+    return min(ranked)[-1] if ranked else None
+
+
+def key_figure(
+    tables: Mapping[str, pd.DataFrame],
+    opened: Callable[[str, bool], tuple[xr.DataTree, xr.DataTree]],
+    published: Sequence[tuple[str, str]] = (),
+) -> dict[str, Any] | None:
+    """The run that `key_run` names, drawn.
+
+    Parameters
+    ----------
+    tables : mapping of str to pandas.DataFrame
+        runs and choice.
+    opened : callable
+        As for `freerock.report.page.write_report`.
+    published : sequence of (str, str)
+        Blocks and foundations with published values.
+
+    Returns
+    -------
+    dict or None
+        test, run, sigma_deg (as text), svg, keys (of the lines: source, label, colour, dash); None where no
+        run was fitted.
+    """
+    named = key_run(tables["runs"], tables["choice"], published)
+    if named is None:
+        return None
+    test, number = named
+    record, fits = opened(test, True)
+    fitted = runs_of(fits)[int(number)]
+    sigma = record.children[f"run_{number}"].dataset["sigma_theta"].item()
+    chosen = next(each.model for each in answers(tables["choice"]) if (each.test, each.run) == named)
+    models = [m for m in CANDIDATES if m in fitted.children and m in (*PAPER_MODELS, chosen)]
+    time, measured = (fitted.dataset[name].values for name in ("time", "theta"))
+    theta, residuals = [_curve("measured", time, np.degrees(measured))], []
+    for model in models:
+        own = fitted.children[model].dataset
+        theta.append(_curve(model, time, np.degrees(own["theta_model"].values)))
+        residuals.append(_curve(model, time, own["residual"].values / sigma))
+    residuals.sort(key=lambda each: float(np.nanmax(np.abs(each.values))))  # what is noise lies below
+    looks = on_screen()
+    return {
+        "test": test,
+        "run": number,
+        "sigma_deg": quantity(math.degrees(sigma), digits=2),
+        "svg": drawing(theta, residuals),
+        "keys": [looks[source] for source in ("measured", *models)],
+    }
+
+
+def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:
+    """Rotation over time above, residuals over σ below, in one SVG that scales.
+
+    Parameters
+    ----------
+    theta : sequence of Curve
+        Rotations [degree].
+    residuals : sequence of Curve
+        Model minus measured over the standard deviation of the noise.
+    """
+    end = max(each.time_s[-1] for each in theta)
+    parts = [_time_axis(end)]
+    top = max(float(np.nanmax(np.abs(each.values))) for each in theta) * 1.05
+    parts += _panel(PANELS[0], theta, end, (-top, top), _steps(top), "θ / °")
+    if residuals:
+        bent = [each._replace(values=_bend(each.values)) for each in residuals]
+        most = max(1.5, *(float(np.nanmax(np.abs(each.values))) for each in bent)) * 1.05
+        marks = [0.0, *(s * size for size in (LINEAR, 10.0, 100.0, 1000.0, 1e4) for s in (1, -1))]
+        ticks = {float(_bend(np.array(mark))): _tick(mark) for mark in marks}
+        shade = tuple(float(each) for each in _bend(np.array([-NOISE, NOISE])))
+        parts += _panel(PANELS[1], bent, end, (-most, most), ticks, "residual / σ", shade)
+    told = "Rotation as measured and as modelled over time, and residuals over the noise"
+    return Markup(
+        f'<svg class="key" viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="{told}">'
+        + "".join(parts)
+        + "</svg>"
+    )
+
+
+def _bend(values: Floats) -> Floats:
+    """1 at `LINEAR`, linear up to there; a unit more for each power of ten beyond."""
+    size = np.abs(values) / LINEAR
+    return np.where(size <= 1, values / LINEAR, np.sign(values) * (1 + np.log10(np.maximum(size, 1.0))))
+
+
+def _curve(source: str, time: Floats, values: Floats) -> Curve:
+    drawn = extremes(values, BINS)
+    return Curve(source, time[drawn], values[drawn])
+
+
+def _panel(
+    place: tuple[float, float],
+    curves: Sequence[Curve],
+    end: float,
+    ends: tuple[float, float],
+    ticks: Mapping[float, str],
+    label: str,
+    shade: tuple[float, ...] = (),
+) -> list[str]:
+    """A panel's frame, ticks, shaded band and curves."""
+    top, bottom = place
+    low, high = ends
+
+    def y(value: Any) -> Any:
+        return bottom - (value - low) / (high - low) * (bottom - top)
+
+    parts = [_text((11, (top + bottom) / 2), label, "middle", ' transform="rotate(-90 11 {1:.1f})"')]
+    if shade:
+        width = WIDTH - LEFT - RIGHT
+        box = f'x="{LEFT}" y="{y(shade[1]):.1f}" width="{width}" height="{y(shade[0]) - y(shade[1]):.1f}"'
+        parts.append(f'<rect {box} fill="#fbeec2"/>')
+    for value, text in ticks.items():
+        if low <= value <= high:
+            parts.append(f'<path d="M{LEFT} {y(value):.1f}H{WIDTH - RIGHT}" stroke="#ddd"/>')
+            parts.append(_text((LEFT - 4, y(value) + 4), text, "end"))
+    looks = on_screen()
+    for source, time_s, values in curves:
+        x = LEFT + time_s / end * (WIDTH - LEFT - RIGHT)
+        path = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y(values), strict=True) if math.isfinite(b))
+        style = looks[source]
+        dash = f' stroke-dasharray="{" ".join(map(str, style["dash"]))}"' if style["dash"] else ""
+        line = f'fill="none" stroke="{style["color"]}" stroke-width="{style["width"]}"'
+        parts.append(f'<polyline points="{path}" {line} stroke-linejoin="round"{dash}/>')
+    parts.append(
+        f'<rect x="{LEFT}" y="{top}" width="{WIDTH - LEFT - RIGHT}" height="{bottom - top}" '
+        'fill="none" stroke="#555"/>'
+    )
+    return parts
+
+
+def _time_axis(end: float) -> str:
+    bottom = PANELS[-1][1]
+    texts = [_text(((LEFT + WIDTH - RIGHT) / 2, HEIGHT - 4), "time since the release / s", "middle")]
+    for value, text in _steps(end).items():
+        if value >= 0:
+            x = LEFT + value / end * (WIDTH - LEFT - RIGHT)
+            texts.append(_text((x, bottom + 15), text, "middle"))
+            texts += [f'<path d="M{x:.1f} {place[1]}v-4" stroke="#555"/>' for place in PANELS]
+    return "".join(texts)
+
+
+def _steps(most: float) -> dict[float, str]:
+    """Round values between -most and most."""
+    power = 10.0 ** math.floor(math.log10(most / 2))
+    step = next(n * power for n in (1, 2, 5, 10) if most / (n * power) <= 4)
+    n = int(most / step)
+    return {i * step: _tick(i * step) for i in range(-n, n + 1)}
+
+
+def _tick(value: float) -> str:
+    return f"{value:g}".replace("-", "−")
+
+
+def _text(at: tuple[float, float], text: str, anchor: str, more: str = "") -> str:
+    place = f'x="{at[0]:.1f}" y="{at[1]:.1f}" text-anchor="{anchor}"' + more.format(*at)
+    return f"<text {place}>{escape(text)}</text>"

@@ -1,0 +1,81 @@
+"""What the data of a campaign do not bear."""
+
+import pandas as pd
+
+from freerock.models.laws import CANDIDATES, law_of
+from freerock.report.numbers import Sentence, Tables
+from freerock.tables.candidates import answers
+
+MOST = 3  # the weightiest come first
+
+
+def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
+    """What must not be concluded, the weightiest first.
+
+    Parameters
+    ----------
+    known : Tables
+        runs, choice and foundations.
+    quoted : set of str
+        Candidates whose parameters are given.
+    """
+    choice, found = known["choice"], answers(known["choice"])
+    soft = {model for model in quoted if law_of(model).is_foundation}
+    shared = known["foundations"][known["foundations"]["model"].isin(soft)]["shared"]
+    explained = [each for each in found if each.explained]
+    rigid_too = any(len({law_of(model).is_foundation for model in each.possible}) == 2 for each in explained)
+    housner = choice[(choice["model"] == "housner") & (choice["status"] != "not_fitted")]
+    single = choice.groupby("test")["run"].nunique() == 1
+    told = [
+        (
+            "simulated" in set(known["runs"]["origin"]),
+            "that blocks of a laboratory behave so: the records are simulated",
+        ),
+        (
+            len(explained) < len(found),
+            "that parameters of runs which no law explains are those of block or foundation",
+        ),
+        (
+            rigid_too,
+            "that the foundation yields: a rigid block with other corners explains some of the runs as well",
+        ),
+        (
+            any(_sideways_open(choice, model) for model in soft),
+            "that k is right if the base moves sideways otherwise than assumed: that was not ruled out",
+        ),
+        (
+            any(pd.notna(each) and not each for each in shared),
+            "that parameters found with one block hold for another: on one foundation blocks differ",
+        ),
+        (bool(single.any()), "how much runs differ, where a record has but one"),
+        (
+            len(housner) > 0,
+            "that r of the fitted Housner block is the restitution of an impact: it also makes up for time",
+        ),
+        (bool(found), "that the same holds from other release angles"),
+    ]
+    weighty = [text for holds, text in told if holds][:MOST]
+    return [(f"{text[0].upper()}{text[1:]}.",) for text in weighty] or [("Anything: no run was fitted.",)]
+
+
+def _sideways_open(choice: pd.DataFrame, model: str) -> bool:
+    """Whether the same law with another motion of the base sideways is left open in a run that it explains.
+
+    It is ruled out where it was rejected, or where a quick fit of no more numbers was not worth a full one.
+    """
+    mine = CANDIDATES[model]
+    twins = [
+        name
+        for name, each in CANDIDATES.items()
+        if (each.law, each.width) == (mine.law, mine.width) and each.kinematics != mine.kinematics
+    ]
+    named = choice[(choice["model"] == model) & (choice["status"] == "selected") & choice["explains"]]
+    for twin in twins:
+        of_twin = choice[choice["model"] == twin]
+        beside = named[["test", "run", "n_freed"]].merge(
+            of_twin, "left", ["test", "run"], suffixes=("_named", "")
+        )
+        screened = (beside["status"] == "not_fitted") & (beside["n_freed"] <= beside["n_freed_named"])
+        if not ((beside["status"] == "rejected") | screened.fillna(False)).all():
+            return True
+    return False

@@ -1,0 +1,115 @@
+"""Numbers of sentences that can be found again in the tables of the campaign."""
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Literal, NamedTuple
+
+import pandas as pd
+
+from freerock.tables.text import quantity, unit_text
+
+KNOWN = "*"
+"""Picks the rows in which a column is not empty."""
+Where = Mapping[str, object]
+How = Literal["value", "rows", "distinct", "lowest", "highest"]
+
+
+class Number(NamedTuple):
+    """A number of a sentence, and where it is found again.
+
+    Parameters
+    ----------
+    text : str
+        As printed.
+    table : str
+        Name of the table: tables/NAME.csv.
+    columns : tuple of str
+        Where it stands; that of its standard error follows. Of "distinct" the columns that are counted.
+    where : mapping of str to object
+        What the rows hold, by column; `KNOWN` picks those that hold something.
+    how : str
+        "value" of one row, number of "rows", of "distinct" entries, "lowest" or "highest" value.
+    factor : float
+        By which the printed number is larger than that of the table.
+    """
+
+    text: str
+    table: str
+    columns: tuple[str, ...] = ()
+    where: Where = MappingProxyType({})
+    how: How = "value"
+    factor: float = 1.0
+
+    @property
+    def source(self) -> str:
+        """Where it is found, in words."""
+        of = f" of {', '.join(self.columns)}" if self.columns else ""
+        return f"tables/{self.table}.csv: {'rows counted' if self.how == 'rows' else self.how}{of}"
+
+
+Part = str | Number
+Sentence = tuple[Part, ...]
+
+
+def plain(sentence: Sentence) -> str:
+    """A sentence as text."""
+    return "".join(part if isinstance(part, str) else part.text for part in sentence)
+
+
+def listed(items: Sequence[Sentence], word: str = "and") -> Sentence:
+    """Items one after the other, the last after a word: "a, b and c"."""
+    parts: list[Part] = []
+    for i, item in enumerate(items):
+        parts += [f" {word} " if i == len(items) - 1 else ", "] if i else []
+        parts += item
+    return tuple(parts)
+
+
+class Tables:
+    """The tables of a campaign, asked for numbers with their sources.
+
+    Parameters
+    ----------
+    tables : mapping of str to pandas.DataFrame
+        By name, as `freerock.tables.csvfile.read_csv` gives them.
+    """
+
+    def __init__(self, tables: Mapping[str, pd.DataFrame]) -> None:
+        self._tables = tables
+
+    def __getitem__(self, table: str) -> pd.DataFrame:
+        return self._tables[table]
+
+    def rows(self, table: str, where: Where) -> pd.DataFrame:
+        """The rows of a table that hold something."""
+        frame = self._tables[table]
+        for column, value in where.items():
+            own = frame[column]
+            frame = frame[own.notna() if value == KNOWN else own == value]
+        return frame
+
+    def count(self, table: str, where: Where, *columns: str) -> Number:
+        """How many rows, or how many distinct entries in some columns."""
+        rows = self.rows(table, where)
+        n = len(rows[list(columns)].drop_duplicates()) if columns else len(rows)
+        return Number(str(n), table, columns, where, "distinct" if columns else "rows")
+
+    def value(self, table: str, column: str, where: Where, stderr: str = "", digits: int = 3) -> Number:
+        """The value of one row, with its standard error where a column of it is named, and its unit; a count
+        as it is."""
+        row = self.rows(table, where).iloc[0]
+        if column.startswith("n_"):
+            return Number(str(int(row[column])), table, (column,), where)
+        text = quantity(row[column], row[stderr] if stderr else math.nan, digits)
+        unit = unit_text(row["unit"]) if "unit" in row else ""
+        return Number(f"{text} {unit}".rstrip(), table, (column, stderr) if stderr else (column,), where)
+
+    def ends(self, table: str, column: str, where: Where, factor: float = 1.0) -> Sentence:
+        """Lowest and highest value of a column, "6 to 20"; one number where they are printed alike."""
+        values = self.rows(table, where)[column].dropna().astype(float)
+        ends: tuple[tuple[float, How], ...] = ((values.min(), "lowest"), (values.max(), "highest"))
+        low, high = (
+            Number(quantity(factor * value), table, (column,), where, how, factor) for value, how in ends
+        )
+        return (low,) if low.text == high.text else (low, " to ", high)

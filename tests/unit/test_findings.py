@@ -1,0 +1,129 @@
+"""The five lines of findings, of made-up campaigns: true sentences, and every number found again."""
+
+import pytest
+from fabricated import campaign, failed_record, fits, record
+from found_again import found_again
+from reported import make, tables_of
+
+from freerock.report.findings import findings
+from freerock.report.numbers import KNOWN, Tables, listed, plain
+from freerock.tables.csvfile import read_csv
+
+LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}
+
+
+def told(folder, datasets):
+    """The findings as texts by their heads, after all their numbers have been found again."""
+    names = tables_of(folder, datasets)
+    found = findings({name: read_csv(folder / f"{name}.csv") for name in names}, LABELS)
+    found_again(found, folder, LABELS)
+    return {each.head: " ".join(map(plain, each.sentences)) for each in found}
+
+
+def single(models=("housner", "winkler", "hunt_crossley"), **options):
+    one = record(n_runs=1, **options)
+    return [one], [fits(one, models=models)]
+
+
+def test_a_campaign_with_failures(tmp_path):
+    text = told(tmp_path, campaign())
+    assert text["Tested"].startswith(
+        "9 simulated runs in 5 records: Slender and Squat on Marble and Soft mat"
+    )
+    assert (
+        "1 record failed and 2 runs were left out by hand; what follows does not rest on that."
+        in text["Tested"]
+    )
+    assert text["Explained by"].startswith("Hunt–Crossley explains all 7 runs")
+    assert "Housner (" in text["Explained by"]
+    assert "Marble: k = (6.8800 ± 0.0060)·10⁶ N m⁻² and λ = " in text["Parameters"]
+    assert "Not tested" not in text["Shared by blocks"]
+    assert "2 blocks" in text["Shared by blocks"]
+    assert "simulated" in text["Not to be concluded"]
+
+
+def test_a_single_run(tmp_path):
+    text = told(tmp_path, single())
+    assert text["Tested"].startswith("1 simulated run in 1 record: Slender on Marble, released from 10.1°.")
+    assert text["Explained by"].startswith("Hunt–Crossley explains the only run:")
+    assert "one record" in text["Parameters"]
+    assert "one run does not show how much runs differ" in text["Parameters"]
+    assert text["Shared by blocks"] == "Not tested: each foundation carried one block only."
+    assert "How much runs differ" in text["Not to be concluded"]
+
+
+def test_no_law_explains_any_run(tmp_path):
+    tree = record()
+    text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))
+    assert text["Explained by"].startswith("No law explains any of the 2 runs: more is left than the noise")
+    assert "nearest; the numbers of such a fit describe the fit alone" in text["Explained by"]
+    assert text["Parameters"] == "Marble: no law explains most of the runs, so none is given."
+    assert "which no law explains" in text["Not to be concluded"]
+    assert not any("k =" in line for line in text.values())
+
+
+def test_some_runs_have_no_law(tmp_path):
+    trees = [record("b1_marble"), record("b1_mat", foundation="mat")]
+    text = told(tmp_path, (trees, [fits(trees[0]), fits(trees[1], models=("housner", "winkler"))]))
+    assert text["Explained by"].startswith("Hunt–Crossley explains 2 of 4 runs")
+    assert "No law explains the others" in text["Explained by"]
+    assert "Marble: k = " in text["Parameters"]
+    assert "Soft mat: no law explains most of the runs" in text["Parameters"]
+
+
+def test_measured_records(tmp_path):
+    text = told(tmp_path, single(origin="measured"))
+    assert text["Tested"].startswith("1 measured run in 1 record")
+    assert not any("imulated" in line for line in text.values())
+
+
+def test_every_record_failed(tmp_path):
+    broken = failed_record()
+    text = told(tmp_path, ([broken], [fits(broken)]))
+    assert text["Tested"] == "No run could be used: 1 simulated record of Slender on Marble."
+    assert text["Explained by"] == "No law was fitted to any run."
+    assert text["Parameters"] == "None, as no run was fitted."
+    assert "k" not in text["Not to be concluded"].split()
+
+
+def test_two_laws_that_the_data_cant_tell_apart(tmp_path):
+    tree = record()
+    names = tables_of(tmp_path, ([tree], [fits(tree)]))
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    choice = frames["choice"]
+    choice.loc[choice["model"] == "housner", "status"] = "also_possible"
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
+    assert "The data can't tell it from Housner in 2 runs." in text["Explained by"]
+    assert "That the foundation yields" in text["Not to be concluded"]
+
+
+def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_path):
+    names = tables_of(tmp_path, campaign())
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    frames["foundations"]["shared"] = [False] * len(frames["foundations"])
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
+    assert "range over 2 records" in text["Parameters"]
+    assert "2 blocks do not share k and λ" in text["Shared by blocks"]
+    assert "That parameters found with one block hold for another" in text["Not to be concluded"]
+
+
+def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp_path):
+    page = make(tmp_path, campaign())
+    first = page.html.partition('<section id="findings"')[2].partition("</section>")[0]
+    assert first.count("<dt>") == 5
+    assert 'title="tables/populations.csv: value of mean' in first
+    assert '<a class="button" href="#look">' in first
+    assert page.html.index('id="findings"') < page.html.index("<table")
+    assert "<svg" in first
+
+
+@pytest.mark.parametrize("n, text", [(1, "a"), (2, "a and b"), (3, "a, b and c")])
+def test_items_are_listed(n, text):
+    assert plain(listed([(each,) for each in "abc"[:n]])) == text
+
+
+def test_a_number_knows_its_rows(tmp_path):
+    tables_of(tmp_path, campaign())
+    known = Tables({"runs": read_csv(tmp_path / "runs.csv")})
+    assert known.count("runs", {"run": KNOWN}).text == "9"
+    assert known.count("runs", {}, "test").source == "tables/runs.csv: distinct of test"
