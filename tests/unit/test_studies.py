@@ -17,8 +17,10 @@ from freerock.studies import (
     choice,
     confusion,
     coverage,
+    inputs,
     model_cost,
     model_error,
+    shared,
     speed_accuracy,
     stability,
     success,
@@ -151,6 +153,22 @@ def test_every_start_reaches_the_global_minimum():
     assert (frame["reached"] | frame["reported"]).all()
     figure, data = figures.success.draw(frame)
     assert len(figure.axes) == 3 and len(data) == len(frame)
+
+
+def test_wrong_inputs_are_within_what_is_stated_of_them():
+    frame = pd.DataFrame([row for case in (("caliper", 1), ("rule", 4)) for row in inputs.campaign(case)])
+    assert (frame["u_total"] > frame["stderr"]).all()
+    assert (frame["error"].abs() < 4 * frame["u_total"]).all()
+    figure, data = figures.inputs.draw(frame)
+    assert len(figure.axes) == 4 and len(data) == len(frame)
+
+
+def test_large_differences_between_blocks_are_seen_and_none_seldom():
+    frame = shared.run("small")
+    alike = frame[frame["spreads"] == "alike"].set_index("difference")["seen"]
+    assert alike[0.0].mean() < 0.15 and alike[8.0].mean() > 0.85
+    figure, data = figures.shared.draw(frame)
+    assert len(figure.axes) == 1 and len(data) == len(frame)
 
 
 def test_scatter_and_coverage_of_few_runs():

@@ -14,6 +14,8 @@ STUDIES = [
     "choice",
     "confusion",
     "faults",
+    "inputs",
+    "shared",
     "mishaps",
 ]
 

@@ -1,7 +1,7 @@
 """What a fit found, in the few plain values that later steps take of it, and the misfit around it."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +27,9 @@ class Estimate:
         The model's parameters, then what else was freed (theta0, t0, width), in SI units.
     covariance : ndarray, shape (n, n)
         Of the model's n parameters, in the product of their units.
+    shifts : mapping of (str, str) to ndarray, shape (n,)
+        By owner and name of an input, the relative shift of each of these parameters for one standard
+        uncertainty of that input.
     """
 
     campaign: str
@@ -37,6 +40,7 @@ class Estimate:
     model: str
     values: Mapping[str, float]
     covariance: Floats
+    shifts: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
 
     @property
     def parameters(self) -> dict[str, float]:

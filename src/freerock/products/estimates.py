@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 import xarray as xr
 
+from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate
 from freerock.models.laws import MODELS
 from freerock.products.groups import fits_of
@@ -29,7 +30,17 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
             model=model,
             values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
             covariance=fit["covariance"].values[:n, :n],
+            shifts=_shifts(fit, n),
         )
+
+
+def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:
+    """Relative shifts of the first n parameters by owner and name of the inputs."""
+    if "contribution" not in fit:
+        return {}
+    relative = fit["contribution"].values[:n] / fit["value"].values[:n, None]
+    names = zip(fit["input_owner"].values.tolist(), fit["input"].values.tolist(), strict=True)
+    return dict(zip(names, relative.T, strict=True))
 
 
 def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:
