@@ -5,6 +5,7 @@ A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `r
 """
 
 __all__ = [
+    "as_measured",
     "candidates",
     "choice",
     "cramer_rao",
