@@ -127,7 +127,12 @@ class CampaignFile(Section):
     @field_validator("published")
     @classmethod
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
-        for block, foundations in published.values.items() if published else ():
+        named = (
+            [*published.values.items(), *((k, [v]) for k, v in published.longest.items())]
+            if published
+            else []
+        )
+        for block, foundations in named:
             check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
             for name in foundations:
                 check_name(name, info.data.get("foundations", (name,)), "a foundation of this campaign")

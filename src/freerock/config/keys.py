@@ -335,6 +335,9 @@ class PublishedSection(Section):
         description="block: foundation: model: parameter: value, "
         "in SI units; epsilon_theta as a fraction counts as a parameter"
     )
+    longest: dict[Name, Name] = Field(
+        {}, description="block: the foundation on which it rocks longest, as published"
+    )
 
     @field_validator("values")
     @classmethod

@@ -221,40 +221,47 @@ def _shared(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Se
 
 
 def _agree(known: Tables, label: str, scene: Where) -> Sentence:
-    """Whether the blocks on a foundation share its parameters; by how much they differ, and runs of one."""
+    """Whether the blocks on a foundation differ in its parameters, and what difference would be seen."""
     rows = known.rows("foundations", scene)
     names = list(rows["parameter"])
+    symbols = " and ".join(SYMBOLS[each] for each in names)
 
-    def percent(column: str, chances: bool) -> Sentence:
-        found = []
-        for each in names:
-            where = {**scene, "parameter": each}
-            n = known.value("foundations", column, where, digits=2)
-            found.append((n, f" % in {SYMBOLS[each]}", *(_chance(known, where) if chances else ())))
-        return listed(found)
+    def percent(column: str, word: str) -> Sentence:
+        found = [
+            (
+                known.value("foundations", column, {**scene, "parameter": each}, digits=2),
+                f" % in {SYMBOLS[each]}",
+            )
+            for each in names
+        ]
+        return listed(found, word)
 
-    blocks = known.value("foundations", "n_blocks", {**scene, "parameter": names[0]})
-    symbols = [SYMBOLS[each] for each in names]
-    apart = [symbol for symbol, no in zip(symbols, _denied(rows["shared"]), strict=True) if no]
-    answer = f" blocks do not share {' and '.join(apart)}" if apart else " blocks may share it"
-    told: Sentence = (
-        f"{label}: ",
-        blocks,
-        f"{answer}; they differ by ",
-        *percent("between_blocks_percent", True),
-    )
-    if rows["between_runs_percent"].notna().all():
-        told += (", runs of one block by ", *percent("between_runs_percent", False))
-    return (*told, ".")
+    of_first = {**scene, "parameter": names[0]}
+    blocks, chance = known.value("foundations", "n_blocks", of_first), _chance(known, of_first)
+    apart = percent("between_blocks_percent", "and")
+    if _denied(rows["shared"]).any():
+        return (
+            f"{label}: ",
+            blocks,
+            f" blocks do not share {symbols}",
+            *chance,
+            ": they differ by ",
+            *apart,
+            ".",
+        )
+    if rows["shared"].isna().any():
+        return f"{label}: too few runs to know whether ", blocks, " blocks share ", f"{symbols}."
+    seen = percent("visible_percent", "or")
+    return f"{label}: ", blocks, " blocks show no difference", *chance, "; one of ", *seen, " would be seen."
 
 
 def _chance(known: Tables, where: Where) -> Sentence:
     """The p-value of a difference between blocks, where it is not too small to matter."""
     row = known.rows("foundations", where).iloc[0]
-    column = "f_p" if pd.notna(row["f_p"]) else "likelihood_ratio_p"
-    return (
-        (" (p = ", known.value("foundations", column, where, digits=2), ")") if row[column] > LEAST_P else ()
-    )
+    column = "inputs_p" if pd.notna(row["inputs_p"]) else "f_p"
+    if not row[column] > LEAST_P:
+        return ()
+    return " (p = ", known.value("foundations", column, where, digits=2), ")"
 
 
 def _denied(shared: "pd.Series[bool]") -> "pd.Series[bool]":

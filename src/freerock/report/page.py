@@ -23,6 +23,7 @@ from freerock.report import tables as made
 from freerock.report.evidence import scenes_of
 from freerock.report.findings import findings
 from freerock.report.key_figure import key_figure
+from freerock.report.published import beside_published
 from freerock.report.records import charted, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
@@ -116,6 +117,9 @@ def _content(
         "to_look_at": [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded],
         "noted": [row for row in runs.itertuples() if row.reasons and (row.verdict == "ok" or row.excluded)],
         "counts": counts(runs),
+        "beside": beside_published(tables, config["published"]["longest"], labels)
+        if config["published"]
+        else None,
         "overview": made.overview(runs, tables["choice"], labels),
         "table1": made.of_blocks(printed["table1"], runs, labels),
         "table2": made.of_records(printed["table2"], labels),

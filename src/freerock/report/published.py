@@ -1,0 +1,162 @@
+"""What agrees with a publication and what does not: sentences from the tables."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import pandas as pd
+
+from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.report.numbers import Sentence, Tables, Where, listed
+from freerock.tables.paper import Labels
+
+TENTH = 0.1  # relative difference up to which values are said to agree, as published ones state no error
+KEYS = ("test", "model", "parameter")
+
+
+class Beside(NamedTuple):
+    """Sentences on what agrees with a publication, and on what does not."""
+
+    agrees: Sequence[Sentence]
+    differs: Sequence[Sentence]
+
+
+def beside_published(
+    tables: Mapping[str, pd.DataFrame], longest: Mapping[str, str], labels: Labels
+) -> Beside:
+    """The campaign beside the values of a publication.
+
+    Parameters
+    ----------
+    tables : mapping of str to pandas.DataFrame
+        runs, foundations, restitution_comparison, table2 and table3.
+    longest : mapping of str to str
+        Foundation on which each block rocks longest, as published.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+    known = Tables(tables)
+    told = [*_parameters(known, labels), *_discrepancies(known, labels), *_durations(known, longest, labels)]
+    return Beside([text for alike, text in told if alike], [text for alike, text in told if not alike])
+
+
+Told = tuple[bool, Sentence]  # whether it agrees, and what is said
+
+
+def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
+    """Identified and published parameters; of r, what an impact takes away."""
+    frame = known["table2"]
+    rows = frame[frame["published"].notna() & frame["success"].astype(bool)]
+    near, far, rejected = list[Sentence](), list[Sentence](), list[bool]()
+    for row in rows.itertuples():
+        where = {key: getattr(row, key) for key in KEYS}
+        here, there = (
+            known.value("table2", "mean", where, "u_total"),
+            known.value("table2", "published", where),
+        )
+        on = labels.get(row.foundation, row.foundation)
+        text: Sentence = (
+            f"{MODEL_LABELS[row.model]} {SYMBOLS[row.parameter]} on {on} ",
+            here,
+            " [",
+            there,
+            "]",
+        )
+        if _differ(row) <= TENTH:
+            near.append(text)
+        else:
+            far.append(text)
+            rejected.append(bool(row.rejected))
+    if near:
+        yield True, ("To within a tenth [published]: ", *listed(near), ".")
+    if far:
+        why = " These laws are rejected here: numbers of a wrong law depend on how much of a run is fitted."
+        yield (
+            False,
+            ("By more than a tenth [published]: ", *listed(far), ".", *([why] if all(rejected) else [])),
+        )
+
+
+def _differ(row: Any) -> float:
+    """Relative difference; of r that of 1 − r."""
+    offset = 1.0 if row.parameter == "r" else 0.0
+    return float(abs((row.mean - offset) / (row.published - offset) - 1))
+
+
+def _discrepancies(known: Tables, labels: Labels) -> Iterator[Told]:
+    """Whether ε_θ ranks the laws as published, and where a law leaves noise alone."""
+    frame = known["table3"]
+    rows = frame[frame["published"].notna() & frame["success"].astype(bool)]
+    for (test, foundation), own in rows.groupby(["test", "foundation"], sort=False):
+        here, there = (list(own.sort_values(column)["model"]) for column in ("epsilon_theta", "published"))
+        order = " < ".join(MODEL_LABELS[model] for model in here)
+        label = labels.get(foundation, foundation)
+        as_published = "as published" if here == there else "otherwise than published"
+        yield here == there, (f"ε_θ ranks the laws {as_published} on {label}: {order}.",)
+        least: Where = {"test": test, "model": here[0]}
+        values = (known.ends("table3", each, least, 100) for each in ("epsilon_theta", "published"))
+        apart = own["epsilon_theta"].min() / own.set_index("model")["published"][here[0]]
+        if abs(apart - 1) > TENTH:
+            yield False, (*_sized(MODEL_LABELS[here[0]], label, *values), *_noise_alone(known, test, here[0]))
+
+
+def _sized(law: str, label: str, here: Sentence, there: Sentence) -> Sentence:
+    return f"ε_θ of {law} on {label} is ", *here, " %, published ", *there, " %"
+
+
+def _noise_alone(known: Tables, test: str, model: str) -> Sentence:
+    """Why a simulated record leaves less."""
+    simulated = "simulated" in set(known["runs"]["origin"])
+    row = known.rows("table3", {"test": test, "model": model}).iloc[0]
+    if not (simulated and row["selected"]):
+        return (": it depends on the final time, which both must share.",)
+    return (": a simulated record follows one law exactly and leaves noise alone, a laboratory's does not.",)
+
+
+def _durations(known: Tables, longest: Mapping[str, str], labels: Labels) -> Iterator[Told]:
+    """On which foundation each block rocks longest, here and as published."""
+    runs = known.rows("runs", {"excluded": False})
+    usable = runs[runs["verdict"] != "fail"]
+    means = usable.groupby(["block", "foundation"])["duration_s"].mean()
+    alike: dict[str, list[Sentence]] = {}
+    for block, published in longest.items():
+        if block not in means or published not in means[block] or len(means[block]) < 2:
+            continue
+        here, name = str(means[block].idxmax()), labels.get(block, block)
+        if here == published:
+            alike.setdefault(here, []).append((name,))
+        else:
+            yield False, _reversed(known, block, (here, published), labels)
+    for foundation, blocks in alike.items():
+        verb = "rocks" if len(blocks) == 1 else "rock"
+        yield (
+            True,
+            (*listed(blocks), f" {verb} longest on {labels.get(foundation, foundation)}, as published."),
+        )
+
+
+def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: Labels) -> Sentence:
+    """A block that rocks longest elsewhere than published, and why here."""
+    here, there = (labels.get(each, each) for each in foundations)
+    lasts, keeps = (
+        [known.ends(table, column, {"block": block, "foundation": each}) for each in foundations]
+        for table, column in (("runs", "duration_s"), ("restitution_comparison", "r_first"))
+    )
+    told: Sentence = (
+        f"{labels.get(block, block)} rocks longest on {here} (",
+        *lasts[0],
+        " s; ",
+        *lasts[1],
+        f" s on {there}), in the publication on {there}. Why here: its first impact keeps r = ",
+        *keeps[0],
+        f" of the angular rate on {here}, ",
+        *keeps[1],
+        f" on {there}.",
+    )
+    simulated = "simulated" in set(known["runs"]["origin"])
+    if simulated and (known["foundations"]["shared"] == True).any():  # noqa: E712
+        told += (
+            " No block of these simulated records differs from the others in k and damping. The published "
+            "order is the reverse: there the blocks differed, or something that no law here holds, such as "
+            "sliding or bouncing, acted on this one.",
+        )
+    return told
