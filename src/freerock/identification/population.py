@@ -94,6 +94,8 @@ def between_blocks(blocks: Collection[Floats]) -> Between:
         return Between(math.nan, math.nan)
     moved = every - every.mean(axis=0)
     logarithms = np.linalg.slogdet([_within(blocks), moved.T @ moved])[1]
+    if not np.isfinite(logarithms).all():  # runs that are alike to the last digit
+        return Between(math.nan, math.nan)
     s = math.sqrt((p**2 * (g - 1) ** 2 - 4) / (p**2 + (g - 1) ** 2 - 5)) if p**2 + (g - 1) ** 2 > 5 else 1.0
     dof = p * (g - 1), s * (n - 1 - (p + g) / 2) - (p * (g - 1) - 2) / 2
     f_ratio = math.expm1(max(logarithms[1] - logarithms[0], 0.0) / s) * dof[1] / dof[0]
@@ -183,7 +185,7 @@ def _with_inputs(blocks: list[list[Estimate]]) -> tuple[float, Floats]:
         return math.nan, by_inputs
     within = _within(logs) / (n - g)
     flat = stacked.reshape(len(keys), -1)
-    weight = np.linalg.inv(np.kron(np.diag([1 / len(own) for own in logs]), within) + flat.T @ flat)
+    weight = np.linalg.pinv(np.kron(np.diag([1 / len(own) for own in logs]), within) + flat.T @ flat)
     means, common = np.concatenate([own.mean(axis=0) for own in logs]), np.tile(np.eye(p), (g, 1))
     apart = means - common @ np.linalg.solve(common.T @ weight @ common, common.T @ weight @ means)
     return float(chdtrc(p * (g - 1), apart @ weight @ apart)), by_inputs
