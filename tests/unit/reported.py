@@ -56,7 +56,6 @@ def settings(trees, **changes):
     """The shipped campaign's section, for made-up records."""
     config = load_campaign(SHIPPED).model_dump(mode="json")
     shape = {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84, "release_angle_deg": 10.0}
-    names = [tree.attrs["test"] for tree in trees]
     line = dict.fromkeys(("channel", "exclude", "override", "reason", "note"), "") | {"laser": "at_200mm"}
     config |= {
         "title": "Marble & <mats>",
@@ -64,7 +63,12 @@ def settings(trees, **changes):
         "raw": "raw",
         "blocks": {"b1": {**shape, "label": "Slender"}, "b2": {**shape, "label": "Squat"}},
         "foundations": {"marble": {"label": "Marble"}, "mat": {"label": "Soft mat"}},
-        "records": [line | {"test": test, "file": f"{test}.tdms"} for test in names],
+        "records": [
+            line
+            | {key: tree.attrs[key] for key in ("test", "block", "foundation")}
+            | {"file": f"{tree.attrs['test']}.tdms"}
+            for tree in trees
+        ],
     }
     return config | changes
 
@@ -103,5 +107,6 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes
         figures=[("Figure 2", image)] if figures is None else figures,
         pages={records[0].attrs["test"]: folder / "figures/qc.png"},
         changes=by_hand,
+        texts=folder / "methods",
     )
     return Outline((folder / "report.html").read_text(encoding="utf-8"))

@@ -35,7 +35,8 @@ def test_report_needs_nothing_from_outside(page):
 def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     tree = record("b1_marble")
     tree["run_1"].attrs["reasons"] = json.dumps([["ok", "hostile", HOSTILE]])
-    line = dict.fromkeys(("file", "laser", "note", "reason"), HOSTILE) | {"test": "b1_marble"}
+    line = dict.fromkeys(("file", "laser", "note", "reason"), HOSTILE)
+    line |= {"test": "b1_marble", "block": "b1", "foundation": "marble"}
     label = {"b1": {"label": HOSTILE, "height_m": 0.28}}
     changes = {"title": HOSTILE, "summary": HOSTILE, "records": [line], "blocks": label, "license": HOSTILE}
     page = make(tmp_path, ([tree], [fits(tree)]), figures=[(HOSTILE, tmp_path / "image.png")], **changes)
@@ -216,7 +217,7 @@ def test_a_channel_of_rotations_and_no_mains(tmp_path):
     page = make(tmp_path, campaign(), lasers={"at_200mm": sensor}, processing=processing)
     assert "Sensor at_200mm: the channel holds the rotation itself, in deg." in page.text
     assert "mains frequency" not in page.text
-    assert "Displacement became θ" not in page.text
+    assert "Displacement became rotation" not in page.text
 
 
 def test_a_laser(tmp_path):

@@ -162,6 +162,8 @@ rule report:
         ),
         provenance="results/{campaign}/provenance.json",
         captions="results/{campaign}/figures/captions.tex",
+        methods="results/{campaign}/tables/methods.md",
+        references="results/{campaign}/tables/methods.bib",
     log:
         "results/{campaign}/logs/report.log",
     benchmark:

@@ -40,7 +40,7 @@ def make_report(
     pages : mapping of str to path
         Quality page of each test.
     output : mapping of str to path
-        html, provenance and captions, the files to write.
+        html, provenance, captions, methods and references, the files to write.
     changes : path, optional
         Log of what was changed at the review desk.
     """
@@ -74,6 +74,7 @@ def make_report(
         ],
         pages=pages,
         changes=read_changes(changes) if changes else (),
+        texts=Path(output["methods"]).with_suffix(""),
     )
 
 

@@ -18,11 +18,13 @@ from freerock.config.history import Change
 from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS
 from freerock.report import tables as made
 from freerock.report.evidence import scenes_of
 from freerock.report.findings import findings
 from freerock.report.key_figure import key_figure
+from freerock.report.methods import bib, markdown, methods
+from freerock.report.methods import html as html_of
+from freerock.report.numbers import plain
 from freerock.report.published import beside_published
 from freerock.report.records import charted, sections_of
 from freerock.report.scene import unexplained
@@ -49,6 +51,7 @@ def write_report(
     figures: Sequence[tuple[str, str | Path]] = (),
     pages: Mapping[str, str | Path] | None = None,
     changes: Sequence[Change] = (),
+    texts: str | Path | None = None,
 ) -> None:
     """Write the report of a campaign.
 
@@ -73,27 +76,38 @@ def write_report(
         File of the quality pages by record, linked relative to `path`.
     changes : sequence of freerock.config.history.Change, optional
         What was changed, and looked at, at the review desk.
+    texts : path, optional
+        Path without suffix where the methods are written with citations, as .md, and what they cite, as .bib.
     """
     folder = Path(path).parent
     linked = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
     wanted = charted(tables["runs"], MOST_CHARTED)
     sections = sections_of(provenance, tables["runs"], opened, wanted, linked)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
-    environment.filters["indices"] = _indices
+    environment.filters |= {"indices": _indices, "cited": html_of}
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
+    content = _content(provenance, tables, blocks)
+    known = facts(tables["runs"], sections, tables["restitution_comparison"], blocks)
+    tested = " ".join(map(plain, content["findings"][0].sentences))
+    made_with = provenance["software"], provenance["git"]
+    paragraphs = methods(provenance["config"], known, tested, content["free"], *made_with)
     html = environment.get_template("report.html.j2").render(
-        _content(provenance, tables, blocks),
+        content,
+        methods=paragraphs,
         key=key_figure(tables, opened, published_scenes(provenance["config"])),
         figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
         sections=sections,
         n_charted=len(wanted),
-        facts=facts(tables["runs"], sections, tables["restitution_comparison"], blocks),
+        facts=known,
         scripts=_scripts() if wanted else [],
         by_hand=made.by_hand(changes, provenance["config"]),
         looked=made.seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
     )
     write_text(path, html)
+    if texts:
+        write_text(f"{texts}.md", markdown(paragraphs))
+        write_text(f"{texts}.bib", bib(paragraphs))
 
 
 def _content(
@@ -131,7 +145,6 @@ def _content(
         "comparison": made.compared_restitution(tables["restitution_comparison"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
-        "models": [MODEL_LABELS[model] for model in config["fits"]["models"]],
         "free": free_besides(config["fits"]),
         "inputs": provenance["inputs"],
         "software": provenance["software"],

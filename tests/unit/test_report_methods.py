@@ -1,0 +1,75 @@
+"""The methods of a campaign: its real settings, and every citation with its entry."""
+
+import re
+
+import pytest
+from fabricated import campaign, fits, record
+from reported import make, settings
+
+from freerock.report.references import REFERENCES, bibtex
+
+ENTRY = re.compile(r"@article\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
+
+
+@pytest.fixture
+def written(tmp_path):
+    """The methods and references of a made-up campaign with some settings."""
+
+    def texts(datasets=None, **changes):
+        make(tmp_path, datasets or campaign(), **changes)
+        return [(tmp_path / f"methods.{suffix}").read_text(encoding="utf-8") for suffix in ("md", "bib")]
+
+    return texts
+
+
+def test_what_is_cited_has_its_entry_and_no_more(written):
+    text, bib = written()
+    body = text.rpartition("\n\n")[0]
+    cited = set(re.findall(r"@(\w+)", body))
+    assert cited == set(ENTRY.findall(bib)) == set(re.findall(r"^- @(\w+): doi:10\.", text, re.M))
+    assert {"housner1963", "koh1986", "hunt1975", "spanos2017", "paule1982", "hartung2001"} <= cited
+
+
+def test_every_reference_is_an_entry_with_a_doi():
+    for key, known in REFERENCES.items():
+        entry = bibtex([key])
+        assert ENTRY.fullmatch(entry), key
+        assert entry.count("{") == entry.count("}")
+        assert re.fullmatch(r"10\.\d{4,9}/\S+", known.doi)
+        assert key.endswith(str(known.year)) and str(known.year) in known.short
+
+
+def test_methods_tell_the_settings_of_the_campaign(written):
+    text, _ = written()
+    assert "**Tests.** 9 simulated runs in 5 records: Slender and Squat on Marble and Soft mat" in text
+    assert "the first 30 ms after the release" in text
+    assert (
+        "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]"
+        in text
+    )
+    assert "Wilks' Λ" in text and "profile likelihood" not in text
+    shipped = settings([])
+    runs = shipped["processing"]["runs"] | {"finger_s": 0.05, "min_impacts": 5}
+    changed = {
+        "processing": shipped["processing"] | {"runs": runs},
+        "fits": shipped["fits"] | {"models": ["housner"], "kinematics": [], "profile": True},
+    }
+    other, bib = written(**changed)
+    assert "the first 50 ms after the release" in other
+    assert "fewer than 5 impacts" in other
+    assert "Laws fitted: Housner [@housner1963]." in other
+    assert "profile likelihood" in other
+    assert "Rivals of these laws" not in other
+    assert "koh1986" not in other + bib
+
+
+def test_no_test_between_blocks_is_told_where_there_is_one(written):
+    one = record(n_runs=1)
+    assert "Wilks" not in written(([one], [fits(one)]))[0]
+
+
+def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):
+    page = make(tmp_path, campaign())
+    methods = page.text.partition("Choice of a model.")[2]
+    assert "(Riedel and Sidorenko 1995)" in methods and "(Hartung and Knapp 2001)" in methods
+    assert "[@" not in page.html
