@@ -1,41 +1,108 @@
-"""The tilt of the base as the heights of the swings have it."""
-
-import math
+"""Swings between impacts, against Housner's block in closed form; the band of scattered points."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from freerock.identification.swings import tilt_of_swings
-from freerock.models.contact import Foundation, State, static_depth
-from freerock.runs.motion import Motion
-from freerock.virtual_lab import mishaps
-from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock.virtual_lab.record import Scene
+from freerock.models.block import Block
+from freerock.models.housner import housner_swings
+from freerock.tables.swings import first_runs, local_band, named_models, swings
 
-SIGMA = math.radians(0.006)
-SINCE = np.arange(0, 6, 1e-3)
+BLOCK = Block(0.28, 0.07, 5.84)
+R = 0.93
 
 
-def run(configuration, foundation, tilt_deg):
-    block, angle, _ = CONFIGURATIONS[configuration]
-    parameters = FOUNDATIONS[foundation]
-    start = State(static_depth(block, Foundation.of(parameters), angle), 0.0, angle, 0.0)
-    moves = mishaps.off_level(math.radians(tilt_deg))
-    theta = moves(Scene("hunt_crossley", block, parameters), SINCE, start).theta
-    noise = SIGMA * np.random.default_rng(7).standard_normal(SINCE.size)
-    return block, Motion(SINCE, theta + noise, SIGMA, angle, 1e-5, 2e-4)
+@pytest.fixture(scope="module")
+def rocking():
+    return housner_swings(BLOCK, R, np.radians(9.0), max_impacts=12)
 
 
-@pytest.mark.parametrize("foundation", FOUNDATIONS)
-@pytest.mark.parametrize("configuration", CONFIGURATIONS)
-@pytest.mark.parametrize("tilt_deg", [0.3, -0.3])
-def test_the_heights_of_the_swings_tell_side_and_size_of_a_tilt(configuration, foundation, tilt_deg):
-    seen = math.degrees(tilt_of_swings(*run(configuration, foundation, tilt_deg)))
-    assert seen == pytest.approx(tilt_deg, abs=0.2)  # a start for fits
+def tables(rocking, source="experiment"):
+    """Tidy tables of a run of Housner's block."""
+    n = 12
+    scene = {"campaign": "c", "test": "a", "run": 1, "block": "b", "foundation": "f"}
+    restitution = pd.DataFrame(
+        {
+            **scene,
+            "source": source,
+            "impact": np.arange(1, n + 1),
+            "time_s": rocking.impact_time[:n],
+            "r": R,
+            "r_stderr": 0.001,
+            "peak_before_deg": np.degrees(rocking.peak[:n]),
+        }
+    )
+    runs = pd.DataFrame([{**scene, "verdict": "ok", "excluded": False}])
+    epsilon = pd.DataFrame([{**scene, "model": "housner", "success": False}])
+    return runs, restitution, epsilon, {"b": BLOCK}
 
 
-def test_a_level_base_shows_hardly_any_and_too_few_swings_none():
-    block, motion = run("config2", "marble", 0.0)
-    assert abs(math.degrees(tilt_of_swings(block, motion))) < 0.02
-    short = Motion(motion.time_s[:400], motion.theta[:400], SIGMA, motion.theta0)
-    assert tilt_of_swings(block, short) == 0.0
+def test_rate_energy_loss_and_period_are_housners(rocking):
+    found = swings(*tables(rocking))
+    np.testing.assert_allclose(found["rigid_speed_m_s"], 0.07 * rocking.impact_rate[:12], rtol=1e-9)
+    np.testing.assert_allclose(found["energy_j"][1:] / found["energy_j"].values[:-1], R**2, rtol=1e-9)
+    inertia = BLOCK.inertia_base + BLOCK.mass_kg * BLOCK.b**2
+    np.testing.assert_allclose(found["energy_j"], inertia * rocking.impact_rate[:12] ** 2 / 2, rtol=1e-9)
+    np.testing.assert_allclose(found["loss"], 1 - R**2)
+    np.testing.assert_allclose(found["loss_stderr"], 2 * R * 0.001)
+    assert np.isnan(found["period_s"].iloc[0])
+    quarter = [housner_swings(BLOCK, 1.0, each, max_impacts=1).impact_time[0] for each in rocking.peak[1:12]]
+    np.testing.assert_allclose(found["period_s"][1:], 4 * np.array(quarter), rtol=1e-9)
+
+
+def test_an_impact_that_was_not_seen_makes_no_period(rocking):
+    runs, restitution, epsilon, blocks = tables(rocking)
+    found = swings(runs, restitution.drop(index=5), epsilon, blocks)
+    assert found["period_s"].isna().tolist() == [True, *[False] * 4, True, *[False] * 5]
+
+
+def test_failed_fits_and_excluded_runs_are_left_out(rocking):
+    runs, restitution, epsilon, blocks = tables(rocking, "housner")
+    assert swings(runs, restitution, epsilon, blocks).empty
+    assert len(swings(runs, restitution, epsilon.assign(success=True), blocks)) == 12
+    assert swings(runs.assign(excluded=True), restitution, epsilon.assign(success=True), blocks).empty
+
+
+def test_first_runs_are_those_of_each_scene_with_their_models():
+    rows = [
+        ("a", 1, "experiment", "f"),
+        ("a", 1, "winkler", "f"),
+        ("a", 2, "experiment", "f"),
+        ("b", 3, "experiment", "g"),
+    ]
+    found = pd.DataFrame(rows, columns=["test", "run", "source", "foundation"]).assign(block="x")
+    assert first_runs(found)[["test", "run", "source"]].to_numpy().tolist() == [
+        [*rows[i][:3]] for i in (0, 1, 3)
+    ]
+
+
+def test_the_model_of_a_run_is_the_one_named_or_the_nearest():
+    columns = ["test", "run", "model", "epsilon_theta", "selected", "success"]
+    rows = [("a", 1, "winkler", 0.1, True, True), ("a", 1, "housner", 0.01, False, True)]
+    rows += [("a", 2, "winkler", 0.1, False, True), ("a", 2, "housner", 0.01, False, True)]
+    rows += [("a", 3, "winkler", 0.1, False, True), ("a", 3, "housner", 0.01, False, False)]
+    named = named_models(pd.DataFrame(rows, columns=columns))
+    assert named == {("a", "1"): "winkler", ("a", "2"): "housner", ("a", "3"): "winkler"}
+
+
+def test_the_band_holds_95_percent_of_points_about_a_curve():
+    random = np.random.default_rng(7)
+    inside = []
+    for _ in range(200):
+        x = pd.Series(np.sort(random.uniform(0.3, 1.7, 60)))
+        y = 0.9 + 0.05 * x + pd.Series(random.normal(0, 0.004, 60))
+        band = local_band(x, y)
+        new = random.uniform(0.4, 1.6, 50)
+        value = 0.9 + 0.05 * new + random.normal(0, 0.004, 50)
+        low, high = (np.interp(new, band["x"], band[end]) for end in ("low", "high"))
+        inside.append(np.mean((low < value) & (value < high)))
+    assert np.mean(inside) == pytest.approx(0.95, abs=0.02)
+
+
+def test_a_straight_line_has_a_band_of_no_width_and_few_points_none():
+    x = pd.Series(np.linspace(1, 2, 20))
+    band = local_band(x, 0.9 + 0.1 * x)
+    np.testing.assert_allclose(band["low"], 0.9 + 0.1 * band["x"], atol=1e-9)
+    assert local_band(x[:11], x[:11]).empty
+    assert local_band(pd.Series([1.0] * 20), x).empty
+    assert local_band(x[:0], x[:0]).empty

@@ -1,6 +1,6 @@
 # The figures that a campaign can have: a line for each, by the name of its module in freerock.figures; {block} stands
 # for one figure of each block. `figures` of the campaign says which are drawn; any other by its name:
-# snakemake results/<campaign>/figures/restitution.pdf. What a figure reads: records, fits, maps (of the misfit), tables by
+# snakemake results/<campaign>/figures/backbone.pdf. What a figure reads: records, fits, maps (of the misfit), tables by
 # name, the blocks. Title and caption are those of its .txt; which runs are drawn, the module adds.
 
 FIGURES = {
@@ -19,17 +19,18 @@ FIGURES = {
     },
     "restitution": {
         "title": "Restitution of each impact",
-        "caption": "Restitution r of each impact, from the peaks before and after it, against the angular rate with which "
-        "a rigid block falls from the peak before it. Bars: one standard error. Shaded: where 95 % of the recorded impacts "
-        "of like rate lie, by their local mean and scatter. Dotted: a rigid block on a rigid base (Housner 1963). Impacts "
+        "caption": "Restitution r of each impact, from the peaks before and after it, against the impact speed, that "
+        "of the far corner of a rigid block that falls from the peak before it. Bars: one standard error. Shaded: where 95 % of the recorded impacts "
+        "of like speed lie, by a local line and the scatter about it. Dotted: a rigid block on a rigid base (Housner 1963). Impacts "
         "of failed fits are left out.",
         "reads": ["runs", "restitution", "epsilon", "blocks"],
     },
     "parameters": {
         "title": "Identified parameters, run by run",
-        "caption": "Each run with its 95 % interval (open where the choice of a model rejects the law for that run); filled "
-        "diamond, the mean of the record with its 95 % interval; bar, where the next run of the record lies with 95 %; τ, "
-        "the standard deviation between runs without their noise, in per cent of the mean.",
+        "caption": "Each run with its 95 % interval, by its noise (open where the choice of a model rejects the law for that "
+        "run). Diamond and square: mean of a record, and of the records of a foundation, with the 95 % interval of its total "
+        "uncertainty, which holds scatter, noise and what is known of block, sensor and clock. Shaded: where the next run or "
+        "record lies with 95 %. τ: standard deviation between them without their noise, in per cent of the mean.",
         "reads": ["parameters", "populations", "choice"],
     },
     "misfit_map": {
@@ -43,6 +44,44 @@ FIGURES = {
         "caption": "Discrepancy ε_θ of each run with the parameters fitted to it, with those of the other runs of its "
         "record, and with those of another block on the same foundation. Failed fits predict nothing.",
         "reads": ["predictions", "epsilon"],
+    },
+    "backbone": {
+        "title": "Period against amplitude",
+        "caption": "Twice the time between two impacts against the largest |θ| between them. Dotted: a rigid block (Housner "
+        "1963), whose period goes to zero with its amplitude.",
+        "reads": ["runs", "restitution", "epsilon", "blocks"],
+    },
+    "energy": {
+        "title": "Energy through a run, and what each impact takes of it",
+        "caption": "Left, energy above rest before each impact, that of a rigid block at the peak of |θ| (Housner 1963). Right, "
+        "share of it that the impact takes, 1 − r²; bars, one standard error. Signs: the record; lines: the model that the "
+        "choice names, or else that of the least ε_θ.",
+        "reads": ["runs", "restitution", "epsilon", "blocks"],
+    },
+    "phase_portrait": {
+        "title": "Phase portrait",
+        "caption": "Angular rate against rotation, from parabolas over 0.02 s, of the record and of the model that the choice "
+        "names, or else of the fit with the least ε_θ.",
+        "reads": ["fits", "epsilon"],
+    },
+    "residuals_{block}": {
+        "title": "Residuals of {block} against the noise at rest",
+        "caption": "Left, power spectral density of modelled minus recorded rotation, with sine tapers, means over a sixth of an "
+        "octave, and of the noise at rest of the same record. Right, autocorrelation of the residual; the band holds 95 % "
+        "of that of white noise.",
+        "reads": ["fits", "records"],
+    },
+    "evidence": {
+        "title": "Evidence for each candidate law",
+        "caption": "For each run and candidate the power of what its fit leaves over that of the noise at rest, in the "
+        "frequency band that tells most; 1 (dotted) is noise. Signs say what the choice of a model made of it.",
+        "reads": ["choice"],
+    },
+    "budget": {
+        "title": "Uncertainty budget of the identified parameters",
+        "caption": "Share of each input in the square of the total standard uncertainty u of each mean (k = 1, in per cent of "
+        "the mean at the right); runs, their scatter beyond what the inputs explain.",
+        "reads": ["budget", "choice"],
     },
 }
 

@@ -23,6 +23,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "review": "see, correct and refit runs in the browser",
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",
+    "supplement": "pack records, settings, code and products for a paper's supplement",
     "score": "grade somebody's solutions of the free-rocking benchmark",
     "compare": "show what changed between two analyses of a campaign",
 }

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 
 from freerock.config.campaign import load_config
@@ -33,6 +34,18 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(chosen: Namespace) -> None:
     """Print what is not as a run would make it; raise when there is anything."""
     names = [*load_config(campaigns=chosen.campaign or None).campaigns]
+    told, whole = verification(names)
+    print(told, end="")
+    if not whole:
+        remedy = "run snakemake, and delete what is foreign"
+        raise FreerockError("results", "not everything is as a run would make it", remedy)
+
+
+def verification(names: Sequence[str]) -> tuple[str, bool]:
+    """What a verification of campaigns tells, in lines, and whether all is whole.
+
+    A workflow that is refused ends the program with its own lines.
+    """
     snakefile = "Snakefile" if Path("Snakefile").exists() else SNAKEFILE
     plan = [sys.executable, "-m", "snakemake", "--snakefile", snakefile, "--dry-run", "--quiet", "all"]
     plan += ["--config", f"campaigns=[{','.join(names)}]", "verify=true"]
@@ -40,7 +53,4 @@ def run(chosen: Namespace) -> None:
     _, verified, told = done.stdout.partition(f"{VERIFIED}\n")
     if not verified:  # the workflow itself is refused
         sys.exit(done.stderr.strip())
-    print(told, end="")
-    if done.returncode:
-        remedy = "run snakemake, and delete what is foreign"
-        raise FreerockError("results", "not everything is as a run would make it", remedy)
+    return told, not done.returncode

@@ -45,6 +45,12 @@ Figure = Literal[  # in the order of the report; each is a module of freerock.fi
     "parameters",
     "misfit_map",
     "predictions",
+    "backbone",
+    "energy",
+    "phase_portrait",
+    "residuals",
+    "evidence",
+    "budget",
 ]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's

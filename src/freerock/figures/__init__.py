@@ -8,15 +8,21 @@ where, stands in the workflow's rule of figures.
 """
 
 __all__ = [
+    "backbone",
+    "budget",
+    "energy",
+    "evidence",
     "foundation_effect",
     "looks",
     "misfit_map",
     "models",
     "parameters",
+    "phase_portrait",
     "plan",
     "predictions",
     "quality",
     "quick_look",
+    "residuals",
     "restitution",
     "scene",
     "studies",

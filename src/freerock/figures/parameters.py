@@ -26,6 +26,7 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.paper import SCATTERS
 from freerock.tables.text import quantity
 
+NARROWEST_IN = 1.8  # of a panel and of the names beside
 MOST_ROWS = 60  # with more there are no rows of runs, and then no more records
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
 COLUMNS += ["next_low", "next_high", "tau_text", "rejected"]
@@ -77,20 +78,21 @@ def draw(
     rows = _rows(parameters, populations, choice, model, labels)
     names = [name for name in MODELS[model] if any(name in set(row.numbers["parameter"]) for row in rows)]
     groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]
-    room = [len(own) + 1.0 for own in groups]
-    figure = Figure(figsize=size(1.0 + 0.17 * sum(room)))
-    axes = figure.subplots(len(groups), len(names), squeeze=False, sharey="row", height_ratios=room)
-    for i, own in enumerate(groups):
-        for ax, name in zip(axes[i], names, strict=True):
+    beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
+    stacked = groups if beside > 1 else groups * len(names)
+    room = [len(own) + 2.0 for own in stacked]
+    figure = Figure(figsize=size(0.8 + 0.17 * sum(room)))
+    axes = figure.subplots(len(stacked), beside, squeeze=False, sharey="row", height_ratios=room)
+    for i, own in enumerate(stacked):
+        shown = names if beside > 1 else [names[i // len(groups)]]
+        for ax, name in zip(axes[i], shown, strict=True):
             _panel(ax, own, name)
-        for ax, name in zip(axes[-1], names, strict=True):
             ax.set_xlabel(axis_of(name) if name != "r" else "restitution r")
+            ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
         axes[i, 0].set_yticks(range(len(own)), [row.name for row in own])
         axes[i, 0].set_ylim(len(own) - 0.4, -0.6)
         for text, row in zip(axes[i, 0].get_yticklabels(), own, strict=True):
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
-    for ax in axes[0]:
-        ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="x-small")
     legend_on_top(figure)
     footer(figure, origin)
     return figure, gathered((row.numbers for row in rows), COLUMNS)
@@ -144,7 +146,7 @@ def _rows(
             rows.append(_Row(name, _numbers("record", record)))
         of_records = found[(found["level"] == "foundation") & (found["foundation"] == foundation)]
         if len(of_records):
-            name = f"{label(labels, str(foundation))}, {of_foundation['test'].nunique()} records"
+            name = f"{label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
             rows.append(_Row(name, _numbers("foundation", of_records)))
     return rows[-MOST_ROWS:] if not with_runs else rows
 
@@ -157,9 +159,10 @@ def _of_runs(runs: pd.DataFrame, rejected: set[tuple[str, str]]) -> Iterator[_Ro
 
 
 def _numbers(level: str, found: pd.DataFrame) -> pd.DataFrame:
-    names = {"mean": "value", "ci95_low": "low", "ci95_high": "high"}
+    ends = {end: found[f"total95_{end}"].fillna(found[f"ci95_{end}"]) for end in ("low", "high")}
     texts = [_spread(row) for row in found.itertuples()]
-    return found.rename(columns=names).assign(level=level, tau_text=texts).reindex(columns=COLUMNS)
+    named = found.rename(columns={"mean": "value"}).assign(level=level, tau_text=texts, **ends)
+    return named.reindex(columns=COLUMNS)
 
 
 def _spread(row: Any) -> str:
@@ -181,7 +184,7 @@ def _panel(ax: Axes, rows: list[_Row], name: str) -> None:
     ax.grid(axis="y", visible=False)
     low, high = ax.get_xlim()
     if low > 0:
-        number_ticks(ax.xaxis, low, high, 3)
+        number_ticks(ax.xaxis, low, high, 2)
     ax.set_xlim(low, high)
 
 
@@ -189,12 +192,12 @@ def _mark(ax: Axes, place: int, row: Any) -> None:
     """A run, or the mean of several with the interval of the next."""
     look, text = LOOKS["rejected" if row.rejected is True else row.level]
     bars = np.abs([[row.value - row.low], [row.high - row.value]])
-    sized = look | {"markersize": scaled(look["markersize"]), "elinewidth": scaled(0.9)}
+    sized = look | {"markersize": scaled(look["markersize"]), "elinewidth": scaled(1.2)}
     ax.errorbar(row.value, place, xerr=bars, capsize=0, zorder=3, **sized, label=text)
     if row.level == "run":
         return
     if np.isfinite(row.next_low):
         bar = {"color": look["color"], "alpha": 0.25, "linewidth": scaled(6), "solid_capstyle": "butt"}
         ax.plot((row.next_low, row.next_high), (place, place), **bar, label=NEXT[row.level])
-    small = {"va": "center", "fontsize": "x-small"}
+    small = {"va": "center", "fontsize": "small"}
     ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

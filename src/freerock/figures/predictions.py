@@ -64,7 +64,7 @@ def draw(
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
     below = -(-len(shown) // beside)
-    figure = Figure(figsize=size(below * (0.8 + 0.3 * max(3, len(scenes)))))
+    figure = Figure(figsize=size(below * (0.8 + 0.33 * max(3, len(scenes)))))
     axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
     kinds = {kind: style for kind, style in MARKERS.items() if kind in set(data["basis"].map(_kind))}
     for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):
@@ -83,7 +83,8 @@ def draw(
             ax.set_xlabel("$ε_θ$ / %")
     texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
     handles = [
-        Line2D([], [], linestyle="", **style, label=texts.get(kind, kind)) for kind, style in kinds.items()
+        Line2D([], [], linestyle="", **_sized(style), label=texts.get(kind, kind))
+        for kind, style in kinds.items()
     ]
     named = [str(handle.get_label()) for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(named))
@@ -102,9 +103,12 @@ def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: M
     for basis, style in kinds.items():
         rows = data[data["basis"].map(_kind) == basis]
         level = [scenes.index(scene) for scene in zip(rows["block"], rows["foundation"], strict=True)]
-        sized = style | {"markersize": scaled(style["markersize"])}
         shift = 0.22 * (list(MARKERS).index(basis) - 1)
-        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **sized)
+        ax.plot(100 * rows["epsilon_theta"], np.array(level, float) + shift, linestyle="", **_sized(style))
+
+
+def _sized(style: Style) -> Style:
+    return style | {"markersize": scaled(style["markersize"])}
 
 
 def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) -> None:

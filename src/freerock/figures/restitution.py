@@ -35,7 +35,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> tuple[Figure, pd.DataFrame]:
-    """Restitution of each impact against the angular rate before it, one panel per block and foundation.
+    """Restitution of each impact against its speed, one panel per block and foundation.
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ def draw(
         scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
         _panel(ax, scene, blocks[block].restitution_housner, recorded(origin)["label"])
     for block, ax in {block: ax for (block, _), ax in panels.items()}.items():
-        seen = data[(data["block"] == block) & (data["source"] == "experiment")]["impact_rate_rad_s"]
+        seen = data[(data["block"] == block) & (data["source"] == "experiment")]["rigid_speed_m_s"]
         if len(seen):  # models rock on below what is seen
             room = 0.05 * (seen.max() - seen.min()) + 0.01 * seen.max()
             ax.set_xlim(seen.min() - room, seen.max() + room)
-    outer_labels(panels, "angular rate before the impact / (rad/s)", "restitution r")
+    outer_labels(panels, "impact speed / (m/s)", "restitution r")
     legend_on_top(figure)
     footer(figure, origin)
     return figure, data
@@ -80,7 +80,7 @@ def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float, name: str) -> None:
     ax.margins(x=0.05)
     ax.axhline(r_housner, color="0.3", linestyle=":", label="rigid block, theory")
     seen = scene[scene["source"] == "experiment"]
-    band = local_band(seen["impact_rate_rad_s"], seen["r"])
+    band = local_band(seen["rigid_speed_m_s"], seen["r"])
     if len(band):
         ax.fill_between(*band.to_numpy(float).T, color=BAND, linewidth=0, label="95 % of the impacts")
     for model in LAWS:
@@ -88,9 +88,9 @@ def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float, name: str) -> None:
         own = {"marker": MODEL_MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}
         style = MODEL_STYLES[model] | thin | own
         for k, (_, run) in enumerate(scene[scene["source"] == model].groupby(["test", "run"], sort=False)):
-            ax.plot(run["impact_rate_rad_s"], run["r"], **style | ({"label": "_"} if k else {}))
+            ax.plot(run["rigid_speed_m_s"], run["r"], **style | ({"label": "_"} if k else {}))
     ax.errorbar(
-        seen["impact_rate_rad_s"],
+        seen["rigid_speed_m_s"],
         seen["r"],
         yerr=seen["r_stderr"],
         fmt="o",

@@ -2,8 +2,10 @@
 
 import json
 import platform
+import re
 import subprocess
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -88,5 +90,14 @@ def _git_state() -> str:
                 ["git", *command], cwd=here.parent, capture_output=True, text=True, check=True, timeout=30
             )
     except (OSError, subprocess.SubprocessError):
-        return "unknown"
+        return _archived_state(here)
     return done.stdout.strip()
+
+
+def _archived_state(here: Path) -> str:
+    """State of the code as an archive without git tells it, in the manner of `git archive`."""
+    with suppress(OSError, IndexError):
+        text = (here.parents[3] / ".git_archival.txt").read_text(encoding="utf-8")
+        if found := re.search(r"^describe-name: (\S+)$", text, re.M):
+            return found[1]
+    return "unknown"

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.tables.text import SIMULATED_NOTE as SIMULATED_NOTE
 from freerock.tables.text import between, fixed, quantity, with_unit
 
-SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 RUNS_NOTE = (
     "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, and what is "
     "known of block, sensor and clock (table of the budget); τ: spread between runs without their noise, "

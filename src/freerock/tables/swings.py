@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
+from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
@@ -28,15 +29,15 @@ def swings(
     Returns
     -------
     pandas.DataFrame
-        The columns of restitution, and impact_rate_rad_s, the angular rate with which a rigid block falls
-        from the peak before the impact, energy_j, what it has there above rest, loss = 1 - r² and its
+        The columns of restitution, and rigid_speed_m_s, the impact speed of a rigid block that falls from
+        the peak before the impact, energy_j, what it has there above rest, loss = 1 - r² and its
         standard error loss_stderr, and period_s, twice the time since the impact before; NaN of the first
         impact, and where an impact between was not seen.
 
     Notes
     -----
     m g R (cos φ - cos θ_cr) with φ = θ_cr - |θ_peak| is the energy, and p² (cos φ - cos θ_cr) half the
-    squared rate (Housner 1963, doi:10.1785/BSSA0530020403).
+    squared angular rate, which times 2b is the impact speed (Housner 1963, doi:10.1785/BSSA0530020403).
     """
     failed = set(_keys(epsilon[~epsilon["success"]], "model"))
     usable = set(_keys(usable_rows(runs)))
@@ -47,10 +48,10 @@ def swings(
     peak = np.radians(found["peak_before_deg"].to_numpy(float))
     height = np.cos(critical - peak) - np.cos(critical)
     weight = np.array([block.mass_kg * GRAVITY * block.R for block in of_block], float)
-    p = np.array([block.p for block in of_block], float)
+    p_2b = np.array([block.p * 2 * block.b for block in of_block], float)
     r = found["r"].to_numpy(float)
     found = found.assign(
-        impact_rate_rad_s=p * np.sqrt(2 * np.maximum(height, 0.0)),
+        rigid_speed_m_s=p_2b * np.sqrt(2 * np.maximum(height, 0.0)),
         energy_j=weight * height,
         loss=1 - r**2,
         loss_stderr=2 * r * found["r_stderr"],
@@ -68,15 +69,33 @@ def _keys(table: pd.DataFrame, *more: str) -> Iterator[tuple[str, ...]]:
 def first_runs(found: pd.DataFrame) -> pd.DataFrame:
     """The swings of the first run of each block and foundation, with those of its models."""
     recorded = found[found["source"] == "experiment"]
-    first = recorded.drop_duplicates(["block", "foundation"])[["test", "run"]]
-    return found.merge(first)
+    return found.merge(recorded.drop_duplicates(["block", "foundation"])[["test", "run"]])
+
+
+def named_models(epsilon: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """The model that stands for each run: the one the choice names, else that of the least ε_θ.
+
+    Parameters
+    ----------
+    epsilon : pandas.DataFrame
+        Tidy table; fits that may not be used are left out.
+
+    Returns
+    -------
+    dict of (str, str) to str
+        Model by record and run number.
+    """
+    usable = epsilon[epsilon["success"].astype(bool)]
+    ranked = usable.sort_values(["selected", "epsilon_theta"], ascending=[False, True], kind="stable")
+    first = ranked.drop_duplicates(["test", "run"])
+    return {(test, str(run)): model for test, run, model in first[["test", "run", "model"]].to_numpy()}
 
 
 def local_band(x: pd.Series, y: pd.Series, share: float = 0.6, least: int = 12) -> pd.DataFrame:
-    """Where 95 % of the values lie along x: local line and scatter about it.
+    """Where 95 % of the values lie along x, by a local line and the scatter about it.
 
     Straight lines with tricube weights over the nearest share of the points (Cleveland 1979,
-    doi:10.1080/01621459.1979.10481038), and ±1.96 standard deviations of these points about their line.
+    doi:10.1080/01621459.1979.10481038); the prediction interval of Student's t for one more point.
 
     Parameters
     ----------
@@ -108,8 +127,11 @@ def _local(place: float, x: Floats, y: Floats, n: int) -> tuple[float, float]:
     weight = np.clip(1 - (apart / reach) ** 3, 0, None) ** 3
     root = np.sqrt(weight)
     columns = np.column_stack([np.ones_like(x), x - place]) * root[:, None]
-    line, _, rank, _ = np.linalg.lstsq(columns, y * root, rcond=None)
+    inverse = np.linalg.pinv(columns)
+    line = inverse @ (y * root)
     counted = weight.sum() ** 2 / np.sum(weight**2)  # points, by Kish's effective number
-    left = np.sum((y * root - columns @ line) ** 2) / weight.sum()
-    spread = 1.96 * np.sqrt(left * counted / max(counted - rank, 1.0))
-    return float(line[0] - spread), float(line[0] + spread)
+    dof = max(counted - 2, 1.0)
+    variance = np.sum((y * root - columns @ line) ** 2) / weight.sum() * counted / dof
+    of_line = np.sum((inverse[0] * root) ** 2)
+    half = float(stdtrit(dof, 0.975) * np.sqrt(variance * (1 + of_line)))
+    return float(line[0]) - half, float(line[0]) + half

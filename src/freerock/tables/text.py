@@ -3,6 +3,7 @@
 import math
 import re
 
+SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 

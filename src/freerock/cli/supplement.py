@@ -1,0 +1,67 @@
+"""The supplement of a paper, as a zip: records, configuration, code, datasets, tables, figures, metadata."""
+
+import re
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
+
+from freerock.cli.verify import SNAKEFILE, verification
+from freerock.config.campaign import load_config
+from freerock.errors import FreerockError, printable
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026\n"
+        "\n"
+        "All products must be whole, as freerock verify tells. In the zip:\n"
+        "  README.md, CITATION.cff, datacite.json, SHA256SUMS\n"
+        "  records, configuration, code, and all products: datasets, tables, figures with captions, report\n"
+        "Unzipped anywhere, `snakemake` makes the same bytes again. The same products give the same zip."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN")
+    parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper it belongs to")
+    parser.add_argument(
+        "--year", metavar="YYYY", type=_year, help="of publication; left out, the repository adds it"
+    )
+    parser.add_argument("--output", metavar="FILE", help="left out, CAMPAIGN_supplement.zip")
+
+
+def run(chosen: Namespace) -> None:
+    """Write the supplement and print what it is."""
+    from freerock.jobs.metadata import Metadata, creators_of
+    from freerock.jobs.supplement import pack
+
+    name = chosen.campaign
+    campaign = load_config(campaigns=[name]).campaigns[name]
+    creators_of(campaign)
+    path = Path(chosen.output or f"{name}_supplement.zip")
+    if path.suffix != ".zip":
+        raise FreerockError(path, "is no name of a zip", f"name it {path.name}.zip")
+    told, whole = verification([name])
+    if not whole:
+        print(told, end="")
+        remedy = f"run snakemake --config campaigns={name}, and delete what is foreign"
+        raise FreerockError(f"results/{name}", "not everything is as a run would make it", remedy)
+    packed = pack(campaign, SNAKEFILE.parent, path, Metadata(chosen.paper or "", chosen.year))
+    print(printable(f"{packed.path}: {packed.n_files} files, {packed.n_bytes / 1e6:.1f} MB"))
+    print(f"sha256 {packed.sha256}")
+    for what, key in (("licence", campaign.license), ("institution", campaign.institution)):
+        if not key:
+            print(f"no {what} in config/campaigns/{name}.yaml: the repository will ask for it")
+    if chosen.year is None:
+        print("no year: the repository adds it, or give --year")
+
+
+def _doi(text: str) -> str:
+    doi = re.sub(r"^(https?://(dx\.)?doi\.org/|doi:)", "", text.strip())
+    if not re.fullmatch(r"10\.\d{4,9}/\S+", doi):
+        raise ArgumentTypeError(f"{text!r} is no DOI, as 10.1016/j.proeng.2017.09.024")
+    return doi
+
+
+def _year(text: str) -> int:
+    if not re.fullmatch(r"(19|20)\d\d", text):
+        raise ArgumentTypeError(f"{text!r} is no year, as 2026")
+    return int(text)

@@ -1,0 +1,97 @@
+"""Period against amplitude, measured and modelled."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    MODEL_STYLES,
+    Axes,
+    Labels,
+    footer,
+    legend_on_top,
+    number_of,
+    outer_labels,
+    panel_per_scene,
+    printed,
+    recorded,
+    scaled,
+)
+from freerock.models.block import Block
+from freerock.models.housner import housner_swings
+from freerock.models.laws import LAWS
+from freerock.tables.swings import first_runs, swings
+
+
+@printed
+def draw(
+    runs: pd.DataFrame,
+    restitution: pd.DataFrame,
+    epsilon: pd.DataFrame,
+    blocks: Mapping[str, Block],
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
+    """Twice the time between impacts against the peak between them: all runs; laws fitted to the first.
+
+    Parameters
+    ----------
+    runs, restitution, epsilon : pandas.DataFrame
+        Tidy tables.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of `freerock.tables.swings.swings`, rows with a period.
+    """
+    data = swings(runs, restitution, epsilon, blocks)
+    data = data[data["period_s"].notna() & data["source"].isin(["experiment", *LAWS])]
+    modelled = first_runs(data)
+    modelled = modelled[modelled["source"] != "experiment"]
+    data = pd.concat([data[data["source"] == "experiment"], modelled], ignore_index=True)
+    scenes = [*runs[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
+    figure, panels = panel_per_scene(scenes, labels, 2.0, sharex="row", sharey="row")
+    for (block, foundation), ax in panels.items():
+        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        _panel(ax, scene, blocks[block], str(recorded(origin)["label"]))
+        ax.set_xlim(left=0)
+        ax.set_ylim(bottom=0)
+    outer_labels(panels, "peak |θ| between two impacts / °", "period / s")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many runs are drawn, and of which run the models are."""
+    seen = data[data["source"] == "experiment"][["test", "run"]].drop_duplicates()
+    return f"{number_of(len(seen), 'run').capitalize()}; models fitted to the first of each panel."
+
+
+def _panel(ax: Axes, scene: pd.DataFrame, block: Block, name: str) -> None:
+    seen = scene[scene["source"] == "experiment"]
+    ax.plot(
+        seen["peak_before_deg"],
+        seen["period_s"],
+        "o",
+        color="0.45",
+        markerfacecolor="none",
+        markersize=scaled(4.5),
+        label=name,
+    )
+    highest = scene["peak_before_deg"].max() if len(scene) else 0.0
+    if 0 < highest < np.degrees(block.theta_cr):
+        amplitude = np.linspace(0.002, 1, 60) * highest
+        period = [
+            4 * housner_swings(block, 1.0, each, max_impacts=1).impact_time[0]
+            for each in np.radians(amplitude)
+        ]
+        ax.plot(amplitude, period, color="0.3", linestyle=":", label="rigid block, theory")
+    for model in LAWS:
+        own = scene[scene["source"] == model]
+        if len(own):
+            ax.plot(own["peak_before_deg"], own["period_s"], **MODEL_STYLES[model])

@@ -1,0 +1,125 @@
+"""Uncertainty budget: what each input adds to the total uncertainty of k, the damping and r."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    footer,
+    gathered,
+    label,
+    legend_on_top,
+    panel,
+    printed,
+    size,
+)
+from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
+from freerock.tables.total import INPUT_LABELS
+
+MOST_ROWS = 40
+NARROWEST_IN = 1.8  # of a panel and of the names beside
+OF_MEAN = ["level", "test", "block", "foundation"]
+# Told apart in grey and by hatching; an input of the rows below keeps its look in all figures.
+LOOKS: dict[str, Style] = {
+    "runs": {"color": "0.25"},
+    "width_m": {"color": "#56b4e9"},
+    "position_m": {"color": "#e69f00", "hatch": "////"},
+    "height_m": {"color": "#009e73", "hatch": "...."},
+    "scale_fraction": {"color": "#cc79a7", "hatch": "\\\\\\\\"},
+    "mass_kg": {"color": "#f0e442"},
+    "levelled_deg": {"color": "0.7", "hatch": "xxxx"},
+    "contact_width_m": {"color": "#0072b2", "hatch": "||||"},
+    "sampling_rate_fraction": {"color": "white", "hatch": "----"},
+}
+OTHERS: Style = {"color": "0.9"}
+SHOWN = 1.0  # per cent of a square, from which an input is named
+
+
+@printed
+def draw(
+    budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
+) -> tuple[Figure, pd.DataFrame]:
+    """Share of each input in the square of the total uncertainty, for the law that most runs name.
+
+    Parameters
+    ----------
+    budget, choice : pandas.DataFrame
+        Tidy tables.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of the table budget.
+    """
+    counts = choice[choice["status"] == "selected"]["model"].value_counts()
+    models = sorted(budget["model"].unique(), key=lambda model: -counts.get(model, 0))
+    data = budget[(budget["level"] != "campaign") & (budget["model"] == (models[0] if models else ""))]
+    data = data[data["parameter"].isin(MODELS[models[0]] if models else ())]
+    if data.empty:
+        figure = Figure(figsize=size(0.8))
+        figure.suptitle("no mean has a budget", fontsize="medium")
+        footer(figure, origin)
+        return figure, data
+    names = [name for name in MODELS[models[0]] if name in set(data["parameter"])]
+    keys = [*data[OF_MEAN].fillna("").drop_duplicates().to_numpy()][:MOST_ROWS]
+    shares = data.groupby([*OF_MEAN, "parameter", "input"], dropna=False)["share_percent"].sum()
+    largest = shares.groupby("input").max()
+    named = [name for name in LOOKS if largest.get(name, 0.0) >= SHOWN]
+    beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
+    below = len(names) // beside
+    figure = Figure(figsize=size(0.4 + below * (0.5 + 0.2 * max(3, len(keys)))))
+    axes = figure.subplots(below, beside, squeeze=False, sharey=True, sharex=True)
+    parts = []
+    for i, (ax, name) in enumerate(zip(axes.ravel(), names, strict=True)):
+        ax.set_title(panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
+        for place, key in enumerate(keys):
+            row = data[(data["parameter"] == name)]
+            row = row[(row[OF_MEAN].fillna("") == key).all(axis=1)]
+            parts.append(row)
+            _bar(ax, place, row, named)
+        ax.grid(axis="y", visible=False)
+        ax.set_xlim(0, 100)
+    for ax in axes[-1]:
+        ax.set_xlabel("share of u² / %")
+    axes[0, 0].set_yticks(range(len(keys)), [_name(labels, *key) for key in keys])
+    axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, gathered(parts, budget.columns)
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Of which law the means are, and which inputs are defaults."""
+    if data.empty:
+        return "No mean has a budget."
+    stated = data[data["input"] != "runs"].drop_duplicates("input")
+    assumed = [INPUT_LABELS.get(row.input, row.input) for row in stated.itertuples() if not row.input_stated]
+    told = f"Law: {MODEL_LABELS[data['model'].iloc[0]]}, which most runs name."
+    return f"{told} Taken by default, not stated: {', '.join(assumed)}." if assumed else told
+
+
+def _bar(ax: Axes, place: int, rows: pd.DataFrame, named: list[str]) -> None:
+    """A stacked bar, and the total uncertainty beside it."""
+    left = 0.0
+    shares = rows.groupby("input", sort=False)["share_percent"].sum()
+    parts = [(INPUT_LABELS.get(name, name), LOOKS[name], float(shares.get(name, 0.0))) for name in named]
+    parts.append(("others", OTHERS, float(shares.drop(named, errors="ignore").sum())))
+    for text, look, share in parts:
+        if share > 0:
+            edge = {"edgecolor": "black", "linewidth": 0.4}
+            ax.barh(place, share, left=left, height=0.7, **look | edge, label=text)
+            left += share
+    if len(rows):
+        relative = 100 * float(rows["u_total"].iloc[0] / rows["mean"].iloc[0])
+        if np.isfinite(relative):
+            small = {"va": "center", "fontsize": "small", "transform": ax.get_yaxis_transform()}
+            ax.text(1.02, place, f"u = {relative:.2g} %", **small)
+
+
+def _name(labels: Labels, level: str, test: str, block: str, foundation: str) -> str:
+    if level == "foundation":
+        return f"{label(labels, foundation)}, all records"
+    return f"{label(labels, block)}, {label(labels, foundation)}"

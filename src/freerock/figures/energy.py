@@ -1,0 +1,102 @@
+"""Energy through a run, and what each impact takes of it."""
+
+from collections.abc import Mapping
+from itertools import cycle
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from freerock.figures.style import (
+    FOUNDATION_STYLES,
+    Axes,
+    Labels,
+    drawn_runs,
+    footer,
+    label,
+    legend_on_top,
+    panel,
+    printed,
+    recorded,
+    scaled,
+    size,
+    wrapped,
+)
+from freerock.models.block import Block
+from freerock.models.laws import MODEL_LABELS
+from freerock.tables.swings import first_runs, named_models, swings
+
+MARKERS = "osD^v"  # of the foundations
+
+
+@printed
+def draw(
+    runs: pd.DataFrame,
+    restitution: pd.DataFrame,
+    epsilon: pd.DataFrame,
+    blocks: Mapping[str, Block],
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
+    """Energy between impacts over time, and its loss by each impact, of the first run on each foundation.
+
+    Parameters
+    ----------
+    runs, restitution, epsilon : pandas.DataFrame
+        Tidy tables.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name; a row of panels each.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of `freerock.tables.swings.swings`; source is "experiment" or the model of `named_models`.
+    """
+    data = first_runs(swings(runs, restitution, epsilon, blocks))
+    named = named_models(epsilon)
+    own = [named.get((test, str(run))) for test, run in data[["test", "run"]].to_numpy()]
+    data = data[(data["source"] == "experiment") | (data["source"] == own)]
+    above, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
+    looks = dict(zip(under, zip(cycle(FOUNDATION_STYLES), cycle(MARKERS)), strict=False))
+    figure = Figure(figsize=size(0.5 + 2.0 * len(above)))
+    axes = figure.subplots(len(above), 2, squeeze=False, sharex="col")
+    for i, block in enumerate(above):
+        for foundation, (look, marker) in looks.items():
+            scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+            name = label(labels, foundation)
+            _curves(axes[i], scene, {**look, "marker": marker}, name, str(recorded(origin)["label"]))
+        title = wrapped(panel(i, len(above), label(labels, block)), 0.45)
+        axes[i, 0].set_title(title, loc="left")
+        axes[i, 0].set(yscale="log", ylabel="energy / J")
+        axes[i, 1].set_ylabel("loss 1 − r² / %")
+        axes[i, 1].xaxis.set_major_locator(MaxNLocator(6, integer=True))
+        for ax in axes[i]:
+            ax.margins(x=0.03)
+    axes[-1, 0].set_xlabel("time since release / s")
+    axes[-1, 1].set_xlabel("number of the impact")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Which runs are drawn, and the model beside each."""
+    models = data[data["source"] != "experiment"].drop_duplicates(["test", "run"])
+    told = [f"{MODEL_LABELS[model]} ({', '.join(own['test'])})" for model, own in models.groupby("source")]
+    if len(told) == 1:
+        told = [MODEL_LABELS[models["source"].iloc[0]]]
+    return " ".join([drawn_runs(data), f"Model: {'; '.join(told)}." if told else ""]).rstrip()
+
+
+def _curves(axes: Axes, scene: pd.DataFrame, look: dict[str, object], name: str, record: str) -> None:
+    """Energy and loss of a run and its model, in the look of its foundation."""
+    seen, modelled = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
+    points = look | {"linestyle": "", "markersize": scaled(4), "markerfacecolor": "none"}
+    if len(modelled):
+        line = look | {"marker": "", "linewidth": scaled(0.9)}
+        axes[0].plot(modelled["time_s"], modelled["energy_j"], drawstyle="steps-pre", **line)
+        axes[1].plot(modelled["impact"], 100 * modelled["loss"], **line, label=f"{name}, model")
+    if len(seen):
+        axes[0].plot(seen["time_s"], seen["energy_j"], **points)
+        bars = {"yerr": 100 * seen["loss_stderr"], "elinewidth": scaled(0.8)}
+        axes[1].errorbar(seen["impact"], 100 * seen["loss"], **bars, **points, label=f"{name}, {record}")

@@ -1,0 +1,88 @@
+"""Evidence for each candidate: what its fits leave over the noise at rest, and what the choice made of it."""
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    footer,
+    legend_on_top,
+    number_of,
+    outer_labels,
+    panel_per_scene,
+    printed,
+    scaled,
+    size,
+)
+from freerock.models.laws import CANDIDATES, MODEL_LABELS
+
+LOOKS: dict[str, Style] = {
+    "selected": {"marker": "o", "color": "black", "markersize": 5, "label": "named"},
+    "also_possible": {
+        "marker": "s",
+        "color": "#0072b2",
+        "markersize": 4.5,
+        "markerfacecolor": "none",
+        "label": "also possible",
+    },
+    "rejected": {"marker": "x", "color": "#d55e00", "markersize": 4.5, "label": "rejected"},
+}
+NEAREST: Style = {"marker": "o", "color": "black", "markersize": 5, "markerfacecolor": "none"}
+
+
+@printed
+def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+    """Power of the residual over that of the noise at rest, run by run and candidate by candidate.
+
+    Parameters
+    ----------
+    choice : pandas.DataFrame
+        Tidy table; candidates that were not fitted have no number and are left out.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of the table choice.
+    """
+    data = choice[choice["noise_ratio"].notna() & choice["status"].isin(LOOKS)]
+    if data.empty:
+        figure = Figure(figsize=size(0.8))
+        figure.suptitle("no candidate was fitted", fontsize="medium")
+        footer(figure, origin)
+        return figure, data
+    shown = [model for model in CANDIDATES if model in set(data["model"])]
+    scenes = [*data[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
+    figure, panels = panel_per_scene(
+        scenes, labels, 0.5 + 0.16 * max(3, len(shown)), sharex=True, sharey=True
+    )
+    for (block, foundation), ax in panels.items():
+        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        ax.axvline(1, color="0.3", linestyle=":", label="as the noise at rest")
+        for status, look in LOOKS.items():
+            own = scene[scene["status"] == status]
+            _dots(ax, own[own["explains"].astype(bool) | (status != "selected")], shown, look)
+        nearest = scene[(scene["status"] == "selected") & ~scene["explains"].astype(bool)]
+        _dots(ax, nearest, shown, NEAREST | {"label": "nearest, explains no run"})
+        ax.margins(x=0.05)
+    first = next(iter(panels.values()))
+    first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))
+    first.set_yticks(range(len(shown)), [MODEL_LABELS[model] for model in shown])
+    outer_labels(panels, "power of the residual over that at rest / 1", "")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many runs are drawn."""
+    n = len(data[["test", "run"]].astype(str).drop_duplicates())
+    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+
+
+def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:
+    if len(rows):
+        places = [shown.index(model) for model in rows["model"]]
+        sized = look | {"markersize": scaled(look["markersize"]), "linestyle": ""}
+        ax.plot(rows["noise_ratio"], places, **sized)

@@ -1,0 +1,177 @@
+"""The supplement of a paper: a campaign with records, settings, code and products, for a repository."""
+
+import dataclasses
+import hashlib
+import json
+import zipfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from freerock.config.campaign import Campaign
+from freerock.config.history import log_of
+from freerock.errors import FreerockError
+from freerock.files import MANIFEST, atomic, listed_checksums, sha256
+from freerock.jobs.ledger import FOLDER, read_entry
+from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme
+
+CODE: tuple[str, ...] = (
+    "Snakefile",
+    "workflow",
+    "profiles/default",
+    "src",
+    "pyproject.toml",
+    "requirements.lock",
+    "Makefile",
+)
+CODE += ("LICENSE", "docs")
+LEFT_OUT = {"__pycache__", "images", "tutorial"}  # folders: caches, and pictures of the documentation
+EARLIEST = (1980, 1, 1, 0, 0, 0)  # a zip knows no earlier time; none is told, so that bytes stay
+SUMS = "SHA256SUMS"
+STATE = ".git_archival.txt"  # as `git archive` writes it, read by `products.provenance`
+Source = Path | bytes
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A supplement as it was written: path, number of files, bytes and SHA-256."""
+
+    path: Path
+    n_files: int
+    n_bytes: int
+    sha256: str
+
+
+def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Packed:
+    """Write the supplement of a campaign: the same bytes for the same products, records, settings and code.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its configuration is read again from config/campaigns of the current folder; its products, all whole,
+        lie in results.
+    root : Path
+        The checkout of freerock whose workflow made them.
+    path : Path
+        Zip to write, in one step. What is in it lies in one folder, named as the zip.
+    metadata : Metadata
+        For the repository.
+
+    Raises
+    ------
+    FreerockError
+        A file is missing, changed since it was listed, or lies where it can't be packed from; the zip can't
+        be written. Nothing is left then.
+    """
+    made_by = json.loads(Path("results", campaign.name, "provenance.json").read_text(encoding="utf-8"))
+    files: dict[str, Source] = dict(_code(root))
+    files |= dict(_configuration(campaign)) | dict(_records(campaign)) | dict(_products(campaign.name))
+    files[STATE] = f"describe-name: {made_by['git']}\n".encode()
+    files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
+    files["datacite.json"] = datacite_json(campaign, metadata).encode()
+    captions = {name: text for name, text in files.items() if name.endswith(".txt") and "/figures/" in name}
+    files["README.md"] = readme(campaign, metadata, made_by, _captions(campaign.name, captions)).encode()
+    ledger = f"results/{campaign.name}/{FOLDER}/"
+    sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
+    files[SUMS] = "".join(f"{found}  {name}\n" for name, found in sums.items()).encode()
+    folder = PurePosixPath(path.stem)
+    with atomic(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in sorted(files):
+            _add(archive, str(folder / name), files[name])
+    return Packed(path, len(files), path.stat().st_size, sha256(path))
+
+
+def _code(root: Path) -> Iterator[tuple[str, Source]]:
+    """The workflow and the package, without caches."""
+    for part in CODE:
+        top = root / part
+        for file in [top] if top.is_file() else sorted(top.rglob("*")):
+            inside = file.relative_to(root)
+            hidden = any(each.startswith(".") or each.endswith(".egg-info") for each in inside.parts)
+            if file.is_file() and not hidden and not LEFT_OUT & {*inside.parts}:
+                yield inside.as_posix(), file
+
+
+def _configuration(campaign: Campaign) -> Iterator[tuple[str, Source]]:
+    """The campaign's files, and a config.yaml that names it alone."""
+    yield "config/config.yaml", f"campaigns: [{campaign.name}]\n".encode()
+    table = Path(f"config/campaigns/{campaign.name}.csv")
+    for file in (table.with_suffix(".yaml"), table, log_of(table)):
+        if file.exists():
+            yield file.as_posix(), file
+
+
+def _records(campaign: Campaign) -> Iterator[tuple[str, Source]]:
+    """The raw files that the campaign reads, refused where they are not as listed, and their manifest."""
+    raw = PurePosixPath(campaign.raw)
+    if raw.is_absolute() or ".." in raw.parts:
+        what = "the records lie outside of this folder"
+        raise FreerockError(
+            f"{campaign.name}: raw", f"{campaign.raw}: {what}", "move them to raw and analyse again"
+        )
+    folder = Path(raw)
+    listed = listed_checksums(folder)
+    names = [record.file for record in campaign.records]
+    lasers = [campaign.lasers[name] for record in campaign.records for name in record.lasers]
+    names += [laser.calibration for laser in lasers if laser.calibration]
+    names += [campaign.truth] if campaign.truth else []
+    names = sorted({PurePosixPath(name).as_posix() for name in names})
+    for name in names:
+        path = folder / name
+        if not path.is_file():
+            raise FreerockError(path, "is missing", "restore it, or exclude its record with a reason")
+        if name in listed and sha256(path) != listed[name].casefold():
+            raise FreerockError(
+                path, f"is not as {folder / MANIFEST} lists it", "restore it, or renew the manifest"
+            )
+        yield path.as_posix(), path
+    if listed:
+        rows = [f"{name},{listed[name]},{(folder / name).stat().st_size}" for name in names if name in listed]
+        yield (folder / MANIFEST).as_posix(), "\n".join(["file,sha256,bytes", *rows, ""]).encode()
+    for path in sorted(folder.glob("README*")):
+        yield path.as_posix(), path
+
+
+def _products(name: str) -> Iterator[tuple[str, Source]]:
+    """The products that the ledger vouches for, and the ledger without how files looked on this machine."""
+    for path in sorted(Path("results", name, FOLDER).glob("*.json")):
+        entry = read_entry(path)
+        if entry is None:
+            raise FreerockError(path, "can't be read", "run snakemake")
+        plain = dataclasses.replace(entry, looks={})
+        text = json.dumps(dataclasses.asdict(plain), ensure_ascii=False, indent=1) + "\n"
+        yield path.as_posix(), text.encode()
+        for product, listed in entry.outputs.items():
+            if sha256(product) != listed:
+                raise FreerockError(product, "is not as it was written", "run snakemake")
+            yield product, Path(product)
+
+
+def _captions(campaign: str, files: Mapping[str, Source]) -> dict[str, str]:
+    """Captions of the figures in the order of captions.tex, by the name of their files."""
+    text = Path("results", campaign, "figures/captions.tex").read_text(encoding="utf-8")
+    found = {
+        PurePosixPath(name).stem: " ".join(source.read_text(encoding="utf-8").split())
+        for name, source in files.items()
+        if isinstance(source, Path) and PurePosixPath(name).parent.name == "figures"
+    }
+    return dict(sorted(found.items(), key=lambda each: text.find(f"fig:{each[0]}}}")))
+
+
+def _sha256(source: Source) -> str:
+    return hashlib.sha256(source).hexdigest() if isinstance(source, bytes) else sha256(source)
+
+
+def _add(archive: zipfile.ZipFile, name: str, source: Source) -> None:
+    """Add a file without its time, owner or rights."""
+    info = zipfile.ZipInfo(name, EARLIEST)
+    info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+    info.external_attr = 0o100644 << 16
+    size = len(source) if isinstance(source, bytes) else source.stat().st_size
+    with archive.open(info, "w", force_zip64=size > 2**31) as packed:
+        if isinstance(source, bytes):
+            packed.write(source)
+            return
+        with open(source, "rb") as stream:
+            while part := stream.read(1 << 20):
+                packed.write(part)

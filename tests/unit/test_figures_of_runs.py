@@ -1,0 +1,248 @@
+"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget."""
+
+import re
+from dataclasses import asdict
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pandas as pd
+import pytest
+from fabricated import RATE_HZ, campaign, failed_record, fits, record
+from test_figures import BLOCKS, LABELS, texts
+
+from freerock.config.campaign import CampaignFile
+from freerock.config.campaign import Figure as Figures
+from freerock.figures import (
+    backbone,
+    budget,
+    energy,
+    evidence,
+    parameters,
+    phase_portrait,
+    residuals,
+    restitution,
+    style,
+)
+from freerock.jobs.figure import make_figure
+from freerock.tables.csvfile import write_csv
+from freerock.tables.latex import figures_tex
+from freerock.tables.tidy import tidy_tables
+
+RULES = Path(__file__).parents[2] / "workflow/rules/figures.smk"
+
+
+@pytest.fixture(scope="module")
+def tables():
+    return tidy_tables(*campaign())
+
+
+def of_swings(tables):
+    return tables["runs"], tables["restitution"], tables["epsilon"], BLOCKS, "simulated", LABELS
+
+
+def test_the_workflow_has_a_line_for_each_figure_of_the_configuration():
+    lines = re.findall(r'^    "(\w+?)(?:_\{block\})?": \{$', RULES.read_text(encoding="utf-8"), re.M)
+    assert tuple(lines) == get_args(Figures)
+    assert {*CampaignFile.model_fields["figures"].default} < {*lines}
+
+
+def test_parameters_have_a_row_per_run_record_and_foundation(tables):
+    drawn = [tables[name] for name in ("parameters", "populations", "choice")]
+    figure, data = parameters.draw(*drawn, "simulated", LABELS)
+    assert set(data["model"]) == {"hunt_crossley"}
+    assert data.groupby("level")["test"].count().to_dict() == {"run": 14, "record": 8, "foundation": 4}
+    own = data[(data["level"] == "run") & (data["parameter"] == "k")]
+    np.testing.assert_allclose(own["value"], 6.88e6)
+    np.testing.assert_allclose(own["high"] - own["low"], 2 * 1.96 * 1.2e4)
+    assert "Slender block, Marble" in texts(figure)
+    assert parameters.caption(data) == "Law: Hunt–Crossley, which most runs name. Runs of 4 records."
+
+
+def test_parameters_of_a_rejected_law_are_open(tables):
+    choice = tables["choice"].assign(status="rejected")
+    drawn = [tables["parameters"], tables["populations"], choice]
+    _, data = parameters.draw(*drawn, "simulated", LABELS)
+    assert data[data["level"] == "run"]["rejected"].all()
+
+
+def test_of_many_runs_the_records_are_drawn(tables, monkeypatch):
+    monkeypatch.setattr(parameters, "MOST_ROWS", 8)
+    drawn = [tables[name] for name in ("parameters", "populations", "choice")]
+    _, data = parameters.draw(*drawn, "simulated", LABELS)
+    assert set(data["level"]) == {"record", "foundation"}
+
+
+def test_nothing_to_draw_is_said():
+    tree = failed_record()
+    empty = tidy_tables([tree], [fits(tree)])
+    drawn = [empty[name] for name in ("parameters", "populations", "choice")]
+    figure, data = parameters.draw(*drawn, "simulated", LABELS)
+    assert data.empty and "no run has a fit that may be used" in texts(figure)
+    figure, data = evidence.draw(empty["choice"], "simulated", LABELS)
+    assert data.empty and "no candidate was fitted" in texts(figure)
+    figure, data = budget.draw(empty["budget"], empty["choice"], "simulated", LABELS)
+    assert data.empty and "no mean has a budget" in texts(figure)
+    for module in (backbone, energy):
+        figure, data = module.draw(*of_swings(empty))
+        assert data.empty
+        figure.draw_without_rendering()
+    figure, data = phase_portrait.draw([fits(tree)], empty["epsilon"], "simulated", LABELS)
+    assert data.empty and "no fitted run" in texts(figure)
+    figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
+    assert data.empty and "no fitted run" in texts(figure)
+
+
+def test_the_models_of_the_backbone_are_of_the_first_run(tables):
+    figure, data = backbone.draw(*of_swings(tables))
+    modelled = data[data["source"] != "experiment"]
+    assert set(modelled["run"]) == {1}
+    assert set(data[data["source"] == "experiment"]["run"]) == {1, 2}
+    np.testing.assert_allclose(data["period_s"], 0.8)  # impacts every 0.4 s
+    assert [ax.get_xlabel() for ax in figure.axes[2:]] == ["peak |θ| between two impacts / °"] * 2
+
+
+def test_energy_is_of_the_first_run_and_the_model_that_stands_for_it(tables):
+    figure, data = energy.draw(*of_swings(tables))
+    assert set(data["source"]) == {"experiment", "hunt_crossley"}
+    assert set(data["run"]) == {1}
+    assert energy.caption(data).endswith(" Model: Hunt–Crossley.")
+    assert style.FOOTER in texts(figure)
+
+
+def test_the_phase_portrait_has_the_rate_of_the_motion(tables):
+    _, data = phase_portrait.draw(campaign()[1][:1], tables["epsilon"], "simulated", LABELS)
+    assert set(data["source"]) == {"measured", "hunt_crossley"}
+    own = data[(data["source"] == "hunt_crossley") & data["time_s"].between(0.05, 3.9)]
+    t, angle, w = own["time_s"], 10.1, 2 * np.pi * 1.2
+    rate = angle * np.exp(-t / 1.5) * (-np.cos(w * t) / 1.5 - w * np.sin(w * t))
+    np.testing.assert_allclose(own["rate_deg_s"], rate, atol=0.3)
+
+
+def test_the_spectrum_of_a_residual_of_white_noise_is_its_variance_over_the_band():
+    tree = record("b1_mat", "b1", "mat")
+    figure, data = residuals.draw([fits(tree)], [tree], "simulated", LABELS)
+    own = data[data["source"] == "hunt_crossley"]
+    density = own[own["quantity"] == "density_deg2_hz"]
+    assert np.trapezoid(density["value"], density["at"]) == pytest.approx(0.01**2, rel=0.15)
+    assert density["at"].max() == pytest.approx(RATE_HZ / 2, rel=0.1)
+    lags = own[own["quantity"] == "autocorrelation"].set_index("at")["value"]
+    assert lags.loc[0.0] == pytest.approx(1)
+    assert np.mean(abs(lags.iloc[1:]) < 1.96 / np.sqrt(801)) > 0.85
+    assert max(data[data["quantity"] == "autocorrelation"]["at"]) == pytest.approx(residuals.LONGEST_S)
+    assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
+
+
+def test_evidence_shows_each_fitted_candidate_of_each_run(tables):
+    figure, data = evidence.draw(tables["choice"], "simulated", LABELS)
+    assert len(data) == tables["choice"]["noise_ratio"].notna().sum() > 0
+    assert "Hunt–Crossley" in texts(figure)
+    assert evidence.caption(data) == "7 runs of 4 records."
+
+
+def test_the_budget_stacks_shares_and_names_defaults(tables):
+    key = {"campaign": "c", "level": "record", "test": "a", "block": "b1", "foundation": "mat"}
+    key |= {"model": "hunt_crossley", "parameter": "k", "mean": 5e6, "u_total": 1e5}
+    shares = {"runs": (70.0, pd.NA), "width_m": (20.0, 0), "position_m": (10.0, 1)}
+    rows = [
+        {**key, "input": name, "share_percent": share, "input_stated": stated}
+        for name, (share, stated) in shares.items()
+    ]
+    figure, data = budget.draw(pd.DataFrame(rows), tables["choice"], "simulated", LABELS)
+    bars = figure.axes[0].patches
+    assert [bar.get_width() for bar in bars] == [70.0, 20.0, 10.0]
+    assert [bar.get_x() for bar in bars] == [0.0, 70.0, 90.0]
+    assert "u = 2 %" in texts(figure)
+    assert (
+        budget.caption(data)
+        == "Law: Hunt–Crossley, which most runs name. Taken by default, not stated: width."
+    )
+
+
+def test_captions_are_latex_figures():
+    told = {
+        "models_a": ("Rotation of A_1 & B", "ε_θ is below 3 σ; 5 % of ±1.96 σ."),
+        "restitution": ("R", "r²"),
+    }
+    text = figures_tex(told)
+    assert text.count(r"\begin{figure}") == text.count(r"\end{figure}") == 2
+    assert r"\includegraphics[width=\linewidth]{models_a}" in text
+    assert r"\caption{\textbf{Rotation of A\_1 \& B} $\varepsilon_\theta$ is below 3 $\sigma$; " in text
+    assert r"; 5 \% of $\pm$1.96 $\sigma$.}" in text
+    assert text.count(r"\label{fig:models_a}") == 1
+    assert not re.search(r"[^\x00-\x7f]", text)
+
+
+def pages(stem):
+    return int(re.search(rb"/Count (\d+)", stem.with_suffix(".pdf").read_bytes())[1])
+
+
+def made(tmp_path, tables, module, names, target, **more):
+    """A figure of a campaign, from the files of its tables; its settings are those of the workflow."""
+    for name in names:
+        write_csv(tables[name], tmp_path / f"{name}.csv")
+    files = {name: str(tmp_path / f"{name}.csv") for name in names} | more
+    settings = {"origin": "simulated", "labels": LABELS, "title": "Title", "caption": "What is drawn."}
+    settings |= {
+        "scenes": [*more.get("fits", ())],
+        "blocks": {name: asdict(block) for name, block in BLOCKS.items()},
+    }
+    make_figure(module, files, settings, str(tmp_path / target), target)
+    return tmp_path / target
+
+
+def test_a_caption_has_a_title_what_is_drawn_of_which_runs_and_that_it_is_simulated(tables, tmp_path):
+    stem = made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "double_column")
+    assert stem.with_suffix(".txt").read_text(encoding="utf-8") == (
+        "Title.\nWhat is drawn. 28 recorded impacts of 7 runs. "
+        "The records are simulated; they are not the laboratory's data.\n"
+    )
+    assert pages(stem) == 1
+
+
+def test_a_slide_shows_a_block_and_of_one_block_a_foundation(tables, tmp_path, monkeypatch):
+    assert pages(made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "slide")) == 2
+    assert pages(made(tmp_path, tables, parameters, ["parameters", "populations", "choice"], "slide")) == 2
+    trees = dict(zip("abcd", campaign()[1], strict=False))
+    monkeypatch.setattr("freerock.jobs.figure.open_fits", trees.__getitem__)
+    stem = made(tmp_path, tables, phase_portrait, ["epsilon"], "slide", fits=["a", "b", "c", "d"])
+    assert pages(stem) == 2
+    whole = made(tmp_path, tables, phase_portrait, ["epsilon"], "double_column", fits=["a", "b", "c", "d"])
+    one, other = (pd.read_csv(each.with_suffix(".csv")) for each in (stem, whole))
+    assert len(one) == len(other)
+    settings = tables | {"epsilon": of_block(tables["epsilon"])}
+    assert pages(made(tmp_path, settings, phase_portrait, ["epsilon"], "slide", fits=["a", "b"])) == 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("target", "width_in"), [("single_column", 3.5), ("double_column", 7), ("slide", 10)]
+)
+def test_at_each_width_nothing_overlaps(tables, target, width_in):
+    one = {name: of_block(frame) for name, frame in tables.items()} if target == "slide" else tables
+    fitted = campaign()[1][:2]
+    drawings = {
+        "parameters": lambda: parameters.draw(
+            one["parameters"], one["populations"], one["choice"], "simulated", LABELS, target=target
+        ),
+        "backbone": lambda: backbone.draw(*of_swings(one), target=target),
+        "energy": lambda: energy.draw(*of_swings(one), target=target),
+        "phase_portrait": lambda: phase_portrait.draw(
+            fitted, one["epsilon"], "simulated", LABELS, target=target
+        ),
+        "residuals": lambda: residuals.draw(fitted, campaign()[0], "simulated", LABELS, target=target),
+        "evidence": lambda: evidence.draw(one["choice"], "simulated", LABELS, target=target),
+    }
+    for name, draw in drawings.items():
+        figure, _ = draw()
+        assert figure.get_figwidth() == width_in
+        figure.draw_without_rendering()
+        boxes = [ax.get_tightbbox() for ax in figure.axes if ax.axison]
+        boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[i + 1 :]), name
+            assert box.x0 > -1 and box.x1 < figure.bbox.x1 + 1, name
+
+
+def of_block(frame):
+    return frame[frame["block"].isin(["b1", ""])] if "block" in frame else frame

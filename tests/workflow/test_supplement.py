@@ -1,0 +1,157 @@
+"""The supplement of a paper: packed, unpacked elsewhere, and made again to the bit."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+
+import pytest
+import yaml
+from small_campaign import ROOT, Checkout
+
+from freerock.files import sha256
+
+BY = 'creator: "Rossi, Ada; Bianchi, Ugo"\ninstitution: Laboratory\nlicense: CC-BY-4.0\n'
+MORE = ("LICENSE", "Makefile", "pyproject.toml", "requirements.lock", "docs/datasets.md")
+
+
+def supplement(checkout, *arguments):
+    command = [sys.executable, "-m", "freerock.cli", "supplement", *arguments]
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+    return subprocess.run(command, cwd=checkout.folder, env=environment, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def packed(finished, tmp_path_factory):
+    """A finished campaign of two named creators, and its supplement."""
+    folder = tmp_path_factory.mktemp("packed") / "copy"
+    shutil.copytree(finished.folder, folder, ignore=shutil.ignore_patterns("iocache", "log"))
+    checkout = Checkout(folder)
+    (folder / "docs").mkdir()
+    for file in MORE:
+        shutil.copy2(ROOT / file, folder / file)
+    (folder / "results/small/figures/stray.pdf").write_text("of no campaign")
+    with open(folder / "config/campaigns/small.yaml", "a", encoding="utf-8") as file:
+        file.write(BY)
+    done = checkout.snakemake()
+    assert done.returncode == 0, done.stderr
+    refused = supplement(checkout, "small")
+    assert refused.returncode == 1
+    assert refused.stderr.splitlines() == [
+        "results/small: not everything is as a run would make it; "
+        "run snakemake --config campaigns=small, and delete what is foreign"
+    ]
+    assert "foreign: results/small/figures/stray.pdf" in refused.stdout
+    assert not (folder / "small_supplement.zip").exists()
+    (folder / "results/small/figures/stray.pdf").unlink()
+    done = supplement(checkout, "small", "--paper", "https://doi.org/10.1000/xyz", "--year", "2026")
+    assert done.returncode == 0, done.stderr
+    assert f"sha256 {sha256(folder / 'small_supplement.zip')}" in done.stdout
+    return checkout
+
+
+@pytest.fixture(scope="module")
+def unpacked(packed, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("elsewhere")
+    with zipfile.ZipFile(packed / "small_supplement.zip") as archive:
+        assert {each.date_time for each in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+        assert archive.testzip() is None
+        archive.extractall(folder)
+    return Checkout(folder / "small_supplement")
+
+
+def test_everything_in_it_has_a_checksum(unpacked):
+    listed = dict(
+        reversed(line.split("  ", 1)) for line in (unpacked / "SHA256SUMS").read_text().splitlines()
+    )
+    assert all(sha256(unpacked / name) == found for name, found in listed.items())
+    there = {
+        path.relative_to(unpacked.folder).as_posix() for path in unpacked.folder.rglob("*") if path.is_file()
+    }
+    assert {name for name in there - listed.keys() if "/ledger/" not in name} == {"SHA256SUMS"}
+    assert {
+        "raw/small/tall_mat.tdms",
+        "raw/small/truth.json",
+        "results/small/report.html",
+        *MORE,
+    } <= listed.keys()
+    assert not [name for name in there if "__pycache__" in name or "/logs/" in name or "/benchmarks/" in name]
+
+
+def test_metadata_name_who_what_and_the_paper(unpacked):
+    cff = yaml.safe_load((unpacked / "CITATION.cff").read_text(encoding="utf-8"))
+    assert cff["authors"][0] == {"family-names": "Rossi", "given-names": "Ada"}
+    assert (cff["type"], cff["title"], cff["license"]) == ("dataset", "Two blocks on a mat", "CC-BY-4.0")
+    datacite = json.loads((unpacked / "datacite.json").read_text(encoding="utf-8"))
+    assert datacite["creators"][1]["familyName"] == "Bianchi"
+    assert datacite["publicationYear"] == "2026"
+    assert datacite["relatedIdentifiers"] == [
+        {"relatedIdentifier": "10.1000/xyz", "relatedIdentifierType": "DOI", "relationType": "IsSupplementTo"}
+    ]
+    told = (unpacked / "README.md").read_text(encoding="utf-8")
+    assert "The records are simulated" in told and "1. `foundation_effect`: " in told
+
+
+def test_the_same_products_give_the_same_zip(packed):
+    done = supplement(
+        packed, "small", "--paper", "10.1000/xyz", "--year", "2026", "--output", "again/small_supplement.zip"
+    )
+    assert done.returncode == 0, done.stderr
+    one, other = (packed / f"{folder}small_supplement.zip" for folder in ("", "again/"))
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_elsewhere_everything_is_whole_and_made_again_to_the_bit(unpacked):
+    done = unpacked.snakemake("--config", "verify=true", "--dry-run", "--quiet", "all")
+    assert "0 missing, 0 damaged, 0 stale, 0 foreign" in done.stdout, done.stdout + done.stderr
+    products = unpacked.products()
+    shutil.rmtree(unpacked / "results")
+    done = unpacked.snakemake()
+    assert done.returncode == 0, done.stderr
+    again = {path: content for path, content in unpacked.products().items() if "/." not in path}  # locks
+    assert again.keys() == products.keys()
+    assert [name for name, content in products.items() if again[name] != content] == []
+
+
+@pytest.mark.parametrize(
+    ("path", "told"),
+    [
+        ("results/small/tables/runs.csv", "not everything is as a run would make it"),
+        ("raw/small/tall_mat.tdms", "not everything is as a run would make it"),
+    ],
+)
+def test_what_is_damaged_is_not_packed(packed, tmp_path, path, told):
+    shutil.copytree(
+        packed.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("iocache", "log", "*.zip")
+    )
+    checkout = Checkout(tmp_path / "copy")
+    (checkout / path).write_bytes((checkout / path).read_bytes()[:-1])
+    done = supplement(checkout, "small")
+    assert done.returncode == 1
+    assert told in done.stderr and len(done.stderr.splitlines()) == 1
+    assert not [*checkout.folder.glob("*.zip"), *checkout.folder.glob(".*partial*")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["small", "--output", "small.tar"], 1, "small.tar: is no name of a zip; name it small.tar.zip"),
+        (["smal"], 1, "'smal'"),
+        (["small", "--year", "26"], 2, "'26' is no year, as 2026"),
+        (["small", "--paper", "xyz"], 2, "'xyz' is no DOI, as 10.1016/j.proeng.2017.09.024"),
+    ],
+)
+def test_refused(packed, arguments, code, told):
+    done = supplement(packed, *arguments)
+    assert done.returncode == code
+    assert told in done.stderr.splitlines()[-1]
+
+
+def test_a_campaign_of_nobody_is_refused(finished):
+    done = supplement(finished, "small")
+    assert done.returncode == 1
+    assert done.stderr == (
+        "config/campaigns/small.yaml: names no creator; add creator: Family, Given; Family, Given\n"
+    )
