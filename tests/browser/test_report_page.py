@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -163,3 +164,15 @@ def test_the_first_screen_holds_the_findings_and_the_figure(page):
     assert page.locator("#findings .verdicts").bounding_box()["y"] < 900
     box = page.locator("#findings svg.key").bounding_box()
     assert box["y"] + box["height"] < 900
+
+
+def test_a_print_has_eight_pages_before_the_appendix_and_cuts_no_table(page):
+    page.add_style_tag(content="#appendix { display: none; }")
+    printed = page.pdf(prefer_css_page_size=True)
+    assert 3 < len(re.findall(rb"/Type\s*/Page\b", printed)) <= 8
+    page.set_viewport_size({"width": 680, "height": 900})  # of a sheet of A4 without its margins, 18 cm
+    page.emulate_media(media="print")
+    wide = page.locator("main > section table").evaluate_all(
+        "tables => tables.filter(each => each.scrollWidth > 681).map(each => each.scrollWidth)"
+    )
+    assert wide == []

@@ -44,7 +44,7 @@ def test_a_campaign_with_failures(tmp_path):
 
 def test_a_single_run(tmp_path):
     text = told(tmp_path, single())
-    assert text["Tested"].startswith("1 simulated run in 1 record: Slender on Marble, released from 10.1°.")
+    assert text["Tested"].startswith("1 simulated run in 1 record: Slender on Marble, released at 10.1°.")
     assert text["Explained by"].startswith("Hunt–Crossley explains the only run:")
     assert "one record" in text["Parameters"]
     assert "one run does not show how much runs differ" in text["Parameters"]

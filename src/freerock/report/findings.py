@@ -73,7 +73,7 @@ def _tested(known: Tables, labels: Labels) -> list[Sentence]:
         return [("No run could be used: ", records, f" {origin} record{_s(records)} of ", *scene, ".")]
     what: Sentence = (n_runs, f" {origin} run{_s(n_runs)} in ", records, f" record{_s(records)}: ", *scene)
     if known["table1"]["release_angle_deg"].notna().any():
-        what += (", released from ", *known.ends("table1", "release_angle_deg", {}), "°")
+        what += (", released at ", *known.ends("table1", "release_angle_deg", {}), "°")
     return [(*what, "."), *_left_out(known)]
 
 
@@ -108,7 +108,7 @@ def _explained(known: Tables) -> list[Sentence]:
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("The discrepancy ε_θ of ", *listed(rejected), " is more than noise."))
+        told.append(("More than noise is left by ", *listed(rejected), ": ε_θ by block and foundation."))
     return told
 
 
@@ -164,7 +164,9 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
         what = (
-            "total standard uncertainty" if u == "u_total" else "standard error (stderr), of noise and runs"
+            "total standard uncertainty (one standard deviation)"
+            if u == "u_total"
+            else "standard error (stderr), of noise and runs"
         )
         told.append((f"±: {what}{'; one run does not show how much runs differ' * of_one}.",))
     return told or [("None, as no run was fitted.",)]
@@ -252,7 +254,7 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
     if rows["shared"].isna().any():
         return f"{label}: too few runs to know whether ", blocks, " blocks share ", f"{symbols}."
     seen = percent("visible_percent", "or")
-    return f"{label}: ", blocks, " blocks show no difference", *chance, "; one of ", *seen, " would be seen."
+    return f"{label}: ", blocks, " blocks show no difference", *chance, "; one of ", *seen, " would show."
 
 
 def _chance(known: Tables, where: Where) -> Sentence:

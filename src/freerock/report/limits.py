@@ -50,9 +50,9 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
         (bool(single.any()), "how much runs differ, where a record has but one"),
         (
             len(housner) > 0,
-            "that r of the fitted Housner block is the restitution of an impact: it also makes up for time",
+            "that r of the fitted Housner block is an impact's: it also makes up for a base that yields",
         ),
-        (bool(found), "that the same holds from other release angles"),
+        (bool(found), "that the same holds for releases at other angles"),
     ]
     weighty = [text for holds, text in told if holds][:MOST]
     return [(f"{text[0].upper()}{text[1:]}.",) for text in weighty] or [("Anything: no run was fitted.",)]

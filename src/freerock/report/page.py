@@ -155,8 +155,17 @@ def _content(
 
 
 def _indices(text: str) -> Markup:
-    """A heading of the report's own with its indices below the line."""
-    return escape(text).replace("ε_θ", Markup("ε<sub>θ</sub>")).replace("t_f", Markup("t<sub>f</sub>"))
+    """A text of the report's own with its indices below the line, and no per cent apart from its number."""
+    known = {
+        "ε_θ": "ε<sub>θ</sub>",
+        "t_f": "t<sub>f</sub>",
+        "θ_th": "θ<sub>th</sub>",
+        "θ_ex": "θ<sub>ex</sub>",
+    }
+    shown = escape(text).replace(" %", "\N{NO-BREAK SPACE}%")
+    for plainly, index in known.items():
+        shown = shown.replace(plainly, Markup(index))
+    return shown
 
 
 def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
