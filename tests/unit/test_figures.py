@@ -177,12 +177,31 @@ def test_quality_has_a_page_per_run_with_verdict_and_reasons(datasets):
     assert data[data["series"] == "error_level"]["value"].tolist() == pytest.approx([10.2] * 5)
 
 
+def test_quality_begins_with_what_was_found_and_what_is_doubtful(datasets):
+    pages, _ = quality.draw(datasets[0][0], datasets[1][0], LABELS)
+    words = texts(pages[0])
+    found = next(
+        text
+        for text in words
+        if text.startswith("Found: Hunt–Crossley explains the run: k\N{NO-BREAK SPACE}=")
+    )
+    doubtful = next(text for text in words if text.startswith("Doubtful: nothing that a check found"))
+    assert words.index(found) < words.index(doubtful)
+    left_out = texts(pages[2])
+    assert "Found: not fitted" in left_out
+    assert any(text.startswith("Doubtful: excluded: the block slid") for text in left_out)
+    labels = [ax.get_ylabel() for ax in pages[0].axes]
+    assert labels == ["θ / °", "residual / σ", "θ / °", "laser / V"]
+    nearest, _ = quality.draw(datasets[0][0], fits(datasets[0][0], models=("housner", "winkler")))
+    assert any("comes nearest, none explains the run" in text for text in texts(nearest[0]))
+
+
 def test_quality_shows_the_noise_on_top_of_the_residual(datasets):
     pages, _ = quality.draw(datasets[0][0], datasets[1][0])
-    residual = pages[0].axes[3]
-    assert residual.get_ylabel() == "model − measured / °, symlog"
+    residual = pages[0].axes[1]
+    assert residual.get_ylabel() == "residual / σ"
     edges = [line.get_ydata()[0] for line in residual.lines if line.get_zorder() > 2]
-    assert edges == pytest.approx([-0.02, 0.02])
+    assert edges == pytest.approx([-1.96, 1.96])
     drawn = [line for line in residual.lines if line.get_zorder() == 2]
     assert len(drawn) == 3
 

@@ -1,4 +1,4 @@
-"""One page per run for quality control: volts, record, run with impacts, residuals of the models."""
+"""One page per run for quality control: what was found, what is doubtful, the fit, the record."""
 
 import textwrap
 from collections.abc import Mapping
@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
 from freerock.figures.style import (
@@ -21,16 +22,20 @@ from freerock.figures.style import (
     styled,
     thin,
 )
-from freerock.models.laws import MODELS
+from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
+from freerock.products.choices import choices_of
 from freerock.products.groups import Attrs, impacts_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
-from freerock.tables.text import quantity
+from freerock.tables.text import quantity, unit_text
 from freerock.units import BASE
 
 PAGE: Style = {"dpi": 110, "layout": "none"}
 WIDTH_IN, HEIGHT_IN = 7.0, 8.4
+LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
+MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
+NOISE = 1.96  # standard deviations within which 95 % of white noise lies
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
@@ -67,6 +72,7 @@ def draw(record: xr.DataTree, fits: xr.DataTree, labels: Labels = None) -> tuple
         judged = verdict_of_run(number, run, fits)
         reasons = in_one_line(judged.reasons)
         attrs = run.attrs | {"verdict": judged.level, "reasons": reasons}
+        attrs["found"] = _found(number, fits)
         pages.append(_page(record, f"{title}, run {number}", attrs, run, whole, own))
         parts.append(own)
     return pages, pd.concat(parts, ignore_index=True)
@@ -134,7 +140,7 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
     for model in MODELS:
         if fit is not None and model in fit.children:
             residual = np.degrees(fit.children[model].dataset["residual"].values)
-            drawn = extremes(residual, 600)
+            drawn = extremes(residual, 350)
             time_s = fit.dataset["time"].values[drawn]
             parts.append(_series(number, f"residual_{model}", time_s, residual[drawn], "degree"))
     return pd.concat(parts)
@@ -143,34 +149,33 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
 def _page(
     record: xr.DataTree, title: str, attrs: Attrs, run: xr.DataTree, whole: pd.DataFrame, own: pd.DataFrame
 ) -> Figure:
-    """The record with the run marked in it, then the run, then the residuals."""
+    """The run, the residuals, then the record with the run marked in it, and its signal."""
     sigma_deg = float(np.degrees(run.dataset["sigma_theta"].item()))
     figure = Figure(figsize=(WIDTH_IN, HEIGHT_IN), **PAGE)
     band = _header(figure, title, attrs, _facts(run, sigma_deg), _faults(record))
-    volts, angle, motion, residual = figure.subplots(
+    motion, residual, angle, volts = figure.subplots(
         4,
-        height_ratios=[1, 1, 1.5, 1.2],
+        height_ratios=[1.5, 1.2, 1, 1],
         gridspec_kw={
             "left": 0.6 / WIDTH_IN,
             "right": 1 - 0.12 / WIDTH_IN,
             "bottom": 0.55 / HEIGHT_IN,
             "top": 1 - (band + 0.25) / HEIGHT_IN,
-            "hspace": 0.6,
+            "hspace": 0.45,
         },
     )
     for ax in (volts, angle, motion):
         ax.locator_params(axis="y", nbins=5)  # half of the time to draw a page goes into ticks
     for ax in (volts, angle, motion, residual):
         ax.locator_params(axis="x", nbins=7)
-    _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
-    _draw_run(motion, residual, own)
+    _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
     _draw_noise(residual, sigma_deg)
-    residual.set_ylabel("model − measured / °, symlog", fontsize=6.5)
     if not own["series"].str.startswith("residual").any():
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
     residual.set_xlabel("time since release / s")
     residual.set_xlim(motion.get_xlim())
     legend_above(residual)
+    _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
     for ax in figure.axes:
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
     footer(figure, record.attrs["origin"])
@@ -194,7 +199,8 @@ def _draw_record(
     for ax in (volts, angle):
         ax.axvspan(*span, color="#0a5bd3", alpha=0.12, linewidth=0)
         ax.set_xlim(record.dataset["time"].values[[0, -1]])
-        ax.set_xlabel("time of the record / s")
+    angle.tick_params(labelbottom=False)
+    volts.set_xlabel("time of the record / s")
     channel, unit = next(iter(channels.items()))
     volts.set_ylabel(f"laser / {unit}" if channel != "rotation" else "sensor / rad")
     angle.set_ylabel("θ / °")
@@ -207,29 +213,55 @@ def _draw_record(
         legend_above(volts)
 
 
-def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame) -> None:
-    """θ(t) since the release with its impacts, and the residuals of the models."""
+def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float, origin: str) -> None:
+    """θ(t) since the release with its impacts, and the residuals of the models over the noise."""
     for series, part in own.groupby("series", sort=False):
         if series == "theta":
-            motion.plot(part["time_s"], part["value"], color="black", label="measured")
+            motion.plot(part["time_s"], part["value"], color="black", label=origin)
         elif series == "impact":
             motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
         else:
             model = str(series).removeprefix("residual_")
-            residual.plot(part["time_s"], part["value"], **MODEL_STYLES[model])
+            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **MODEL_STYLES[model])
     legend_above(motion)
     motion.set_ylabel("θ / °")
-    motion.set_xlabel("time since release / s")
+    motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
 
 
 def _draw_noise(residual: Axes, sigma_deg: float) -> None:
-    """The band of the noise, linear; beyond it, logarithms."""
-    noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise ± 2σ"}
-    residual.axhspan(-2 * sigma_deg, 2 * sigma_deg, **noise)
-    for edge in (-2 * sigma_deg, 2 * sigma_deg):  # on top: a residual that is noise hides the band
-        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
-    residual.set_yscale("symlog", linthresh=10 ** np.ceil(np.log10(3 * sigma_deg)) if sigma_deg else 0.1)
+    """The band of the noise; beyond it the scale is logarithmic. Without noise the residual is in °."""
+    residual.set_ylabel("residual / σ" if sigma_deg else "residual / °")
+    residual.set_yscale("symlog", linthresh=LINEAR if sigma_deg else 0.1)
     residual.yaxis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "−"))
+    if not sigma_deg:
+        return
+    residual.yaxis.set_major_locator(FixedLocator(MARKS))
+    noise: Style = {"facecolor": "0.85", "edgecolor": "#f0c000", "linewidth": 0.8, "label": "noise: 95 %"}
+    residual.axhspan(-NOISE, NOISE, **noise)
+    for edge in (-NOISE, NOISE):  # on top: a residual that is noise hides the band
+        residual.axhline(edge, color="#f0c000", linewidth=0.8, zorder=3)
+
+
+def _found(number: int, fits: xr.DataTree) -> str:
+    """Which candidate explains a run or comes nearest, with its parameters."""
+    for run, choice in choices_of(fits):
+        if run == number and choice.attrs["selected"]:
+            model = choice.attrs["selected"]
+            fit = runs_of(fits)[number].children[model].dataset
+            told = [
+                f"{SYMBOLS[name]} = {quantity(value, stderr)} {unit_text(unit)}".rstrip()
+                for name, value, stderr, unit in zip(
+                    *(fit[key].values.tolist() for key in ("parameter", "value", "stderr", "unit")),
+                    strict=True,
+                )
+                if name in MODELS[model] or name in OF_RECORD
+            ]
+            what = "explains the run" if choice.attrs["explained"] else "comes nearest, none explains the run"
+            told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
+            return f"Found: {MODEL_LABELS[model]} {what}: " + ", ".join(
+                each.replace(" ", "\N{NO-BREAK SPACE}") for each in told
+            )
+    return "Found: no model that may be named" if number in runs_of(fits) else "Found: not fitted"
 
 
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
@@ -239,7 +271,7 @@ def _facts(run: xr.DataTree, sigma_deg: float) -> str:
         f"release at {quantity(run['release'].item(), run['release_stderr'].item())} s",
         impacts_of(run),
     ]
-    return "    ".join(facts)
+    return "; ".join(facts)
 
 
 def _faults(record: xr.DataTree) -> str:
@@ -253,15 +285,18 @@ def _faults(record: xr.DataTree) -> str:
         more = f", {len(each) - 1} more" if len(each) > 1 else ""
         when = f"{first.start_s:.2f} to {first.end_s:.2f} s"
         texts.append(f"{name.replace('_', ' ')} {when} ({first.note}){more}")
-    return "signal: " + "; ".join(texts) if texts else ""
+    return "Signal: " + "; ".join(texts) if texts else ""
 
 
 def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "", faults: str = "") -> float:
-    """Title, verdict, facts, faults and reasons at the top of a page; returns their height [inch]."""
+    """Title, verdict, what was found, what is doubtful, faults at the top of a page; their height [inch]."""
     verdict = attrs["verdict"] + (", excluded" if attrs.get("excluded") else "")
-    lines = [(line, "0.3") for line in textwrap.wrap(faults, 115)]
     colour = VERDICT_COLOURS["excluded" if attrs.get("excluded") else attrs["verdict"]]
-    lines += [(line, colour) for line in textwrap.wrap(attrs["reasons"], 115)]
+    doubtful = f"Doubtful: {attrs['reasons']}" if attrs["reasons"] else "Doubtful: nothing that a check found"
+    lines = [(line, "black") for line in textwrap.wrap(attrs.get("found", ""), 115)]
+    lines += [(line, "black") for line in textwrap.wrap(facts, 115)]
+    lines += [(line, colour) for line in textwrap.wrap(doubtful, 115)]
+    lines += [(line, "0.3") for line in textwrap.wrap(faults, 115)]
     height = figure.get_figheight()
 
     def write(x: float, inches: float, text: str, **style: Any) -> None:
@@ -269,7 +304,6 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)
-    write(0.01, 0.28, facts)
     for i, (line, shade) in enumerate(lines):
-        write(0.01, 0.44 + 0.14 * i, line, color=shade)
-    return 0.44 + 0.14 * len(lines)
+        write(0.01, 0.28 + 0.15 * i, line, color=shade)
+    return 0.28 + 0.15 * len(lines)
