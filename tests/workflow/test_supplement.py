@@ -46,6 +46,13 @@ def packed(finished, tmp_path_factory):
     assert "foreign: results/small/figures/stray.pdf" in refused.stdout
     assert not (folder / "small_supplement.zip").exists()
     (folder / "results/small/figures/stray.pdf").unlink()
+    refused = supplement(checkout, "small")
+    assert refused.stderr == (
+        "results/small/records/tall_mat.nc: holds another institution and creator_name and license than the "
+        "configuration; run snakemake --forceall --config campaigns=small\n"
+    )
+    done = checkout.snakemake("--forceall")
+    assert done.returncode == 0, done.stderr
     done = supplement(checkout, "small", "--paper", "https://doi.org/10.1000/xyz", "--year", "2026")
     assert done.returncode == 0, done.stderr
     assert f"sha256 {sha256(folder / 'small_supplement.zip')}" in done.stdout

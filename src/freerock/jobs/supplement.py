@@ -10,10 +10,13 @@ from pathlib import Path, PurePosixPath
 
 from freerock.config.campaign import Campaign
 from freerock.config.history import log_of
+from freerock.config.step_settings import attributes, descriptions
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
+from freerock.jobs.describe import described
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme
+from freerock.products.netcdf import open_fits, open_record
 
 CODE: tuple[str, ...] = (
     "Snakefile",
@@ -28,6 +31,8 @@ CODE += ("LICENSE", "docs")
 LEFT_OUT = {"__pycache__", "images", "tutorial"}  # folders: caches, and pictures of the documentation
 EARLIEST = (1980, 1, 1, 0, 0, 0)  # a zip knows no earlier time; none is told, so that bytes stay
 SUMS = "SHA256SUMS"
+TEXTS = ("title", "summary", "institution", "creator_name", "license", "references", "comment")
+GENERAL = {"title", "summary"}  # a dataset has these also where the configuration has none
 STATE = ".git_archival.txt"  # as `git archive` writes it, read by `products.provenance`
 Source = Path | bytes
 
@@ -60,9 +65,11 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
     Raises
     ------
     FreerockError
-        A file is missing, changed since it was listed, or lies where it can't be packed from; the zip can't
-        be written. Nothing is left then.
+        A file is missing, changed since it was listed, or lies where it can't be packed from; a dataset holds
+        other texts than the configuration, with which it would be made again; the zip can't be written.
+        Nothing is left then.
     """
+    _check_texts(campaign)
     made_by = json.loads(Path("results", campaign.name, "provenance.json").read_text(encoding="utf-8"))
     files: dict[str, Source] = dict(_code(root))
     files |= dict(_configuration(campaign)) | dict(_records(campaign)) | dict(_products(campaign.name))
@@ -145,6 +152,23 @@ def _products(name: str) -> Iterator[tuple[str, Source]]:
             if sha256(product) != listed:
                 raise FreerockError(product, "is not as it was written", "run snakemake")
             yield product, Path(product)
+
+
+def _check_texts(campaign: Campaign) -> None:
+    """Refuse datasets with other titles, names and notes than the configuration has by now."""
+    texts = {campaign.name: descriptions(campaign)}
+    for record in campaign.records:
+        own = {record.test: {"attributes": attributes(campaign, record)}}
+        now = described(own, texts)[record.test]["attributes"]
+        for kind, opened in (("records", open_record), ("fits", open_fits)):
+            path = f"results/{campaign.name}/{kind}/{record.test}.nc"
+            then = opened(path, samples=False).attrs
+            differ = [name for name in TEXTS if name in {**now, **then} and then.get(name) != now.get(name)]
+            differ = [name for name in differ if name in now or name not in GENERAL]
+            if differ:
+                remedy = f"run snakemake --forceall --config campaigns={campaign.name}"
+                what = f"holds another {' and '.join(differ)} than the configuration"
+                raise FreerockError(path, what, remedy)
 
 
 def _captions(campaign: str, files: Mapping[str, Source]) -> dict[str, str]:
