@@ -70,7 +70,7 @@ def draw(
     named = [name for name in LOOKS if largest.get(name, 0.0) >= SHOWN]
     beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
     below = len(names) // beside
-    figure = Figure(figsize=size(0.4 + below * (0.5 + 0.2 * max(3, len(keys)))))
+    figure = Figure(figsize=size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
     axes = figure.subplots(below, beside, squeeze=False, sharey=True, sharex=True)
     parts = []
     for i, (ax, name) in enumerate(zip(axes.ravel(), names, strict=True)):

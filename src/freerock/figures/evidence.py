@@ -55,7 +55,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     shown = [model for model in CANDIDATES if model in set(data["model"])]
     scenes = [*data[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
     figure, panels = panel_per_scene(
-        scenes, labels, 0.5 + 0.16 * max(3, len(shown)), sharex=True, sharey=True
+        scenes, labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
     )
     for (block, foundation), ax in panels.items():
         scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
