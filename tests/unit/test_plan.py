@@ -23,6 +23,7 @@ from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
+from freerock.runs.noise import white_noise
 from freerock.tables.plan import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
@@ -32,12 +33,14 @@ MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
 TEN = math.radians(10)
 SIGMA = math.radians(0.01)
 TIME = np.arange(30, 4000) / 1000
+KNOWN = white_noise(SIGMA, 1000.0)  # as the prediction takes it
 
 
-def fitted(model, block, parameters, theta0, seed, time_s=TIME, **options):
+def fitted(model, block, parameters, theta0, seed, time_s=TIME, noise=None, **options):
     theta, _ = simulate_theta(model, block, parameters, time_s, theta0=theta0, solver=Solver(1e-10))
     noisy = theta + np.random.default_rng(seed).normal(0, SIGMA, time_s.size)
-    return fit_run(model, block, Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3), FitSettings(**options))
+    motion = Motion(time_s, noisy, SIGMA, theta0, 1e-3, 3e-3, noise=noise)
+    return fit_run(model, block, motion, FitSettings(**options))
 
 
 @pytest.mark.parametrize(
@@ -51,9 +54,9 @@ def fitted(model, block, parameters, theta0, seed, time_s=TIME, **options):
 )
 def test_prediction_is_what_a_fit_reports(model, block, parameters, angle):
     predicted = standard_errors(model, block, parameters, TIME, math.radians(angle), SIGMA)
-    fit = fitted(model, block, parameters, math.radians(angle), seed=1)
+    fit = fitted(model, block, parameters, math.radians(angle), seed=1, noise=KNOWN)
     assert fit.success, fit.message
-    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.05)
+    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.01)
 
 
 @pytest.mark.parametrize(
@@ -66,13 +69,16 @@ def test_prediction_is_what_a_fit_reports(model, block, parameters, angle):
 )
 def test_whatever_is_freed(model, parameters, free):
     predicted = standard_errors(model, CONFIG2, parameters, TIME, TEN, SIGMA, free=free)
-    fit = fitted(model, CONFIG2, parameters, TEN, seed=1, free=free)
+    fit = fitted(model, CONFIG2, parameters, TEN, seed=1, noise=KNOWN, free=free)
     assert fit.success, fit.message
-    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.05)
+    assert dict(zip(fit.parameters, fit.stderr, strict=True)) == pytest.approx(predicted, rel=0.01)
 
 
 def test_prediction_is_the_scatter_of_fits():
-    """Squared deviations of 40 fits over the predicted variance, within 99.9 % of their distribution."""
+    """Squared deviations of 40 fits over the predicted variance, within 99.9 % of their distribution.
+
+    The fits see no rest: each takes the noise from its residual, in the mean as large as predicted.
+    """
     runs, time_s = 40, TIME[:2000:2]
     truth = {**MARBLE, "theta0": TEN, "t0": 0.0}
     predicted = standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, SIGMA)
@@ -82,6 +88,7 @@ def test_prediction_is_the_scatter_of_fits():
         deviations = np.array([fit.value[i] - truth[name] for fit in fits]) / predicted[name]
         assert low < deviations @ deviations < high, name
         assert abs(deviations.mean()) < 3.3 / math.sqrt(runs), name
+        assert np.mean([fit.stderr[i] for fit in fits]) == pytest.approx(predicted[name], rel=0.1), name
 
 
 def test_known_bound():
