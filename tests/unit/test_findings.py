@@ -57,7 +57,7 @@ def test_no_law_explains_any_run(tmp_path):
     text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))
     assert text["Explained by"].startswith("No law explains any of the 2 runs: more is left than the noise")
     assert "nearest; the numbers of such a fit describe the fit alone" in text["Explained by"]
-    assert text["Parameters"] == "Marble: no law explains most of the runs, so none is given."
+    assert text["Parameters"] == "None on Marble: no law explains most of the runs there."
     assert "which no law explains" in text["Not to be concluded"]
     assert not any("k =" in line for line in text.values())
 
@@ -68,7 +68,7 @@ def test_some_runs_have_no_law(tmp_path):
     assert text["Explained by"].startswith("Hunt–Crossley explains 2 of 4 runs")
     assert "No law explains the others" in text["Explained by"]
     assert "Marble: k = " in text["Parameters"]
-    assert "Soft mat: no law explains most of the runs" in text["Parameters"]
+    assert "None on Soft mat: no law explains most of the runs there." in text["Parameters"]
 
 
 def test_measured_records(tmp_path):

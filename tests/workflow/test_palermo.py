@@ -4,9 +4,20 @@ import math
 
 import pandas as pd
 import pytest
+from found_again import found_again
 
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
+from freerock.report.findings import TABLES, findings
+from freerock.report.numbers import plain
+from freerock.report.published import beside_published
+from freerock.tables.csvfile import read_csv
+
+LABELS = {f"config{n}": f"Configuration #{n}" for n in (1, 2, 3)} | {
+    "marble": "Marble",
+    "aerstop": "Aerstop CN20",
+}
+LONGEST = {"config1": "marble", "config2": "marble", "config3": "aerstop"}
 
 CONTRACT = {
     "runs": "campaign test run block foundation origin theta0_deg release_s duration_s n_impacts "
@@ -91,3 +102,27 @@ def test_first_impact_of_the_compliant_base_is_later_than_the_rigid_one():
     )
     assert compliant == pytest.approx(0.308, abs=5e-4)
     assert rigid == pytest.approx(0.26888, abs=5e-6)
+
+
+def test_every_number_of_the_findings_is_found_again_in_the_tables(palermo):
+    found = findings({name: read_csv(palermo / f"tables/{name}.csv") for name in TABLES}, LABELS)
+    assert found_again(found, palermo / "tables", LABELS) > 20
+    page = (palermo / "report.html").read_text(encoding="utf-8")
+    first = page.partition('<section id="findings"')[2].partition("</section>")[0]
+    numbers = [
+        part for each in found for told in each.sentences for part in told if not isinstance(part, str)
+    ]
+    assert all(f">{part.text}</span>" in first for part in numbers)
+
+
+def test_configuration_3_rocks_longest_on_marble_and_the_report_says_why(palermo):
+    names = ("runs", "foundations", "restitution_comparison", "table2", "table3")
+    beside = beside_published(
+        {name: read_csv(palermo / f"tables/{name}.csv") for name in names}, LONGEST, LABELS
+    )
+    (told,) = [plain(each) for each in beside.differs if "rocks longest" in plain(each)]
+    assert told.startswith("Configuration #3 rocks longest on Marble (")
+    assert "in the publication on Aerstop CN20. Why here: its first impact keeps r = " in told
+    assert "Configuration #1 and Configuration #2 rock longest on Marble, as published." in map(
+        plain, beside.agrees
+    )

@@ -149,17 +149,19 @@ def _rejected(known: Tables) -> Iterator[Sentence]:
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
     u = "u_total" if "u_total" in known["populations"] else "stderr"
-    told, of_one = list[Sentence](), False
+    told, without, of_one = list[Sentence](), list[Sentence](), False
     for foundation, model in list(quoted.items())[:MOST]:
         label = labels.get(foundation, foundation)
         if not model:
-            told.append((f"{label}: no law explains most of the runs, so none is given.",))
+            without.append((label,))
             continue
         rows = _best_known(known, foundation, model)
         names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
         numbers = listed([_number(known, u, {**rows, "parameter": name}) for name in names])
         told.append((f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")."))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
+    if without:
+        told.append(("None on ", *listed(without), ": no law explains most of the runs there."))
     if len(quoted) > MOST:
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
