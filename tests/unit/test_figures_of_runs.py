@@ -56,7 +56,7 @@ def test_parameters_have_a_row_per_run_record_and_foundation(tables):
     np.testing.assert_allclose(own["value"], 6.88e6)
     np.testing.assert_allclose(own["high"] - own["low"], 2 * 1.96 * 1.2e4)
     assert "Slender block, Marble" in texts(figure)
-    assert parameters.caption(data) == "Law: Hunt–Crossley, which most runs name. Runs of 4 records."
+    assert parameters.caption(data) == "Law: Hunt–Crossley, named by 7 of 7 runs. Runs of 4 records."
 
 
 def test_parameters_of_a_rejected_law_are_open(tables):
@@ -155,7 +155,7 @@ def test_the_budget_stacks_shares_and_names_defaults(tables):
     assert "u = 2 %" in texts(figure)
     assert (
         budget.caption(data)
-        == "Law: Hunt–Crossley, which most runs name. Taken by default, not stated: width."
+        == "Law: Hunt–Crossley, named by 7 of 7 runs. Taken by default, not stated: width."
     )
 
 

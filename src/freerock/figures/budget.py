@@ -17,6 +17,7 @@ from freerock.figures.style import (
     size,
 )
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
+from freerock.tables.candidates import named_by
 from freerock.tables.total import INPUT_LABELS
 
 MOST_ROWS = 40
@@ -52,7 +53,7 @@ def draw(
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns of the table budget.
+        Columns of the table budget, and named_by.
     """
     counts = choice[choice["status"] == "selected"]["model"].value_counts()
     models = sorted(budget["model"].unique(), key=lambda model: -counts.get(model, 0))
@@ -88,7 +89,7 @@ def draw(
     axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
     legend_on_top(figure)
     footer(figure, origin)
-    return figure, gathered(parts, budget.columns)
+    return figure, gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -97,7 +98,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
         return "No mean has a budget."
     stated = data[data["input"] != "runs"].drop_duplicates("input")
     assumed = [INPUT_LABELS.get(row.input, row.input) for row in stated.itertuples() if not row.input_stated]
-    told = f"Law: {MODEL_LABELS[data['model'].iloc[0]]}, which most runs name."
+    told = f"Law: {MODEL_LABELS[data['model'].iloc[0]]}, named by {data['named_by'].iloc[0]}."
     return f"{told} Taken by default, not stated: {', '.join(assumed)}." if assumed else told
 
 

@@ -17,19 +17,21 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_on_top,
+    number_of,
     number_ticks,
     printed,
     scaled,
     size,
 )
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
+from freerock.tables.candidates import named_by
 from freerock.tables.paper import SCATTERS
 from freerock.tables.text import quantity
 
 NARROWEST_IN = 1.8  # of a panel and of the names beside
 MOST_ROWS = 60  # with more there are no rows of runs, and then no more records
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
-COLUMNS += ["next_low", "next_high", "tau_text", "rejected"]
+COLUMNS += ["next_low", "next_high", "tau_text", "rejected", "named_by"]
 LOOKS: dict[str, tuple[Style, str]] = {
     "run": ({"fmt": "o", "color": "0.45", "markersize": 3}, "run"),
     "rejected": (
@@ -95,7 +97,8 @@ def draw(
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
     legend_on_top(figure)
     footer(figure, origin)
-    return figure, gathered((row.numbers for row in rows), COLUMNS)
+    numbers = gathered((row.numbers for row in rows), COLUMNS)
+    return figure, numbers.assign(named_by=named_by(model, choice))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -103,10 +106,11 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     if data.empty:
         return "No run has a fit that may be used."
     model = MODEL_LABELS[data["model"].iloc[0]]
-    told = f"Law: {model}, which most runs name."
+    told = f"Law: {model}, named by {data['named_by'].iloc[0]}."
     runs, records = (data[data["level"] == level] for level in ("run", "record"))
     n = records["test"].nunique()
-    return f"{told} {n} records." if runs.empty else f"{told} Runs of {n} records."
+    drawn = number_of(n, "record")
+    return f"{told} Drawn: means of {drawn}." if runs.empty else f"{told} Runs of {drawn}."
 
 
 def _named_most(parameters: pd.DataFrame, choice: pd.DataFrame) -> str:

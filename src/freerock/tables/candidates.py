@@ -73,6 +73,13 @@ def answers(choice: pd.DataFrame) -> list[Answer]:
     return found
 
 
+def named_by(model: str, choice: pd.DataFrame) -> str:
+    """How many of the runs of the tidy table choice name a candidate, in words: "12 of 18 runs"."""
+    n = len(choice[["test", "run"]].astype(str).drop_duplicates())
+    own = choice[(choice["model"] == model) & (choice["status"] == "selected")]
+    return f"{len(own)} of {n} run{'' if n == 1 else 's'}"
+
+
 def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataFrame:
     """How often each candidate is named for a block on a foundation, with what numbers.
 
