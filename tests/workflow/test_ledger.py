@@ -222,10 +222,13 @@ def test_verify(checkout):
         "missing: results/small/tables/table1.md",
         "stale: results/small/complete.txt was made from results/small/report.html, "
         "results/small/tables/table1.md",
+        f"stale: results/small/figures/captions.tex {other}",
         f"stale: results/small/provenance.json {other}",
         f"stale: results/small/report.html {other}",
+        f"stale: results/small/tables/methods.bib {other}",
+        f"stale: results/small/tables/methods.md {other}",
         "foreign: results/small/tables/mine.csv",
-        f"results/small: {number - 4} whole, 1 missing, 0 damaged, 3 stale, 1 foreign",
+        f"results/small: {number - 7} whole, 1 missing, 0 damaged, 6 stale, 1 foreign",
     ]
     assert changed.stderr == (
         "results: not everything is as a run would make it; run snakemake, and delete what is foreign\n"
