@@ -6,6 +6,7 @@ import pytest
 from fabricated import campaign, fits, record
 from reported import make, settings
 
+from freerock.report.methods import Paragraph, bib, markdown
 from freerock.report.references import REFERENCES, bibtex
 
 ENTRY = re.compile(r"@article\{(\w+),\n(?:  \w+ = \{.+\},\n)+\}\n")
@@ -73,3 +74,10 @@ def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):
     methods = page.text.partition("Choice of a model.")[2]
     assert "(Riedel and Sidorenko 1995)" in methods and "(Hartung and Knapp 2001)" in methods
     assert "[@" not in page.html
+
+
+def test_nothing_in_a_label_is_markdown_or_cited():
+    hostile = "<script>[x](y) [@nobody1999] *b* | @SUM"
+    text = markdown([Paragraph("Tests", f"On {hostile} [@housner1963].")])
+    assert "&lt;script&gt;\\[x\\](y) \\[\\@nobody1999\\] \\*b\\* \\| \\@SUM [@housner1963]." in text
+    assert "nobody1999" not in bib([Paragraph("Tests", hostile)])

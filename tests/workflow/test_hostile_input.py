@@ -53,7 +53,7 @@ def test_hostile_texts_do_nothing_in_any_product(tmp_path):
         text = path.read_text(encoding="utf-8")
         assert "<script" not in text and "[x](" not in text
         rows = [line for line in text.splitlines() if line.startswith("|")]
-        assert len({row.replace(r"\|", "").count("|") for row in rows}) == 1, text
+        assert len({row.replace(r"\|", "").count("|") for row in rows}) == (path.stem != "methods"), text
     assert "$5 \\| {wildcards}" in (checkout / "results/lab/tables/table2.md").read_text(encoding="utf-8")
     for path in (checkout / "results/lab/tables").glob("*.tex"):
         assert "\\input{/etc" not in path.read_text(encoding="utf-8")

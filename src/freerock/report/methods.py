@@ -10,8 +10,11 @@ from freerock.identification.choice import TELLS, TRACE
 from freerock.models.laws import LAWS
 from freerock.report.references import REFERENCES, bibtex
 from freerock.report.text import Pairs
+from freerock.tables.markdown import SIGNS
 
-CITED = re.compile(r"\[(@\w+(?:; @\w+)*)\]")
+_KEY = f"@(?:{'|'.join(REFERENCES)})"
+CITED = re.compile(rf"\[({_KEY}(?:; {_KEY})*)\]")
+PLAIN = SIGNS | {ord("@"): "\\@"}  # in Markdown, where @ begins a citation
 LAWS_CITED = {
     "housner": "[@housner1963]",
     "winkler": "[@koh1986]",
@@ -72,9 +75,15 @@ def cited(paragraphs: Sequence[Paragraph]) -> list[str]:
 
 def markdown(paragraphs: Sequence[Paragraph]) -> str:
     """Paragraphs in Markdown with citations as pandoc reads them, and the references below."""
-    texts = [f"**{each.head}.** {each.text}" for each in paragraphs]
+    texts = [f"**{each.head}.** {_escaped(each.text)}" for each in paragraphs]
     listed = [f"- @{key}: doi:{REFERENCES[key].doi}" for key in cited(paragraphs)]
     return "\n\n".join([*texts, "\n".join(listed)]) + "\n"
+
+
+def _escaped(text: str) -> str:
+    """A text in which nothing but its citations is Markdown's."""
+    parts = CITED.split(text)
+    return "".join(f"[{part}]" if i % 2 else part.translate(PLAIN) for i, part in enumerate(parts))
 
 
 def html(paragraph: Paragraph) -> Markup:
