@@ -15,7 +15,7 @@ NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*
 LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 DOTTED = re.compile(r"\bfreerock(?:\.[A-Za-z_]\w*)+\b(?!/)")
 MADE = re.compile(  # products, places for a name of your own, names of channels
-    r"^(results|raw|logs|ledger)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|txt|tex|\*)$|report\.html"
+    r"^(results|raw|logs|ledger)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|txt|tex|md|\*)$|report\.html"
     r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/|^fits/$"
 )
 

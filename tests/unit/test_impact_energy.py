@@ -14,7 +14,7 @@ from freerock.identification.sensitivity import contributions
 from freerock.identification.settings import FitSettings
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
-from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
@@ -97,6 +97,20 @@ def test_what_the_width_is_off_moves_it_as_a_fit_with_another_width_would():
     wider = replace(BLOCK, width_m=BLOCK.width_m + off)
     other = impact_energy(fit_record("hunt_crossley", wider, [run], start=list(law.values())), wider, impacts)
     assert of_width == pytest.approx(np.abs(other.restitution - found.restitution), rel=0.2, abs=2e-6)
+
+
+def test_a_number_that_the_motion_hardly_determines_stays_one():
+    """Damping of nearly nothing, which an input's uncertainty moves by far more than itself."""
+    law = TABLE_2["marble"]["hunt_crossley"]
+    run = virtual_motion(Truth("hunt_crossley", BLOCK, law, THETA0, SIGMA), np.random.default_rng(1))
+    fit = fit_record("general", BLOCK, [run], start=[law["k"], 1.0, law["lambda"]])
+    inputs = (Input("block", "width_m", 5e-5, True),)
+    laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, inputs)
+    shift = [-100 * value if name in ("k", "c") else 0.0 for name, value in fit.values.items()]
+    far = replace(fit, contributions=Contributions(inputs, np.reshape(shift, (-1, 1))))
+    impacts = find_impacts(fit.time, fit.theta_model, 0.0, BLOCK, theta0=fit.values["theta0"]).time_s[:4]
+    found = impact_energy(far, BLOCK, impacts, laboratory=laboratory)
+    assert np.all(found.u_total[np.isfinite(found.u_total)] > found.stderr[np.isfinite(found.u_total)])
 
 
 def test_a_rigid_block_has_its_energies_from_its_heights():

@@ -84,7 +84,7 @@ YAML_MISTAKES = {
     "foreign key": (
         ("mass_kg: 5.84", "mass_kg: 5.84\n    zebra: 1"),
         "lab.yaml:8: blocks.tall.zebra: unknown key; "
-        "use one of height_m, width_m, mass_kg, contact_width_m, release_angle_deg, label",
+        "use one of height_m, width_m, mass_kg, contact_width_m, release_angle_deg, label, uncertainty",
     ),
     "missing key": (
         ("    width_m: 0.07\n", ""),

@@ -45,7 +45,7 @@ def test_a_study_is_one_module_with_one_function_and_so_is_its_figure(name):
     run = inspect.signature(import_module(f"freerock.studies.{name}").run)
     assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]
     draw = inspect.signature(getattr(figures, name).draw)
-    assert list(draw.parameters) == ["frame", "labels"]
+    assert list(draw.parameters) == ["frame", *(["page"] if name == "stability" else []), "labels"]
 
 
 def test_interleaved_times_every_call_and_keeps_the_results():

@@ -23,6 +23,7 @@ SOLVER = Solver(1e-9)
 STEP_S = 5e-4  # between instants of the modelled motion
 RELATIVE = 1e-4  # step of the difference quotients
 SHARE = 0.1  # of its uncertainty, by which an input of the laboratory is moved
+LEAST = 1e-3  # of a force that the motion hardly determines, where it would become negative
 BEYOND = 2.0  # times the time between the last two impacts, for the top after the last one
 
 
@@ -79,7 +80,10 @@ def impact_energy(
     if laboratory is not None and fit.contributions is not None:
         for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
             moved = {
-                name: value + SHARE * by for (name, value), by in zip(fit.values.items(), shift, strict=True)
+                name: max(value + SHARE * by, LEAST * value)
+                if name in MODELS[fit.model]
+                else value + SHARE * by
+                for (name, value), by in zip(fit.values.items(), shift, strict=True)
             }
             there = law.of(laboratory.moved(source, SHARE).block, moved)
             total += ((there[2] - nominal[2]) / SHARE) ** 2

@@ -22,6 +22,7 @@ from freerock.runs.motion import Motion
 
 SHARE = 0.01  # of its uncertainty, by which an input is moved
 TILTS = 0.1  # of its uncertainty, by which a level base is tilted to either side
+FARTHEST = 1.0  # by which the logarithm of a force may move then
 MOST = 1000  # samples of a run suffice for derivatives
 
 
@@ -100,6 +101,8 @@ class _Minimum:
         alike = only_reread and np.array_equal(x, self.x) and "theta0" in self.problem.names
         curve = self.curve if alike else problem.curve(x, samples, added=tilted)
         x[~self.held] -= self.inverse @ (curve - samples.theta - self.residual)
+        forces = problem.is_logarithm  # one that the motion does not determine may go anywhere
+        x[forces] = np.clip(x[forces], self.x[forces] - FARTHEST, self.x[forces] + FARTHEST)
         return problem.physical(x)
 
     def _posed(self, moved: Laboratory) -> Problem:
