@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from overlaps import assert_nothing_overlaps
 
 from freerock import figures
 from freerock.arrays import extremes
@@ -273,12 +274,7 @@ def test_each_target_has_its_width_and_nothing_overlaps(tmp_path, datasets, targ
     for name, draw in drawings.items():
         figure, _ = draw()
         assert figure.get_figwidth() == width_in
-        figure.draw_without_rendering()
-        boxes = [ax.get_tightbbox() for ax in figure.axes if ax.axison]
-        boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
-        for i, box in enumerate(boxes):
-            assert not any(box.overlaps(other) for other in boxes[i + 1 :]), name
-            assert box.x0 > -1 and box.x1 < figure.bbox.x1 + 1, name
+        assert_nothing_overlaps(figure, name)
         for copy in "ab":
             style.save(*draw(), tmp_path / f"{name}_{copy}", target=target)
         for suffix in (".pdf", ".png"):

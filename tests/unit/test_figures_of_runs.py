@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from fabricated import RATE_HZ, campaign, failed_record, fits, record
+from overlaps import assert_nothing_overlaps
 from test_figures import BLOCKS, LABELS, texts
 
 from freerock.config.campaign import CampaignFile
@@ -236,12 +237,7 @@ def test_at_each_width_nothing_overlaps(tables, target, width_in):
     for name, draw in drawings.items():
         figure, _ = draw()
         assert figure.get_figwidth() == width_in
-        figure.draw_without_rendering()
-        boxes = [ax.get_tightbbox() for ax in figure.axes if ax.axison]
-        boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
-        for i, box in enumerate(boxes):
-            assert not any(box.overlaps(other) for other in boxes[i + 1 :]), name
-            assert box.x0 > -1 and box.x1 < figure.bbox.x1 + 1, name
+        assert_nothing_overlaps(figure, name)
 
 
 def of_block(frame):

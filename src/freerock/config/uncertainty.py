@@ -5,6 +5,8 @@ The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments:
 is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3.
 """
 
+from typing import Any
+
 from pydantic import Field
 
 from freerock.config.values import Number, Section
@@ -18,32 +20,21 @@ DEFAULTS = {
     "scale_fraction": 1e-3,
     "sampling_rate_fraction": 6e-5,
 }
-ROUGHLY = "; left out, {:g}, a default"
+
+
+def _known(of: str, key: str, instrument: str, lt: float | None = None) -> Any:
+    """A field with an uncertainty of something, its default and the instrument that this is of."""
+    text = f"the uncertainty of {of}; left out, {DEFAULTS[key]:g}, a default ({instrument})"
+    return Field(None, ge=0, lt=lt, description=text)
 
 
 class BlockUncertainty(Section):
     """How well a block is known: standard uncertainties (k = 1)."""
 
-    height_m: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of its height in metres"
-        + ROUGHLY.format(DEFAULTS["height_m"])
-        + " (a rule, 1 mm/√12)",
-    )
-    width_m: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of its width in metres"
-        + ROUGHLY.format(DEFAULTS["width_m"])
-        + " (a rule, 1 mm/√12)",
-    )
-    contact_width_m: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of its contact width in metres, where one is given"
-        + ROUGHLY.format(DEFAULTS["contact_width_m"])
-        + " (a rule, 1 mm/√12)",
+    height_m: Number | None = _known("its height in metres", "height_m", "a rule, 1 mm/√12")
+    width_m: Number | None = _known("its width in metres", "width_m", "a rule, 1 mm/√12")
+    contact_width_m: Number | None = _known(
+        "its contact width in metres, where one is given", "contact_width_m", "a rule, 1 mm/√12"
     )
     mass_kg: Number | None = Field(
         None,
@@ -56,27 +47,16 @@ class BlockUncertainty(Section):
 class LaserUncertainty(Section):
     """How well a sensor is known: standard uncertainties (k = 1), common to all records that name it."""
 
-    position_m: Number | None = Field(
-        None,
-        ge=0,
-        description="the uncertainty of the beam's place in metres"
-        + ROUGHLY.format(DEFAULTS["position_m"])
-        + " (read to ±1 mm, over √3)",
-    )
-    scale_fraction: Number | None = Field(
-        None,
-        ge=0,
+    position_m: Number | None = _known("the beam's place in metres", "position_m", "read to ±1 mm, over √3")
+    scale_fraction: Number | None = _known(
+        "its scale (range, sensitivity, table, or of a channel that holds the rotation), as a share",
+        "scale_fraction",
+        "linear to ±0.18 % of the range, over √3",
         lt=1,
-        description="the uncertainty of its scale (range, sensitivity, table, or of a channel "
-        "that holds the rotation), as a share"
-        + ROUGHLY.format(DEFAULTS["scale_fraction"])
-        + " (linear to ±0.18 % of the range, over √3)",
     )
-    sampling_rate_fraction: Number | None = Field(
-        None,
-        ge=0,
+    sampling_rate_fraction: Number | None = _known(
+        "the sampling rate of its channel, as a share",
+        "sampling_rate_fraction",
+        "a quartz of ±100 ppm, over √3",
         lt=1,
-        description="the uncertainty of the sampling rate of its channel, as a share"
-        + ROUGHLY.format(DEFAULTS["sampling_rate_fraction"])
-        + " (a quartz of ±100 ppm, over √3)",
     )
