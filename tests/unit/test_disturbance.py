@@ -6,9 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.doubts import UNEXPLAINED, doubts_about
-from freerock.identification.ladder import BY_DEFAULT, Identified
+from freerock.identification.ladder import Identified
 from freerock.identification.settings import FitSettings
 from freerock.identification.swings import tops_of
 from freerock.models.contact import Foundation, State, static_depth

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from freerock.identification.as_measured import as_measured
+from freerock.identification.candidates import BY_DEFAULT, Ladder
 from freerock.identification.doubts import doubts_about_noise
 from freerock.identification.fit import fit_run
 from freerock.identification.hints import hints_for, mirrored
-from freerock.identification.ladder import BY_DEFAULT, Ladder
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
 from freerock.rotation.beam import displaced, turned

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from freerock.identification import ladder
+from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.fit import evidence, fit_record
-from freerock.identification.ladder import BY_DEFAULT, Identified, identify_run, identify_runs
+from freerock.identification.ladder import Identified, identify_run, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.studies.virtual_run import Truth, virtual_motion

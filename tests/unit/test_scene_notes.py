@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
+from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
-from freerock.identification.ladder import BOTH, BY_DEFAULT, identify_run, identify_runs
+from freerock.identification.ladder import BOTH, identify_run, identify_runs
 from freerock.identification.later_swings import asked_later
 from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings, check, freed

@@ -1,14 +1,74 @@
 """Which candidates there are for a run: few freed numbers first; and where a fit of each starts."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from freerock.identification.fit import Fit
 from freerock.identification.screening import Screening
-from freerock.identification.settings import freed
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, law_of
+from freerock.identification.settings import FitSettings, freed, is_rounded
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, PER_RUN, law_of
+
+BARS_TILT = ("r_per_impact", "tilt")
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Which candidates there are, and how they are fitted.
+
+    Parameters
+    ----------
+    models : sequence of str
+        Laws that are fitted as the paper has them; one with cases only as a rival.
+    kinematics : sequence of str
+        What their rivals may take; without any there is no rival.
+    free : mapping of str to sequence of str
+        What is freed besides the parameters of each law.
+    options : mapping of str to object
+        Of `FitSettings`, but `free`.
+    """
+
+    models: Sequence[str]
+    kinematics: Sequence[str]
+    free: Mapping[str, Sequence[str]]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def settings(self, model: str) -> FitSettings:
+        """Those of a candidate's fit."""
+        return FitSettings(free=self.free[CANDIDATES[model].law], **self.options)
+
+    def n_freed(self, model: str) -> int:
+        """How many numbers a candidate frees."""
+        return n_freed(model, self.free)
+
+    def freeing(self, scene: Sequence[str]) -> "Ladder":
+        """The same without what a fit takes for granted of the scene: a "release" as measured, no "tilt",
+        sharp "edges".
+
+        A law whose release is not freed keeps all, one with a restitution per impact a level base; edges are
+        rounded under a foundation's law where that is worked out.
+        """
+        released = [law for law, names in self.free.items() if {*PER_RUN} <= {*names}]
+        free, options = dict(self.free), dict(self.options)
+        rule = FitSettings(**self.options).debonding
+        for law in released:
+            if "tilt" in scene and not {*BARS_TILT} & {*free[law]}:
+                free[law] = (*free[law], "tilt")
+            if "edges" in scene and "edge_radius" not in free[law] and is_rounded(law, rule):
+                free[law] = (*free[law], "edge_radius")
+        if released and "release" in scene:
+            options["loose_release"] = True
+        return replace(self, free=free, options=options)
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """All candidates, few freed numbers first; without a law for which debonding is not worked out, where
+        another is left."""
+        rule = FitSettings(**self.options).debonding
+        worked_out = [law for law in self.models if LAWS[law].allows(rule, len(LAWS[law].dampings))]
+        return candidates(worked_out or self.models, self.kinematics, self.free)
 
 
 def candidates(
@@ -80,3 +140,6 @@ def _extended(model: str) -> list[str]:
         for width in {candidate.width, False}
     }
     return [name for name in CANDIDATES if name in like - {model}]
+
+
+BY_DEFAULT = Ladder(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})

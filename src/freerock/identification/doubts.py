@@ -1,8 +1,9 @@
 """What the fits of a run say against it, with its likely causes."""
 
+from freerock.identification.candidates import Ladder
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.hints import hints_for
-from freerock.identification.ladder import Identified, Ladder
+from freerock.identification.ladder import Identified
 from freerock.identification.scene_notes import notes_on_scene
 from freerock.models.block import Block
 from freerock.runs.motion import Motion

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from freerock.identification.candidates import Ladder
 from freerock.identification.disturbance import leaves_noise
 from freerock.identification.fit import Fit
-from freerock.identification.ladder import Ladder
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, law_of
 from freerock.rotation.beam import displaced, turned

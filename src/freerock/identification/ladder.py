@@ -9,12 +9,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.identification.candidates import candidates, n_freed, start_for
+from freerock.identification.candidates import Ladder, start_for
 from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, evidence, fit_record
@@ -23,16 +23,14 @@ from freerock.identification.later_swings import asked_later
 from freerock.identification.noise import hopeless_from, noise_of
 from freerock.identification.problem import posed
 from freerock.identification.screening import Screening, screen
-from freerock.identification.settings import FitSettings, is_rounded
 from freerock.identification.swings import tilt_of_swings
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.runs.motion import Motion
 
 CONTENDS = 1.25  # times the least mean square of a rung, up to which a screened candidate is fitted in full
 SCENES = (("release",), ("tilt",), ("edges",))  # of which a run may ask
 BOTH = ("release", "tilt")
-BARS_TILT = ("r_per_impact", "tilt")
 SEEN = 2.5e-3  # of a tilt as the swings have it [rad]: few swings of a level base show up to that much
 # Times the least mean square of a run, from which rivals are asked in another scene; by judgement: what acts
 # on the block explains most of what a law lacks without it.
@@ -44,63 +42,6 @@ EDGES_M = (5e-4, 2e-3)  # radii from which quick fits start: from the one, edges
 # Times the mean square of a candidate that explains the run, from which a rival is given up; by judgement:
 # the BIC would differ by thousands, and a quick fit is within a few per cent of a full one.
 BEATEN = 4.0
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """Which candidates there are, and how they are fitted.
-
-    Parameters
-    ----------
-    models : sequence of str
-        Laws that are fitted as the paper has them; one with cases only as a rival.
-    kinematics : sequence of str
-        What their rivals may take; without any there is no rival.
-    free : mapping of str to sequence of str
-        What is freed besides the parameters of each law.
-    options : mapping of str to object
-        Of `FitSettings`, but `free`.
-    """
-
-    models: Sequence[str]
-    kinematics: Sequence[str]
-    free: Mapping[str, Sequence[str]]
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    def settings(self, model: str) -> FitSettings:
-        """Those of a candidate's fit."""
-        return FitSettings(free=self.free[CANDIDATES[model].law], **self.options)
-
-    def n_freed(self, model: str) -> int:
-        """How many numbers a candidate frees."""
-        return n_freed(model, self.free)
-
-    def freeing(self, scene: Sequence[str]) -> "Ladder":
-        """The same without what a fit takes for granted of the scene: a "release" as measured, no "tilt",
-        sharp "edges".
-
-        A law whose release is not freed keeps all, one with a restitution per impact a level base; edges are
-        rounded under a foundation's law where that is worked out.
-        """
-        released = [law for law, names in self.free.items() if {*PER_RUN} <= {*names}]
-        free, options = dict(self.free), dict(self.options)
-        rule = FitSettings(**self.options).debonding
-        for law in released:
-            if "tilt" in scene and not {*BARS_TILT} & {*free[law]}:
-                free[law] = (*free[law], "tilt")
-            if "edges" in scene and "edge_radius" not in free[law] and is_rounded(law, rule):
-                free[law] = (*free[law], "edge_radius")
-        if released and "release" in scene:
-            options["loose_release"] = True
-        return replace(self, free=free, options=options)
-
-    @property
-    def candidates(self) -> tuple[str, ...]:
-        """All candidates, few freed numbers first; without a law for which debonding is not worked out, where
-        another is left."""
-        rule = FitSettings(**self.options).debonding
-        worked_out = [law for law in self.models if LAWS[law].allows(rule, len(LAWS[law].dampings))]
-        return candidates(worked_out or self.models, self.kinematics, self.free)
 
 
 class LeftOut(NamedTuple):
@@ -429,6 +370,3 @@ def _mean_square(fit: Fit, motion: Motion) -> float:
     """Mean square residual of the samples that count [rad²]."""
     counts = motion.time_s >= motion.fit_start_s
     return float(np.nanmean(fit.residual[counts] ** 2))
-
-
-BY_DEFAULT = Ladder(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})

@@ -6,11 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from freerock.identification.candidates import Ladder
 from freerock.identification.choice import Choice
 from freerock.identification.doubts import doubts_about, doubts_about_noise
 from freerock.identification.fit import Fit
 from freerock.identification.impact_energy import impact_energy
-from freerock.identification.ladder import Identified, Ladder, identify_runs
+from freerock.identification.ladder import Identified, identify_runs
 from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of

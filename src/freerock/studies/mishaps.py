@@ -21,8 +21,9 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
+from freerock.identification.candidates import BY_DEFAULT, Ladder
 from freerock.identification.doubts import doubts_about
-from freerock.identification.ladder import BY_DEFAULT, Identified, Ladder, identify_run
+from freerock.identification.ladder import Identified, identify_run
 from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules
 from freerock.rotation.faults import signal_quality

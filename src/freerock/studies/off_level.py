@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from freerock.identification.ladder import BY_DEFAULT
+from freerock.identification.candidates import BY_DEFAULT
 from freerock.studies.mishaps import SCATTER, judged, spoiled
 from freerock.studies.truths import place
 from freerock.studies.virtual_run import Row
