@@ -63,6 +63,28 @@ def test_the_block_comes_to_rest_at_zero():
     assert np.abs(theta[-100:]).max() < 2e-6 < lean(BLOCK, Foundation.of(AEROSTOP), 5e-3) / 10
 
 
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-9, 1e-10, 1e-12])
+@pytest.mark.parametrize("r", [0.5, 0.9, 0.99])
+def test_a_rigid_block_comes_to_rest_however_exact_it_is_asked(r, rtol):
+    """Its impacts follow ever faster upon each other, each located no better than the tolerance."""
+    solver = Solver(rtol, max_steps=20_000)
+    theta, outcome = simulate_theta(
+        "housner", BLOCK, {"r": r, "tilt": 1e-5}, np.arange(0, 40, 1e-2), theta0=0.1, solver=solver
+    )
+    assert outcome == "completed"
+    assert theta[-1] == 0
+
+
+def test_a_rigid_block_on_a_base_off_level_ends_as_late_as_on_a_level_one():
+    """The first impacts are those of the closed form, moved by no more than the tilt moves them."""
+    time = np.arange(0, 6, 1e-4)
+    level, _ = simulate_theta("housner", BLOCK, {"r": 0.9}, time, theta0=0.1)
+    off, _ = simulate_theta(
+        "housner", BLOCK, {"r": 0.9, "tilt": 1e-9}, time, theta0=0.1, solver=Solver(1e-12)
+    )
+    np.testing.assert_allclose(off, level, atol=2e-8)
+
+
 @pytest.mark.parametrize(("model", "parameters"), LAWS)
 def test_no_tilt_is_the_level_base(model, parameters):
     level = simulate_fitted(model, BLOCK, {**parameters, "theta0": 0.12}, TIME)

@@ -1,22 +1,21 @@
 """Predicted standard errors: against fits, their scatter, and the figures known."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import yaml
+from planned import campaign
 from scipy.stats import chi2
 
-from freerock.config.campaign import load_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan import draw
 from freerock.figures.style import save
 from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan, plan_campaign
+from freerock.identification.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan
+from freerock.identification.plan_campaign import plan_campaign
 from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.rotation.beam import displacement_from_rotation
@@ -27,7 +26,6 @@ from freerock.runs.noise import white_noise
 from freerock.tables.plan import plan_text
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
-PALERMO = Path(__file__).parents[2] / "config/campaigns/palermo_virtual.yaml"
 CONFIG1, CONFIG2, CONFIG3 = (CONFIGURATIONS[f"config{n}"][0] for n in (1, 2, 3))
 MARBLE = {"k": 6.88e6, "lambda": 1.30e8}
 TEN = math.radians(10)
@@ -194,19 +192,9 @@ def test_what_cannot_be_had_is_said():
     assert plan_text(short).endswith("\nb on f from 10°: not determined by such a run")
 
 
-def campaign(tmp_path, change=lambda keys: None):
-    """The virtual campaign planned for one rate and angle, with its keys changed."""
-    keys = yaml.safe_load(PALERMO.read_text(encoding="utf-8"))
-    keys["plan"] |= {"sampling_rates_hz": [500], "durations_s": [2], "release_angles_deg": {}}
-    change(keys)
-    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(keys), encoding="utf-8")
-    (tmp_path / "lab.csv").write_text(PALERMO.with_suffix(".csv").read_text(encoding="utf-8"))
-    return load_campaign(tmp_path / "lab.yaml")
-
-
 def test_plan_of_a_campaign_its_text_and_figure(tmp_path):
     lab = campaign(tmp_path)
-    frame, rivals = plan_campaign(lab)
+    frame, rivals = plan_campaign(lab)[:2]
     assert set(rivals["model"]) == {"winkler", "hunt_crossley"}
     assert len(frame) == 3 * 2 * 2 * 5
     nominal = {name: block.release_angle_deg for name, block in lab.blocks.items()}

@@ -31,21 +31,27 @@ def run(chosen: Namespace) -> None:
     path = Path(chosen.campaign) if named else Path("config/campaigns") / f"{chosen.campaign}.yaml"
     campaign = load_campaign(path)  # refused before the numerical libraries are loaded
 
-    from freerock.figures.plan import draw, draw_rivals
+    from freerock.figures.plan import draw, draw_rivals, draw_totals
     from freerock.figures.style import save
-    from freerock.identification.plan import plan_campaign
-    from freerock.tables.plan import plan_text, rivals_text
+    from freerock.identification.plan_campaign import plan_campaign
+    from freerock.tables.csvfile import write_csv
+    from freerock.tables.plan import plan_text, rivals_text, totals_text
 
-    frame, rivals = plan_campaign(campaign)
-    labels = labels_of(campaign)
+    found, labels = plan_campaign(campaign), labels_of(campaign)
     folder = Path(chosen.into or f"results/{campaign.name}/plan")
-    save(*draw(frame, labels), folder / "plan")
-    print(plan_text(frame, labels))
-    written = [folder / "plan"]
-    if not rivals.empty:
-        save(*draw_rivals(rivals, labels), folder / "rivals")
-        print(f"\n{rivals_text(rivals, labels)}")
-        written.append(folder / "rivals")
+    save(*draw(found.errors, labels), folder / "plan")
+    print(plan_text(found.errors, labels))
+    written = ["plan"]
+    if not found.rivals.empty:
+        save(*draw_rivals(found.rivals, labels), folder / "rivals")
+        print(f"\n{rivals_text(found.rivals, labels)}")
+        written.append("rivals")
+    write_csv(found.budget, folder / "budget.csv")
+    if not found.totals.empty:
+        save(*draw_totals(found.totals, labels), folder / "total")
+        print(f"\n{totals_text(found.totals, labels)}")
+        written.append("total")
     print()
     for stem in written:
-        print(f"written: {stem}.csv, .pdf, .png")
+        print(f"written: {folder / stem}.csv, .pdf, .png")
+    print(f"written: {folder / 'budget.csv'}")

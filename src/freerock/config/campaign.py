@@ -150,7 +150,7 @@ class CampaignFile(Section):
         if plan is None or not {"blocks", "foundations"} <= info.data.keys():
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
-        for name in plan.expected:
+        for name in (*plan.expected, *plan.spread_fraction):
             check_name(name, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:

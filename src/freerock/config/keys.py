@@ -5,7 +5,7 @@ The fields of a section are the settings of the step it configures, with the sam
 
 import math
 from collections.abc import Mapping
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
@@ -308,8 +308,16 @@ class PlanSection(Section):
         description="the discrepancy ε_θ that even the right law leaves beyond the noise, as a fraction: "
         "rivals that are nearer are not told apart",
     )
+    n_runs: tuple[Annotated[Whole, Field(gt=0)], ...] = Field(
+        (1, 2, 3, 5, 10, 20), description="how many runs of each block, one or more numbers"
+    )
+    spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = Field(
+        {},
+        description="foundation: parameter: standard deviation between runs over their mean, as tau and mean "
+        "in tables/populations.csv of an earlier campaign; left out, 0",
+    )
 
-    @field_validator("sampling_rates_hz", "durations_s")
+    @field_validator("sampling_rates_hz", "durations_s", "n_runs")
     @classmethod
     def _one_or_more(cls, values: Any) -> Any:
         if not values:
@@ -323,6 +331,14 @@ class PlanSection(Section):
             for model, parameters in models.items():
                 check_parameters(model, parameters, f" on {foundation}", CANDIDATES[model].width)
         return expected
+
+    @field_validator("spread_fraction")
+    @classmethod
+    def _of_parameters(cls, spread: Any) -> Any:
+        every = {name for parameters in MODELS.values() for name in parameters}
+        for name in {name for parameters in spread.values() for name in parameters}:
+            check_name(name, sorted(every), "a parameter of a law")
+        return spread
 
 
 class PublishedSection(Section):

@@ -6,9 +6,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
 from freerock.figures.style import Labels, Style, label, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.tables.plan import best_known
 
 BLOCK_STYLES: tuple[Style, ...] = (
     {"color": "black", "marker": "o"},
@@ -133,3 +135,56 @@ def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Fig
     title = f"{MODEL_LABELS[rows['model'].iloc[0]]} expected: its rivals at their best"
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     return figure
+
+
+@styled()
+def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.DataFrame]:
+    """Relative total uncertainty over the number of runs, with what no number of runs makes smaller.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.identification.plan_total.plan_totals`; not empty.
+
+    Returns
+    -------
+    pages : list of matplotlib.figure.Figure
+        One: a row of panels per foundation, a panel per model and parameter.
+    data : pandas.DataFrame
+        The rows drawn, each in the case that knows best, with both in per cent of the value.
+    """
+    best = best_known(frame)
+    best = best.assign(
+        u_total_percent=100 * best["u_total"] / best["value"], inputs_percent=100 * best["inputs_fraction"]
+    )
+    blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
+    expected = {
+        name: list(dict.fromkeys(zip(own["model"], own["parameter"], strict=True)))
+        for name, own in best.groupby("foundation", sort=False)
+    }
+    figure = Figure(figsize=(7.0, 0.9 + 1.6 * len(expected)))
+    places = figure.add_gridspec(len(expected), max(map(len, expected.values())))
+    for i, (foundation, parameters) in enumerate(expected.items()):
+        for j, (model, parameter) in enumerate(parameters):
+            ax = figure.add_subplot(places[i, j], xscale="log", yscale="log")
+            ax.set_title(f"{MODEL_LABELS[model]} {SYMBOLS[parameter]}", loc="left")
+            here = best[(best["foundation"] == foundation) & (best["model"] == model)]
+            for block, curve in here[here["parameter"] == parameter].groupby("block", sort=False):
+                ax.plot(curve["n_runs"], curve["u_total_percent"], **blocks[block])
+                least = {"color": blocks[block]["color"], "linestyle": ":", "linewidth": 0.8}
+                ax.plot(curve["n_runs"], curve["inputs_percent"], **least)
+            ax.set_xticks(sorted(best["n_runs"].unique()))
+            ax.xaxis.set_major_formatter(ScalarFormatter())
+            ax.xaxis.set_minor_locator(NullLocator())
+            ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 3, 5)))
+            ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            ax.yaxis.set_minor_locator(NullLocator())
+            if j == 0:
+                ax.set_ylabel(f"{label(labels, foundation)}\n$u$ / %")
+            if i == len(expected) - 1:
+                ax.set_xlabel("runs per block")
+    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
+    handles.append(Line2D([], [], color="0.3", linestyle=":", linewidth=0.8, label="inputs alone"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    figure.suptitle("Total uncertainty predicted for a mean", x=0.01, ha="left", fontsize=9, weight="bold")
+    return [figure], best

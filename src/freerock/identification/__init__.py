@@ -18,6 +18,8 @@ __all__ = [
     "ladder",
     "misfit",
     "plan",
+    "plan_campaign",
+    "plan_total",
     "population",
     "predict",
     "random_effects",

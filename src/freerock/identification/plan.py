@@ -2,11 +2,11 @@
 which rivals they will tell from it."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,12 +19,11 @@ from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, unit_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 
-if TYPE_CHECKING:
-    from freerock.config.campaign import Campaign
-
+BUDGET_CASE = ["block", "foundation", "laser", "duration_s", "release_angle_deg", "model"]
 CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
 CASE += ["model"]
 COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "tilt_stderr_deg", "note"]
@@ -92,6 +91,8 @@ class Setup:
         over the block's.
     release_angles_deg : sequence of float
         Release angles of the block [°].
+    laboratory : Laboratory, optional
+        What it is measured with, and how well that is known.
     """
 
     block_name: str
@@ -101,6 +102,7 @@ class Setup:
     laser: Laser
     expected: Mapping[str, Mapping[str, float]]
     release_angles_deg: Sequence[float]
+    laboratory: Laboratory | None = None
 
     @property
     def names(self) -> tuple[str, str, str]:
@@ -173,7 +175,7 @@ def plan(
         there is no standard error).
     """
     rows: list[tuple[Any, ...]] = []
-    for setup in _different(setups):
+    for setup in different(setups):
         for model in setup.expected:
             rows += _rows(setup, model, choices, free[CANDIDATES[model].law], debonding)
     return _in_order_of_appearance(pd.DataFrame(rows, columns=COLUMNS))
@@ -206,7 +208,7 @@ def plan_rivals(
         law), note (why there is none).
     """
     rows: list[tuple[Any, ...]] = []
-    for setup in _different(setups):
+    for setup in different(setups):
         for model in setup.expected:
             rows += _rival_rows(
                 setup, model, rivals_of(model, laws, kinematics, free), choices, free, debonding
@@ -214,7 +216,7 @@ def plan_rivals(
     return _in_order_of_appearance(pd.DataFrame(rows, columns=RIVALS))
 
 
-def _different(setups: Iterable[Setup]) -> list[Setup]:
+def different(setups: Iterable[Setup]) -> list[Setup]:
     """The first setup of each name."""
     return list({setup.names: setup for setup in reversed(list(setups))}.values())[::-1]
 
@@ -237,21 +239,24 @@ def _rows(
         time_s = np.arange(np.ceil(choices.finger_s * rate), np.floor(duration * rate) + 1) / rate
         theta0 = math.radians(angle)
         errors = partial(standard_errors, model, block, parameters, time_s, theta0, 1.0, debonding=debonding)
-        try:
-            unit_errors = errors(free=free)
-            unit_errors["tilt"] = errors(free=(*free, *({"tilt"} - {*free})))["tilt"]
-            fault = (
-                ""
-                if np.isfinite([unit_errors[name] for name in names]).all()
-                else "not determined by such a run"
-            )
-        except FreerockError as error:
-            unit_errors, fault = dict.fromkeys([*names, "tilt"], np.nan), error.what
+        unit_errors, fault = _or_why_not(errors, free)
+        if not fault and not np.isfinite([unit_errors[name] for name in names]).all():
+            fault = "not determined by such a run"
+        tilted, _ = _or_why_not(errors, (*free, *({"tilt"} - {*free})))
+        unit_errors = dict.fromkeys(names, np.nan) | unit_errors | {"tilt": tilted.get("tilt", np.nan)}
         for case, sigma, off in _with_each_sensor(setup, (model, duration, angle), (rate,), choices):
             known = {name: np.nan if off else error * sigma for name, error in unit_errors.items()}
             tilt_deg = math.degrees(known["tilt"])
             for name in names:
                 yield (*case, name, values[name], known[name], unit_of(name), tilt_deg, fault or off)
+
+
+def _or_why_not(errors: Callable[..., dict[str, float]], free: Sequence[str]) -> tuple[dict[str, float], str]:
+    """Standard errors with such nuisances, or none and why."""
+    try:
+        return errors(free=free), ""
+    except FreerockError as error:
+        return {}, error.what
 
 
 def _rival_rows(
@@ -260,7 +265,7 @@ def _rival_rows(
     """Rows of the rivals of one model on one setup."""
     n = n_freed(model, free)
     for duration, angle in product(choices.durations_s, setup.release_angles_deg):
-        motion, fault = _expected(setup, model, angle, (choices.finger_s, duration), debonding)
+        motion, fault = expected_of(setup, model, angle, (choices.finger_s, duration), debonding)
         for rival in rivals:
             settings = FitSettings(free[CANDIDATES[rival].law], debonding)
             best = best_rival(rival, setup.block, motion, settings) if motion else None
@@ -275,7 +280,7 @@ def _rival_rows(
                     yield (*case, rival, delta, best.epsilon_theta, apart, "")
 
 
-def _expected(
+def expected_of(
     setup: Setup, model: str, angle: float, span_s: tuple[float, float], debonding: str
 ) -> tuple[Motion | None, str]:
     """The expected motion, or why there is none."""
@@ -294,59 +299,3 @@ def _with_each_sensor(
     for rate, (name, sensor) in product(rates_hz, choices.sensors.items()):
         sigma, off = sensor.sigma_theta(math.radians(angle), setup.block, setup.laser)
         yield (*setup.names, name, duration, rate, angle, model, math.degrees(sigma)), sigma, off
-
-
-def plan_campaign(campaign: "Campaign") -> tuple[pd.DataFrame, pd.DataFrame]:
-    """`plan` and `plan_rivals` of a campaign as loaded: the setups are those of its records, which need not
-    exist yet.
-
-    A restitution per impact is planned as one r, that of `plan.expected`.
-
-    Raises
-    ------
-    FreerockError
-        The campaign has no section `plan`, or one of its sensors has no scale.
-    """
-    section, fits = campaign.plan, campaign.fits
-    if section is None:
-        remedy = "write what is expected of each foundation, and the sensors (config/README.md)"
-        raise FreerockError(f"{campaign.name}.yaml: plan", "is missing", remedy)
-    nominal = {name: block.release_angle_deg for name, block in campaign.blocks.items()}
-    angles: dict[str, Sequence[float]] = {name: (angle,) for name, angle in nominal.items() if angle}
-    angles |= section.release_angles_deg
-    lasers = {
-        name: Laser(**laser.model_dump(exclude={"calibration", "uncertainty"}))
-        for name, laser in campaign.lasers.items()
-    }
-    setups = [
-        Setup(
-            each.block,
-            each.foundation,
-            laser,
-            campaign.blocks[each.block].block,
-            lasers[laser],
-            section.expected[each.foundation],
-            angles[each.block],
-        )
-        for each in campaign.records
-        for laser in each.lasers
-    ]
-    choices = Choices(
-        {name: Sensor(**sensor.model_dump()) for name, sensor in section.sensors.items()},
-        section.sampling_rates_hz,
-        section.durations_s,
-        campaign.processing.runs.finger_s,
-        section.model_error,
-    )
-    free = {law: [name for name in names if name != "r_per_impact"] for law, names in fits.freed.items()}
-    return (
-        plan(setups, choices, free=free, debonding=fits.debonding),
-        plan_rivals(
-            setups,
-            choices,
-            laws=fits.models,
-            kinematics=fits.kinematics,
-            free=free,
-            debonding=fits.debonding,
-        ),
-    )

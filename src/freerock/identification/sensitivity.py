@@ -40,16 +40,19 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
     settings : FitSettings
         Those of the fit.
     """
-    problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE)
-    if law_of(fit.model).is_foundation:
-        problem = problem.rough()
+    problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
     if problem.names != fit.parameters:  # an impact more or less: no such fit
         return Contributions(
             laboratory.inputs, np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)
         )
-    at = _Minimum(problem, problem.start_at(fit.values), laboratory)
+    return contributions_at(problem, problem.start_at(fit.values), laboratory)
+
+
+def contributions_at(problem: Problem, x: Floats, laboratory: Laboratory) -> Contributions:
+    """The same where the fitted numbers of a problem of one run lie at x."""
+    at = _Minimum(problem, x, laboratory)
     columns = [at.shift(source) for source in laboratory.inputs]
-    return Contributions(laboratory.inputs, np.reshape(columns, (-1, len(fit.parameters))).T)
+    return Contributions(laboratory.inputs, np.reshape(columns, (-1, len(problem.names))).T)
 
 
 class _Minimum:

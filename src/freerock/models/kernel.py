@@ -1041,8 +1041,10 @@ def _integrate(
         elif which == 5:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
             hold = gravity * b - abs(x) * h
-            w = restitution * y[3]
-            if hold > 0 and w * w * (inertia + b * b) < 2e-3 * tolerance * hold:
+            # the impact is located within a tolerance: the rate where θ is zero, by the work done since
+            w = restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
+            # of a swing whose top is hardly beyond what an impact is located to, none is told from rest
+            if hold > 0 and w * w * (inertia + b * b) < 0.05 * tolerance * hold:
                 w = 0.0
                 regime = HOUSNER_REST
             y = (0.0, 0.0, 0.0, w)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.tables.total import INPUT_LABELS
 
 CASE = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
 
@@ -84,6 +85,63 @@ def rivals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     return "\n".join([title, table.to_string(), "", *sentences])
 
 
+def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> str:
+    """What more runs and better known inputs would do for the total uncertainty, as a reader sees it.
+
+    Parameters
+    ----------
+    frame : pandas.DataFrame
+        From `freerock.identification.plan_total.plan_totals`; not empty.
+    labels : mapping of str to str, optional
+        Printed names of blocks and foundations.
+
+    Returns
+    -------
+    str
+        A line per parameter and block, in the case that knows it best (`best_known`): u in per cent of the
+        value by the number of runs; the input that most of the least u owes to, and u were it exact.
+    """
+    best = _named(best_known(frame), labels)
+    best["number"] = best["model"].map(MODEL_LABELS) + " " + best["parameter"].map(SYMBOLS)
+    rows = []
+    for (foundation, number, block), own in best.groupby(["foundation", "number", "block"], sort=False):
+        last = own.loc[own["n_runs"].idxmax()]
+        rows.append(
+            {
+                "foundation": foundation,
+                "": number,
+                "block": block,
+                **{
+                    f"n = {row.n_runs}": _percent(row.u_total, row.value)
+                    for row in own.sort_values("n_runs").itertuples()
+                },
+                **_first(last),
+            }
+        )
+    table = pd.DataFrame(rows).set_index(["foundation", "", "block"])
+    lines = ["Total uncertainty u (k = 1) of the mean of n runs of each block in %", table.to_string()]
+    if (best["spread_fraction"] == 0).any():
+        lines.append("the spread between runs is 0 where plan.spread_fraction gives none")
+    return "\n".join(lines)
+
+
+def _first(row: pd.Series) -> dict[str, str]:
+    """What most of the uncertainty is owed to, and what it were without."""
+    of_runs = (row["runs_fraction"] * row["value"] / row["u_total"]) ** 2
+    if of_runs > row["first_share"]:
+        return {"owed most to": f"runs, {100 * of_runs:.0f} %", "were it exact": "–"}
+    known = f"{INPUT_LABELS[row['first_input']]}, {100 * row['first_share']:.0f} %"
+    return {"owed most to": known, "were it exact": _percent(row["u_total_without_first"], row["value"])}
+
+
+def best_known(frame: pd.DataFrame) -> pd.DataFrame:
+    """Of each foundation, model, parameter, block and number of runs the case of least total uncertainty."""
+    of_mean = ["foundation", "model", "parameter"]
+    least = frame.groupby([*of_mean, "block", "n_runs"])["u_total"].idxmin()
+    found = frame.loc[sorted(least)]
+    return found.sort_values(of_mean, key=lambda names: pd.factorize(names)[0], kind="stable")
+
+
 def _sentence(pair: str, rows: pd.DataFrame) -> str:
     """How a rival fares against an expected model, over all cases that can be measured."""
     apart, missed = rows[rows["told_apart"]], rows[~rows["told_apart"]]
@@ -104,13 +162,18 @@ def _case(row: pd.Series) -> str:
 
 def _printed(frame: pd.DataFrame, labels: Mapping[str, str] | None) -> pd.DataFrame:
     """The rows with names and choices as printed."""
-    frame = frame.replace({"block": labels or {}, "foundation": labels or {}})
+    frame = _named(frame, labels)
     return frame.assign(
         duration=frame["duration_s"].map("{:g} s".format),
         rate=frame["sampling_rate_hz"].map("{:g} Hz".format),
         angle=frame["release_angle_deg"].map("{:g}°".format),
         **{name: frame[name].map(MODEL_LABELS) for name in ("model", "rival") if name in frame},
     )
+
+
+def _named(frame: pd.DataFrame, labels: Mapping[str, str] | None) -> pd.DataFrame:
+    """The rows with printed names of blocks and foundations."""
+    return frame.replace({"block": labels or {}, "foundation": labels or {}})
 
 
 def _columns(rows: pd.DataFrame) -> tuple[list[str], list[str]]:

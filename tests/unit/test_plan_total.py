@@ -1,0 +1,194 @@
+"""Total uncertainty before any test: against refits, draws of whole campaigns and the closed form."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from planned import campaign
+
+from freerock.config.mistakes import ConfigError
+from freerock.figures.plan import draw_totals
+from freerock.figures.style import save
+from freerock.identification.fit import fit_run
+from freerock.identification.plan import COLUMNS, Choices, Sensor, Setup, plan
+from freerock.identification.plan_campaign import plan_campaign
+from freerock.identification.plan_total import ALL, BUDGET, TOTALS, plan_budget, plan_totals
+from freerock.identification.sensitivity import contributions
+from freerock.identification.settings import FitSettings
+from freerock.models.simulate import Solver, simulate_theta
+from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.sensor import Laser
+from freerock.runs.motion import Motion
+from freerock.tables.plan import best_known, totals_text
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+
+BLOCKS = {name: CONFIGURATIONS[name][0] for name in ("config1", "config2")}
+SOIL = {"k": 2.86e6, "lambda": 8.16e7}
+LASER = Laser("horizontal", 0.2, 0.1)
+
+
+def laboratory(name, **u):
+    known = {"width_m": (name, 3e-4), "height_m": (name, 3e-4), "position_m": ("laser", 6e-4)}
+    known |= {"scale_fraction": ("laser", 1e-3)}
+    inputs = [Input(owner, key, u.get(key, each), True) for key, (owner, each) in known.items()]
+    return Laboratory(BLOCKS[name], {"laser": LASER}, tuple(inputs))
+
+
+def setup(name, expected, angle=6.0, **u):
+    return Setup(name, "mat", "laser", BLOCKS[name], LASER, expected, [angle], laboratory(name, **u))
+
+
+CHOICES = Choices({"s": Sensor(noise_v=0.002)}, durations_s=(2.0,))
+
+
+@pytest.mark.parametrize(
+    ("model", "values"), [("hunt_crossley", SOIL), ("housner", {"r": 0.9}), ("winkler", {"k": 4e6, "c": 2e4})]
+)
+def test_contributions_are_those_of_a_fit_of_such_a_run(model, values):
+    """Without a beam, so that the rotation is what is measured: a fit of an independent simulation."""
+    block, time_s, sigma = BLOCKS["config2"], np.arange(0.03, 2.0, 1 / 2000), 1e-5
+    theta, _ = simulate_theta(model, block, values, time_s, theta0=0.1, solver=Solver(1e-10))
+    theta = theta + sigma * np.random.default_rng(1).standard_normal(theta.size)
+    inputs = [Input("b", name, 3e-4, True) for name in ("width_m", "height_m")]
+    inputs += [Input("l", "scale_fraction", 1e-3, True), Input("l", "sampling_rate_fraction", 6e-5, True)]
+    laser = Laser(units="rad")
+    lab = Laboratory(block, {"l": laser}, tuple(inputs))
+    motion = Motion(time_s, theta, sigma, 0.1, 1e-3, 3e-3)
+    fit = fit_run(model, block, motion)
+    assert fit.success
+    found = contributions(fit, motion, lab, FitSettings())
+    one = Setup("b", "f", "l", block, laser, {model: values}, [math.degrees(0.1)], lab)
+    budget = plan_budget([one], CHOICES)
+    assert list(budget.columns) == BUDGET
+    for name, rows in budget.groupby("parameter", sort=False):
+        fitted = found.values[fit.parameters.index(name)] / values[name]
+        planned = rows["contribution_fraction"].to_numpy()
+        assert planned == pytest.approx(fitted, rel=0.02, abs=2e-2 * np.abs(fitted).max())
+
+
+def table(setups, n_runs=(1, 3, 12), spread=0.03):
+    errors, budget = plan(setups, CHOICES), plan_budget(setups, CHOICES)
+    return errors, budget, plan_totals(errors, budget, n_runs, {"mat": {"k": spread}})
+
+
+def test_the_two_parts_of_u_and_what_no_number_of_runs_makes_smaller():
+    errors, budget, totals = table([setup("config2", {"hunt_crossley": SOIL})])
+    assert list(errors.columns) == COLUMNS and list(totals.columns) == TOTALS
+    k = totals[totals["parameter"] == "k"].set_index("n_runs")
+    noise = errors.set_index("parameter").loc["k", "stderr"] / SOIL["k"]
+    shifts = budget[budget["parameter"] == "k"].set_index("input")["contribution_fraction"]
+    floor = math.sqrt(sum(shifts**2))
+    for n in (1, 3, 12):
+        runs = math.sqrt((0.03**2 + noise**2) / n)
+        assert k.loc[n, "runs_fraction"] == pytest.approx(runs)
+        assert k.loc[n, "inputs_fraction"] == pytest.approx(floor)
+        assert k.loc[n, "u_total"] == pytest.approx(SOIL["k"] * math.hypot(runs, floor))
+    assert math.isnan(k.loc[1, "half95"])
+    assert k.loc[3, "first_input"] == "width_m" and k.loc[3, "first_owner"] == "config2"
+    share = (SOIL["k"] * shifts["width_m"] / k.loc[3, "u_total"]) ** 2
+    assert k.loc[3, "first_share"] == pytest.approx(share)
+    exact = table([setup("config2", {"hunt_crossley": SOIL}, width_m=0.0)])[2]
+    exact = exact[exact["parameter"] == "k"].set_index("n_runs")
+    assert k.loc[3, "u_total_without_first"] == pytest.approx(exact.loc[3, "u_total"])
+
+
+def test_draws_of_campaigns_scatter_as_planned():
+    """Runs drawn with their spread, inputs with their errors, over two blocks that share a laser."""
+    setups = [setup(name, {"hunt_crossley": SOIL}) for name in BLOCKS]
+    errors, budget, totals = table(setups)
+    draw, n, many = np.random.default_rng(3), 3, 40_000
+    of_k = budget[budget["parameter"] == "k"]
+    owners = sorted(set(zip(of_k["input_owner"], of_k["input"], strict=True)))
+    off = {owner: draw.standard_normal(many) for owner in owners}
+    means = {}
+    for name in BLOCKS:
+        noise = errors[(errors["block"] == name) & (errors["parameter"] == "k")]["stderr"].item() / SOIL["k"]
+        runs = math.hypot(0.03, noise) * draw.standard_normal((n, many))
+        own = of_k[of_k["block"] == name]
+        shift = sum(row.contribution_fraction * off[row.input_owner, row.input] for row in own.itertuples())
+        means[name] = runs.mean(axis=0) + shift
+        spread = runs.std(axis=0, ddof=1) / math.sqrt(n)
+        planned = row_of(totals, name, n)
+        assert means[name].std() * SOIL["k"] == pytest.approx(planned["u_total"], rel=0.02)
+        assert spread.mean() == pytest.approx(planned["runs_fraction"], rel=0.15)  # its mean is below it
+    both = sum(means.values()) / 2
+    assert both.std() * SOIL["k"] == pytest.approx(row_of(totals, ALL, n)["u_total"], rel=0.02)
+    alone = [row_of(totals, name, n)["inputs_fraction"] for name in BLOCKS]
+    assert row_of(totals, ALL, n)["inputs_fraction"] > math.hypot(*alone) / 2  # the laser is the same
+
+
+def row_of(totals, block, n):
+    rows = totals[(totals["block"] == block) & (totals["parameter"] == "k") & (totals["n_runs"] == n)]
+    return rows.iloc[0]
+
+
+def test_text_and_figure(tmp_path):
+    setups = [setup(name, {"hunt_crossley": SOIL}) for name in BLOCKS]
+    totals = table(setups)[2]
+    text = totals_text(totals, {"config1": "Slender"})
+    assert text.startswith("Total uncertainty u (k = 1) of the mean of n runs of each block in %\n")
+    (line,) = [line for line in text.splitlines() if "Hunt–Crossley k" in line]
+    known = row_of(totals, "config1", 1)
+    assert "Slender" in line and f"{100 * known['u_total'] / known['value']:.2g}" in line
+    assert "all blocks" in text and "width, " in text
+    assert text.splitlines()[-1] == "the spread between runs is 0 where plan.spread_fraction gives none"
+    pages, data = draw_totals(totals)
+    save(pages, data, tmp_path / "total")
+    assert len(pages) == 1 and len(pages[0].axes) == 2
+    assert len(pd.read_csv(tmp_path / "total.csv")) == len(best_known(totals)) == 2 * 3 * 3
+
+
+def test_the_case_of_least_uncertainty_is_shown():
+    near, far = (setup("config2", {"hunt_crossley": SOIL}, angle) for angle in (10.0, 5.0))
+    errors = pd.concat([plan([each], CHOICES) for each in (near, far)], ignore_index=True)
+    budget = pd.concat([plan_budget([each], CHOICES) for each in (near, far)], ignore_index=True)
+    totals = plan_totals(errors, budget, (3,), {})
+    k = totals[totals["parameter"] == "k"]
+    assert len(k) == 2
+    best = best_known(totals)
+    assert best[best["parameter"] == "k"]["u_total"].item() == k["u_total"].min()
+
+
+def test_a_campaign_plans_its_total_from_its_own_inputs(tmp_path):
+    def change(keys):
+        keys["plan"]["n_runs"] = [1, 3]
+        keys["blocks"]["config2"]["uncertainty"] = {"width_m": 0.0}
+
+    found = plan_campaign(campaign(tmp_path, change))
+    owners = set(zip(found.budget["input_owner"], found.budget["input"], strict=True))
+    assert {("config1", "width_m"), ("at_200mm", "position_m")} <= owners
+    exact = found.budget[(found.budget["input_owner"] == "config2") & (found.budget["input"] == "width_m")]
+    assert (exact["contribution_fraction"] == 0).all() and exact["input_stated"].all()
+    k = found.totals[(found.totals["model"] == "hunt_crossley") & (found.totals["parameter"] == "k")]
+    assert set(k["block"]) == {"config1", "config2", "config3", ALL} and set(k["n_runs"]) == {1, 3}
+    assert np.isfinite(k["u_total"]).all()
+    assert set(found.totals["model"]) == {"housner", "winkler", "hunt_crossley"}
+
+
+MISTAKES = {
+    "unknown foundation": (
+        lambda plan: plan.update(spread_fraction={"marbel": {"k": 0.03}}),
+        "plan: 'marbel' is not a foundation of this campaign; did you mean 'marble'?",
+    ),
+    "unknown parameter": (
+        lambda plan: plan.update(spread_fraction={"marble": {"kk": 0.03}}),
+        "plan.spread_fraction: 'kk' is not a parameter of a law; did you mean 'k'?",
+    ),
+    "no run": (
+        lambda plan: plan.update(n_runs=[0]),
+        "plan.n_runs.0: 0 is not greater than 0; give how many runs of each block, one or more numbers",
+    ),
+    "none": (
+        lambda plan: plan.update(n_runs=[]),
+        "plan.n_runs: is empty; give one or more numbers, or leave it out",
+    ),
+}
+
+
+@pytest.mark.parametrize(("change", "line"), MISTAKES.values(), ids=MISTAKES)
+def test_mistakes_are_told_in_one_line(change, line, tmp_path):
+    with pytest.raises(ConfigError) as caught:
+        campaign(tmp_path, lambda keys: change(keys["plan"]))
+    (message,) = str(caught.value).splitlines()
+    assert message.partition(": ")[2] == line
