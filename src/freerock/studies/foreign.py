@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError, exit_code
 from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.verdicts import verdict_of_run
@@ -36,15 +37,44 @@ COLUMNS = ["test", "about", "run", "verdict", "names", "named", "model", "explai
 COLUMNS += ["k_error_percent", "k_error_stderrs", "lambda_error_percent", "lambda_error_stderrs"]
 COLUMNS += ["n_r", "n_r_inside", "r_error", "r_wrong", "release_error_ms", "prediction_epsilon", "wrong"]
 Tables = Mapping[str, pd.DataFrame]
+Names = Mapping[str, tuple[str, ...]]  # of the reasons of each run
 
 
 def score(folder: Path, truths: Mapping[str, Any]) -> pd.DataFrame:
-    """Grade the products of a campaign.
+    """Grade the products in the results folder of a campaign, as `grade` does.
+
+    Raises
+    ------
+    FreerockError
+        A table or dataset is missing, or a dataset can't be read.
+    """
+    tables = tables_of(folder)
+    return grade(tables, {test: _names(folder, test) for test in truths}, truths)
+
+
+def tables_of(folder: Path) -> dict[str, pd.DataFrame]:
+    """The tables of a results folder that are graded, by name; raises FreerockError where one is missing."""
+    paths = {name: folder / "tables" / f"{name}.csv" for name in TABLES}
+    for path in paths.values():
+        _there(path, "run `snakemake --config campaigns=foreign`, or name the folder of its results")
+    return {name: read_csv(path) for name, path in paths.items()}
+
+
+def _there(path: Path, remedy: str) -> Path:
+    if not path.is_file():
+        raise FreerockError(path, "there is no such file", remedy)
+    return path
+
+
+def grade(tables: Tables, names: Mapping[str, Names], truths: Mapping[str, Any]) -> pd.DataFrame:
+    """Grade the tables of a campaign.
 
     Parameters
     ----------
-    folder : path
-        Of its results.
+    tables : mapping of str to pandas.DataFrame
+        Those of `TABLES`.
+    names : mapping of str to mapping of str to tuple of str
+        By test and number of the run, the names of its reasons.
     truths : mapping
         By test: about, right_names, right_choices, parameters [SI], and of each of its runs let_go_s, free_s
         and impacts_s [s] and restitution.
@@ -59,13 +89,11 @@ def score(folder: Path, truths: Mapping[str, Any]) -> pd.DataFrame:
         standard errors); release_error_ms (beyond the time in which the hand leaves); prediction_epsilon
         (ε_θ of the run predicted from the other); wrong (what an ok stands over, joined by blanks).
     """
-    tables = {name: read_csv(folder / "tables" / f"{name}.csv") for name in TABLES}
     rows = []
     for test, truth in truths.items():
-        names = _names(folder, test)
         for i, run in enumerate(truth["runs"]):
             row: Row = {"test": test, "about": truth["about"], "run": str(i + 1)}
-            rows.append(row | _run(tables, names, test, truth, run))
+            rows.append(row | _run(tables, names[test], test, truth, run))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -87,7 +115,7 @@ def _where(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
 
 def _run(
     tables: Tables,
-    names: Mapping[str, tuple[str, ...]],
+    names: Names,
     test: str,
     truth: Mapping[str, Any],
     run: Mapping[str, Any],
@@ -204,14 +232,15 @@ def counts(frame: pd.DataFrame) -> str:
 
 def main(results: str = "results/foreign", document: str = "") -> None:
     """Grade, write the product, print, and renew the table of a document."""
-    frame = score(Path(results), json.loads(TRUTHS.read_text(encoding="utf-8")))
+    truths = _there(TRUTHS, "run it in the checkout of freerock")
+    frame = score(Path(results), json.loads(truths.read_text(encoding="utf-8")))
     PRODUCT.parent.mkdir(parents=True, exist_ok=True)
     write_csv(frame, PRODUCT)
     text = f"{table(frame)}\n\n{counts(frame)}"
     print(text)
     if document:
-        renew(document, MARK, text)
+        renew(_there(Path(document), "name the page that has the table"), MARK, text)
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    sys.exit(exit_code(lambda: main(*sys.argv[1:])))
