@@ -108,6 +108,38 @@ def test_the_figures_are_drawn(own):
     assert set(rows["part"]) == set(numerics.X)
 
 
+def test_what_an_engine_cannot_do_stands_within_its_panel():
+    """Wherever its slowest point lies."""
+    for epsilon in (1e-12, 1e-7, 1e-5, 1e-3, 1e-1, 1.9):
+        rows = [
+            (
+                law,
+                engine,
+                "engine",
+                epsilon,
+                seconds,
+                4e-6,
+                "k",
+                1.0,
+                seconds,
+                "another law: takes no r; more",
+            )
+            for law, engine, seconds in (
+                ("housner", "MuJoCo, box", 0.1),
+                ("winkler", "OpenSees, gap springs", 20.0),
+                ("hunt_crossley", "Drake, points, RK3", 1.0),
+            )
+        ]
+        columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
+        columns += ["error_stderr", "fit_s", "note"]
+        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0][0]
+        figure.draw_without_rendering()
+        for ax in figure.axes:
+            (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]
+            box, panel = note.get_window_extent(), ax.get_window_extent()
+            assert panel.x0 <= box.x0 and box.x1 <= panel.x1 and box.y1 <= panel.y1
+
+
 # Methods
 
 

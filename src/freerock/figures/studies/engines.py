@@ -2,9 +2,11 @@
 
 import math
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
 from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.models.laws import LAWS, MODEL_LABELS
@@ -12,7 +14,10 @@ from freerock.models.published import TABLE_3
 
 BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends
 LEAST = 1e-24  # smaller errors are drawn here
-NOTED_LEFT = 1e-2  # errors above are noted to the left of their points
+MOST_STDERRS = 3e3  # to which the third chart reaches at least
+ROOM_FOR_NOTES = 4.0  # times the longest time
+SIDES = {0.3: "left", 0.7: "center", math.inf: "right"}  # of a note, by how far across the panel it stands
+OVER = withStroke(linewidth=1.5, foreground="white")  # of a text that crosses lines
 GOOD = "#e8f3ea"
 LINE: Style = {"linewidth": 0.9, "markersize": 4}
 STYLES: dict[str, Style] = {
@@ -56,6 +61,7 @@ def _seen(data: pd.DataFrame) -> Figure:
     for law, ax, rows in panels:
         floor = float(rows["floor_epsilon"].iloc[0])
         left = BELOW_FLOOR * floor
+        ax.set(xlim=(left / 3, 2.0), xlabel="$ε_θ$ of the simulation")
         ax.axvspan(left / 3, floor, color=GOOD, linewidth=0)
         ax.axvline(floor, color="#00805e", linewidth=1)
         ax.axvline(TABLE_3["marble"][law], color="0.4", linewidth=1, linestyle="--")
@@ -73,8 +79,8 @@ def _seen(data: pd.DataFrame) -> Figure:
                     "", (left / 2.6, least), (left, least), arrowprops={"arrowstyle": "->", "lw": 0.7}
                 )
             _noted(ax, points, left, noted)
-        ax.set(xlim=(left / 3, 2.0), xlabel="$ε_θ$ of the simulation")
     panels[0][1].set_ylabel("time of a run of 3 s / s")
+    panels[0][1].set_ylim(top=ROOM_FOR_NOTES * data["time_s"].max())
     _legend(figure, data)
     return figure
 
@@ -98,6 +104,7 @@ def _said(ax: Axes, x: float, text: str, color: str) -> None:
         fontsize=6,
         color=color,
         transform=ax.get_xaxis_transform(),
+        path_effects=[OVER],
     )
 
 
@@ -114,14 +121,18 @@ def _noted(ax: Axes, points: pd.DataFrame, left: float, noted: set[str]) -> None
     noted.add(engine)
     slowest = points.sort_values("time_s").iloc[-1]
     note = str(slowest["note"]).partition(";")[0]
+    x = max(slowest["epsilon"], left)
+    low, high = np.log(ax.get_xlim())
+    across = (math.log(x) - low) / (high - low)
     ax.annotate(
-        f"{engine}: {note}",
-        (max(slowest["epsilon"], left), slowest["time_s"]),
-        xytext=(4, 4) if slowest["epsilon"] < NOTED_LEFT else (-4, 4),
-        ha="left" if slowest["epsilon"] < NOTED_LEFT else "right",
+        f"{engine}:\n{note}",
+        (x, slowest["time_s"]),
+        xytext=(0, 4),
+        ha=next(side for end, side in SIDES.items() if across < end),
         textcoords="offset points",
         fontsize=5.5,
         color=STYLES[slowest["method"]]["color"],
+        path_effects=[OVER],
     )
 
 
@@ -134,7 +145,7 @@ def _unseen(data: pd.DataFrame) -> Figure:
             style = LINE | STYLES[str(method)]
             shown = points[points["epsilon"] < right]
             _front(ax, shown.assign(epsilon=shown["epsilon"].clip(lower=LEAST)), "epsilon", "time_s", style)
-        ax.set(xlim=(LEAST / 3, right), xlabel="$ε_θ$ of the simulation")
+        ax.set(xlim=(LEAST / 5, 5 * right), xlabel="$ε_θ$ of the simulation")
         ax.set_xticks([1e-24, 1e-18, 1e-12])
     panels[0][1].set_ylabel("time of a run of 3 s / s")
     _legend(figure, data)
@@ -144,6 +155,7 @@ def _unseen(data: pd.DataFrame) -> Figure:
 def _identified(data: pd.DataFrame) -> Figure:
     """Time of a whole identification against the error of r or k that the simulation makes."""
     figure, panels = _panels(data, "What an identification costs, and how far its tool shifts it")
+    worst = max(MOST_STDERRS, 2 * data["error_stderr"].max())
     for _, ax, rows in panels:
         ax.axvspan(1e-9, 1.0, color=GOOD, linewidth=0)
         ax.axvline(1.0, color="#00805e", linewidth=1)
@@ -153,7 +165,7 @@ def _identified(data: pd.DataFrame) -> Figure:
             style = LINE | STYLES[str(method)]
             shown = points.assign(error_stderr=points["error_stderr"].clip(lower=1e-4))
             _front(ax, shown, "error_stderr", "fit_s", style)
-        ax.set(xlim=(5e-5, 3e3), xlabel=f"error of ${rows['parameter'].iloc[0]}$ / standard error")
+        ax.set(xlim=(5e-5, worst), xlabel=f"error of ${rows['parameter'].iloc[0]}$ / standard error")
         ax.set_xticks([1e-4, 1e-2, 1, 1e2])
     ax = panels[0][1]
     ax.set_ylabel("time of an identification / s")
