@@ -82,9 +82,13 @@ def test_plan_prints_its_table_and_writes_the_same_bytes_each_time(small, capsys
         assert cli.main(["plan", str(small / "lab.yaml"), "--into", str(small / folder)]) == 0
         out = capsys.readouterr().out
         assert out.startswith("Standard errors in %")
-        assert out.endswith(f"written: {small / folder / 'plan'}.csv, .pdf, .png\n")
+        places = [f"{small / folder / name}.csv, .pdf, .png" for name in ("plan", "total")]
+        assert out.splitlines()[-3:] == [
+            f"written: {each}" for each in (*places, small / folder / "budget.csv")
+        ]
         written.append({path.name: path.read_bytes() for path in (small / folder).iterdir()})
-    assert set(written[0]) == {"plan.csv", "plan.pdf", "plan.png"}
+    drawn = {f"{name}.{suffix}" for name in ("plan", "total") for suffix in ("csv", "pdf", "png")}
+    assert set(written[0]) == {*drawn, "budget.csv"}
     assert written[0] == written[1]
 
 

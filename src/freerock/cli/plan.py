@@ -21,7 +21,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--into",
         metavar="FOLDER",
-        help="where plan and rivals go, each as .csv, .pdf, .png; left out, results/<campaign>/plan",
+        help="where its tables and figures go; left out, results/<campaign>/plan",
     )
 
 
