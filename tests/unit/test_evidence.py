@@ -11,7 +11,7 @@ BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
 SMALLEST = "it leaves no more than the sensor shows at rest, with as few numbers as the data allow."
 TABLE2 = "Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
 ALONE = "No other candidate that was fitted explains as much with as few numbers."
-GUIDED = "k is that of a block whose base's centre is held sideways (guided): "
+GUIDED = "k holds for a base whose centre moves up and down only (guided): "
 HUNT = "Hunt–Crossley, k = 6.88·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³"
 
 
@@ -105,16 +105,16 @@ def test_a_pivoting_foundation_is_not_that_of_table_2():
     run = paper(hunt_crossley_pivoting=NAMED)
     assert told(run, k_hunt_crossley_pivoting=8.6e6)["sentences"][-1] == (
         "The block turns about the corner that stays down (pivoting): quote Hunt–Crossley, pivoting, "
-        "k = 8.60·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³. Table 2 has k and λ of the paper's models, which hold the "
-        "base's centre sideways; they are not those of this foundation."
+        "k = 8.60·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³. Table 2 has k and λ of the paper's models, in which the "
+        "base's centre moves up and down only; they are not those of this foundation."
     )
 
 
 def test_guided_or_pivoting():
     run = paper(winkler_pivoting=POSSIBLE) | {"winkler": NAMED}
     assert told(run, k_winkler_pivoting=8.6e6)["sentences"][-1] == (
-        "Whether the base's centre is held sideways (guided) or the block turns about the corner that stays "
-        "down (pivoting) these data don't tell, and k depends on it: Winkler, k = 6.88·10⁶ N m⁻², "
+        "These data don't tell whether the base's centre moves up and down only (guided) or the block turns "
+        "about the corner that stays down (pivoting), and k depends on it: Winkler, k = 6.88·10⁶ N m⁻², "
         "c = 2.36·10⁴ N s m⁻²; Winkler, pivoting, k = 8.60·10⁶ N m⁻², c = 2.36·10⁴ N s m⁻²."
     )
 

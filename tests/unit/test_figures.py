@@ -43,7 +43,7 @@ def test_foundation_effect_follows_the_papers_line_styles(datasets):
         "(a) Slender block",
         "(b) b2",
     ]
-    told = "Drawn: run 1 of b1_marble, run 1 of b1_mat, run 1 of b2_marble and run 1 of b2_mat."
+    told = "Drawn: run 1 of b1_marble, b1_mat, b2_marble and b2_mat."
     assert foundation_effect.caption(data).replace("\N{NO-BREAK SPACE}", " ") == told
     marble, mat = [line for line in figure.axes[1].lines if len(line.get_xdata()) > 2]
     assert (to_rgb(marble.get_color()), marble.get_linestyle()) == (to_rgb("black"), "-")

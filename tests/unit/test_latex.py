@@ -1,19 +1,24 @@
+import ast
 import re
 import shutil
 import subprocess
+from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from fabricated import campaign
+from matplotlib.image import imsave
 
 from freerock.models.block import Block
-from freerock.tables.latex import latex, numbers_tex
+from freerock.tables.latex import figures_tex, latex, numbers_tex
 from freerock.tables.paper import table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.recovered import recovered_table, recovered_text
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
 
+RULES = Path(__file__).parents[2] / "workflow/rules/figures.smk"
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 
 
@@ -99,14 +104,47 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
         (tmp_path / f"{name}.tex").write_text(latex(text, "Of θ₀ ± 5 %", ["A note."]), encoding="utf-8")
     names = ("numbers", "table1", "table2", "table3", "recovered", "empty")
     (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
-    inputs = "\n".join(rf"\input{{{name}}}" for name in names) + r"\frBOneMarbleRunTwoHuntCrossleyK"
-    (tmp_path / "all.tex").write_text(
-        rf"\documentclass{{article}}\usepackage{{booktabs}}\begin{{document}}{inputs}\end{{document}}"
+    compiles(tmp_path, "booktabs", names, r"\frBOneMarbleRunTwoHuntCrossleyK")
+
+
+@pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
+def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
+    drawn = (
+        "Drawn: run\N{NO-BREAK SPACE}1 of b_1 and run 2 of a-b. Law: Hunt–Crossley, named by 3 of 18 runs."
+    )
+    label = "Größe Ø 5 % & more_#1 {a} ~^\\ $x$ “µ” β₂ ≤ 3 × 10⁻³"
+    told = {
+        name.format(block="b_1"): (
+            line["title"].format(block=label, Measured="Simulated"),
+            f"{line['caption']} {drawn}",
+        )
+        for name, line in lines_of_figures().items()
+    }
+    assert len(told) == 12
+    for name in told:
+        imsave(tmp_path / f"{name}.png", np.zeros((24, 30, 3)))
+    (tmp_path / "captions.tex").write_text(figures_tex(told), encoding="utf-8")
+    compiles(tmp_path, "graphicx", ["captions"])
+
+
+def lines_of_figures():
+    """The figures that the workflow can make, with titles and captions."""
+    text = RULES.read_text(encoding="utf-8").partition("\nrule figure:")[0]
+    (lines,) = (each.value for each in ast.parse(text).body if isinstance(each, ast.Assign))
+    return ast.literal_eval(lines)
+
+
+def compiles(folder, package, names, more=""):
+    """That a document of some files compiles, without a word that LaTeX can't set."""
+    inputs = "\n".join(rf"\input{{{name}}}" for name in names) + more
+    (folder / "all.tex").write_text(
+        rf"\documentclass{{article}}\usepackage{{{package}}}\begin{{document}}{inputs}\end{{document}}"
     )
     done = subprocess.run(
         ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "all.tex"],
-        cwd=tmp_path,
+        cwd=folder,
         capture_output=True,
         text=True,
     )
     assert done.returncode == 0, done.stdout[-2000:]
+    assert "Missing character" not in done.stdout

@@ -101,6 +101,51 @@ def test_runs_beyond_the_limit_are_told_and_linked(tmp_path, monkeypatch):
     assert "No charts here: see the quality page" in page.text
 
 
+def test_the_records_that_need_a_look_are_listed_and_the_tables_hold_all(tmp_path, monkeypatch):
+    monkeypatch.setattr("freerock.report.page.MOST_LISTED", 2)
+    page = make(tmp_path, campaign())
+    rows = page.html.partition('id="overview"')[2].partition("</table>")[0]
+    assert rows.count("<tr>") == 1 + 4  # the failed record, and the three runs of the next
+    assert "b1_broken" in rows and "b1_marble" in rows and "b2_mat" not in rows
+    assert set(re.findall('id="record-([^"]*)"', page.html)) == {"b1_broken", "b1_marble"}
+    for name in ("table2", "table3", "runs", "choice", "budget", "restitution_comparison"):
+        note = f"Listed: 2 of 5 records, those whose runs most need a look. All: tables/{name}.csv."
+        assert note in page.text
+        whole = (tmp_path / f"{name}.csv").read_text(encoding="utf-8")
+        assert "b2_mat" in whole or name == "budget"
+    places = {attrs["id"] for _, attrs in page.tags if "id" in attrs}
+    links = {attrs["href"][1:] for _, attrs in page.tags if attrs.get("href", "").startswith("#")}
+    assert links <= places
+    assert "5 records with 9 free-rocking runs; verdicts: 7 ok, 2 warn, 1 fail." in page.text
+
+
+def test_a_page_that_lists_every_record_does_not_say_so(page):
+    assert "Listed:" not in page.text
+
+
+def named(tree, test):
+    """A dataset as that of another record."""
+    other = tree.copy(deep=False)
+    other.attrs = tree.attrs | {"test": test}
+    return other
+
+
+def test_a_record_that_is_not_listed_adds_little_to_the_page(tmp_path, monkeypatch):
+    monkeypatch.setattr("freerock.report.page.MOST_LISTED", 6)
+    monkeypatch.setattr("freerock.report.page.MOST_CHARTED", 1)
+    tree = record()
+    fitted = fits(tree)
+
+    def size(n):
+        trees = [named(tree, f"record_{i:03d}") for i in range(n)]
+        make(tmp_path, (trees, [named(fitted, f"record_{i:03d}") for i in range(n)]))
+        return (tmp_path / "report.html").stat().st_size
+
+    few, more, most = map(size, (1, 2, 22))
+    assert more - few > 4000  # listed
+    assert (most - more) / 20 < 100  # of 600 records 60 kB
+
+
 def test_charts_take_their_looks_from_the_figures(page):
     (styles,) = [json.loads(each) for each in page.scripts if each.startswith('{"mark"')]
     assert styles["mark"] == " – simulated"
@@ -170,7 +215,9 @@ def test_report_says_whose_the_published_values_are(page, tmp_path):
 
 
 def test_report_tells_how_late_the_first_impact_is(page):
-    told = re.search(r"from ([\d.]+) % later to ([\d.]+) % later than .* in (\d) of (\d) records", page.text)
+    told = re.search(
+        r"from ([\d.]+) % later to ([\d.]+) % later than .* in (\d) of the (\d) records with", page.text
+    )
     assert float(told[1]) < 100 * (0.3 / 0.268884 - 1) < float(told[2])
     assert told.groups()[2:] == ("4", "4")
     assert "Where it comes earlier" not in page.text

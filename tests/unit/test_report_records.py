@@ -1,6 +1,6 @@
 from fabricated import campaign
 
-from freerock.report.records import charted
+from freerock.report.records import charted, listed
 from freerock.tables.tidy import runs_table
 
 
@@ -10,3 +10,17 @@ def test_charts_are_for_the_worst_runs_then_for_the_first_of_each_record():
     some = charted(runs, 4)
     assert {("b1_marble", 3), ("b1_mat", 3), ("b1_marble", 1), ("b1_mat", 1)} == some
     assert len(charted(runs, 100)) == 9
+
+
+def test_the_records_with_the_worst_verdicts_are_listed_first():
+    runs = runs_table(campaign()[0])
+    runs.loc[runs["test"] == "b2_mat", "verdict"] = "warn"
+    tests = ["b1_marble", "b1_mat", "b2_marble", "b2_mat", "b1_broken"]
+    assert [sorted(listed(runs, n).tests) for n in (1, 2)] == [["b1_broken"], ["b1_broken", "b2_mat"]]
+    assert listed(runs, 3).tests == {"b1_broken", "b2_mat", "b1_marble"}  # with all of its three runs
+    assert listed(runs, 5).tests == {"b1_broken", "b2_mat", "b1_marble"}
+    assert listed(runs, 10).tests == set(tests) and not listed(runs, 10).told
+    shown = listed(runs, 1)
+    assert shown.told == "Listed: 1 of 5 records, the one whose runs most need a look."
+    assert set(shown.rows(runs)["test"]) == {"b1_broken"}
+    assert shown.notes("table2") == [f"{shown.told} All: tables/table2.csv."]

@@ -27,7 +27,7 @@ FIGURES = {
     },
     "parameters": {
         "title": "Identified parameters, run by run",
-        "caption": "Each run with its 95 % interval, by its noise (open where the choice of a model rejects the law for that "
+        "caption": "Each run with its 95 % interval, by its noise (within the sign where none is seen; open where the choice of a model rejects the law for that "
         "run). Diamond and square: mean of a record, and of the records of a foundation, with the 95 % interval of its total "
         "uncertainty, which holds scatter, noise and what is known of block, sensor and clock. Shaded: where the next run or "
         "record lies with 95 %. τ: standard deviation between them without their noise, in per cent of the mean.",
@@ -48,7 +48,7 @@ FIGURES = {
     "backbone": {
         "title": "Period against amplitude",
         "caption": "Twice the time between two impacts against the largest |θ| between them. Dotted: a rigid block (Housner "
-        "1963), whose period goes to zero with its amplitude.",
+        "1963), whose period does not depend on r and goes to zero with its amplitude.",
         "reads": ["runs", "restitution", "epsilon", "blocks"],
     },
     "energy": {

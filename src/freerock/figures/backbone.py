@@ -7,22 +7,29 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures.style import (
+    MODEL_MARKERS,
     MODEL_STYLES,
     Axes,
     Labels,
     footer,
     legend_on_top,
     number_of,
+    of_scene,
     outer_labels,
     panel_per_scene,
     printed,
     recorded,
     scaled,
+    scenes_in,
 )
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.models.laws import LAWS
-from freerock.tables.swings import first_runs, swings
+from freerock.models.laws import LAWS, law_of
+from freerock.tables.swings import first_runs, law_swings
+
+FOUNDATIONS = [
+    model for model in LAWS if law_of(model).is_foundation
+]  # Housner's period depends on no number
 
 
 @printed
@@ -48,15 +55,14 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `freerock.tables.swings.swings`, rows with a period.
     """
-    data = swings(runs, restitution, epsilon, blocks)
-    data = data[data["period_s"].notna() & data["source"].isin(["experiment", *LAWS])]
+    data = law_swings(runs, restitution, epsilon, blocks)
+    data = data[data["period_s"].notna() & data["source"].isin(["experiment", *FOUNDATIONS])]
     modelled = first_runs(data)
     modelled = modelled[modelled["source"] != "experiment"]
     data = pd.concat([data[data["source"] == "experiment"], modelled], ignore_index=True)
-    scenes = [*runs[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
-    figure, panels = panel_per_scene(scenes, labels, 2.0, sharex="row", sharey="row")
+    figure, panels = panel_per_scene(scenes_in(runs), labels, 2.0, sharex="row", sharey="row")
     for (block, foundation), ax in panels.items():
-        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        scene = of_scene(data, block, foundation)
         _panel(ax, scene, blocks[block], str(recorded(origin)["label"]))
         ax.set_xlim(left=0)
         ax.set_ylim(bottom=0)
@@ -90,8 +96,9 @@ def _panel(ax: Axes, scene: pd.DataFrame, block: Block, name: str) -> None:
             4 * housner_swings(block, 1.0, each, max_impacts=1).impact_time[0]
             for each in np.radians(amplitude)
         ]
-        ax.plot(amplitude, period, color="0.3", linestyle=":", label="rigid block, theory")
-    for model in LAWS:
+        ax.plot(amplitude, period, color="0.3", linestyle=":", label="rigid block, any r")
+    for model in FOUNDATIONS:
         own = scene[scene["source"] == model]
         if len(own):
-            ax.plot(own["peak_before_deg"], own["period_s"], **MODEL_STYLES[model])
+            look = MODEL_STYLES[model] | {"marker": MODEL_MARKERS[model], "markersize": scaled(2.5)}
+            ax.plot(own["peak_before_deg"], own["period_s"], **look)

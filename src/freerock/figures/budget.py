@@ -30,7 +30,7 @@ LOOKS: dict[str, Style] = {
     "position_m": {"color": "#e69f00", "hatch": "////"},
     "height_m": {"color": "#009e73", "hatch": "...."},
     "scale_fraction": {"color": "#cc79a7", "hatch": "\\\\\\\\"},
-    "mass_kg": {"color": "#f0e442"},
+    "mass_kg": {"color": "#f0e442", "hatch": "oo"},
     "levelled_deg": {"color": "0.7", "hatch": "xxxx"},
     "contact_width_m": {"color": "#0072b2", "hatch": "||||"},
     "sampling_rate_fraction": {"color": "white", "hatch": "----"},

@@ -15,6 +15,7 @@ from freerock.figures.style import (
     footer,
     label,
     legend_on_top,
+    of_scene,
     panel,
     printed,
     recorded,
@@ -62,7 +63,7 @@ def draw(
     axes = figure.subplots(len(above), 2, squeeze=False, sharex="col")
     for i, block in enumerate(above):
         for foundation, (look, marker) in looks.items():
-            scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+            scene = of_scene(data, block, foundation)
             name = label(labels, foundation)
             _curves(axes[i], scene, {**look, "marker": marker}, name, str(recorded(origin)["label"]))
         title = wrapped(panel(i, len(above), label(labels, block)), 0.45)

@@ -10,10 +10,12 @@ from freerock.figures.style import (
     footer,
     legend_on_top,
     number_of,
+    of_scene,
     outer_labels,
     panel_per_scene,
     printed,
     scaled,
+    scenes_in,
     size,
 )
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
@@ -53,12 +55,11 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
         footer(figure, origin)
         return figure, data
     shown = [model for model in CANDIDATES if model in set(data["model"])]
-    scenes = [*data[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
     figure, panels = panel_per_scene(
-        scenes, labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
+        scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
     )
     for (block, foundation), ax in panels.items():
-        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        scene = of_scene(data, block, foundation)
         ax.axvline(1, color="0.3", linestyle=":", label="as the noise at rest")
         for status, look in LOOKS.items():
             own = scene[scene["status"] == status]

@@ -42,6 +42,7 @@ LOOKS: dict[str, tuple[Style, str]] = {
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }
 NEXT = {"record": "where the next run lies", "foundation": "where the next record lies"}
+HIGH = {"record": 5, "foundation": 9}  # of the bar of the next [points]
 
 
 class _Row(NamedTuple):
@@ -201,7 +202,12 @@ def _mark(ax: Axes, place: int, row: Any) -> None:
     if row.level == "run":
         return
     if np.isfinite(row.next_low):
-        bar = {"color": look["color"], "alpha": 0.25, "linewidth": scaled(6), "solid_capstyle": "butt"}
+        bar = {
+            "color": look["color"],
+            "alpha": 0.25,
+            "linewidth": scaled(HIGH[row.level]),
+            "solid_capstyle": "butt",
+        }
         ax.plot((row.next_low, row.next_high), (place, place), **bar, label=NEXT[row.level])
     small = {"va": "center", "fontsize": "small"}
     ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

@@ -13,15 +13,17 @@ from freerock.figures.style import (
     footer,
     legend_on_top,
     number_of,
+    of_scene,
     outer_labels,
     panel_per_scene,
     printed,
     recorded,
     scaled,
+    scenes_in,
 )
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODEL_LABELS
-from freerock.tables.swings import local_band, swings
+from freerock.tables.swings import law_swings, local_band
 
 BAND = "0.86"
 
@@ -51,12 +53,10 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `freerock.tables.swings.swings`.
     """
-    data = swings(runs, restitution, epsilon, blocks)
-    data = data[data["source"].isin(["experiment", *LAWS])]
-    scenes = [*runs[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
-    figure, panels = panel_per_scene(scenes, labels, 2.0, sharex="row", sharey="row")
+    data = law_swings(runs, restitution, epsilon, blocks)
+    figure, panels = panel_per_scene(scenes_in(runs), labels, 2.0, sharex="row", sharey="row")
     for (block, foundation), ax in panels.items():
-        scene = data[(data["block"] == block) & (data["foundation"] == foundation)]
+        scene = of_scene(data, block, foundation)
         _panel(ax, scene, blocks[block].restitution_housner, recorded(origin)["label"])
     for block, ax in {block: ax for (block, _), ax in panels.items()}.items():
         seen = data[(data["block"] == block) & (data["source"] == "experiment")]["rigid_speed_m_s"]

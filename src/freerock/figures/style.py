@@ -159,8 +159,15 @@ def recorded(origin: str) -> Style:
 def runs_told(data: pd.DataFrame) -> str:
     """The runs of a figure's numbers, as its caption names them."""
     runs = data[["test", "run"]].dropna().astype(str).drop_duplicates()
-    named = [f"run\N{NO-BREAK SPACE}{run} of {test}" for test, run in runs.itertuples(index=False)]
-    return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named)
+    named = [
+        f"run\N{NO-BREAK SPACE}{run} of {_listed(list(own))}"
+        for run, own in runs.groupby("run", sort=False)["test"]
+    ]
+    return "; ".join(named)
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def drawn_runs(data: pd.DataFrame) -> str:
@@ -232,6 +239,16 @@ def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes,
 
 Scene = tuple[str, str]
 """A block on a foundation."""
+
+
+def scenes_in(table: pd.DataFrame) -> list[Scene]:
+    """The blocks and their foundations of a table, in its order."""
+    return [*table[["block", "foundation"]].drop_duplicates().itertuples(index=False, name=None)]
+
+
+def of_scene(table: pd.DataFrame, block: str, foundation: str) -> pd.DataFrame:
+    """The rows of a block on a foundation."""
+    return table[(table["block"] == block) & (table["foundation"] == foundation)]
 
 
 def panel_per_scene(

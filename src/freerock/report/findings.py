@@ -13,7 +13,7 @@ from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Labels
 from freerock.tables.text import unit_text
 
-TABLES = ("runs", "choice", "candidates", "populations", "foundations", "table1")
+TABLES = ("runs", "choice", "candidates", "populations", "foundations", "table1", "table3")
 """The tables that the findings are made from."""
 MOST = 4  # names, laws or foundations that are listed
 LEAST_P = 1e-9  # below it a chance is not told
@@ -108,7 +108,7 @@ def _explained(known: Tables) -> list[Sentence]:
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("More than noise is left by ", *listed(rejected), ": ε_θ by block and foundation."))
+        told.append(("More than noise is left by ", *listed(rejected), "."))
     return told
 
 
@@ -138,13 +138,22 @@ def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
 
 
 def _rejected(known: Tables) -> Iterator[Sentence]:
-    """Discrepancy of the paper's laws that are rejected on all runs."""
+    """Discrepancy of the paper's laws that are rejected on all runs, from record to record."""
     for model in PAPER_MODELS:
-        of_model = {"model": model}
-        own = known.rows("candidates", of_model)
-        if len(own) and own["epsilon_theta"].notna().any() and (own["n_rejected"] == own["n_runs"]).all():
-            ends = known.ends("candidates", "epsilon_theta", of_model, 100)
-            yield MODEL_LABELS[model], " (", *ends, " %)"
+        own = known.rows("candidates", {"model": model})
+        if own.empty or (own["n_rejected"] < own["n_runs"]).any():
+            continue
+        usable: Where = {"model": model, "success": True}
+        n = len(known.rows("table3", usable))
+        if not n:
+            yield (f"{MODEL_LABELS[model]} (all fits failed)",)
+            continue
+        some = "; some fits failed" if n < len(known.rows("table3", {"model": model})) else ""
+        yield (
+            f"{MODEL_LABELS[model]} (ε_θ = ",
+            *known.ends("table3", "epsilon_theta", usable, 100),
+            f" %{some})",
+        )
 
 
 def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
@@ -256,7 +265,15 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
     if rows["shared"].isna().any():
         return f"{label}: too few runs to know whether ", blocks, " blocks share ", f"{symbols}."
     seen = percent("visible_percent", "or")
-    return f"{label}: ", blocks, " blocks show no difference", *chance, "; one of ", *seen, " would show."
+    return (
+        f"{label}: ",
+        blocks,
+        " blocks show no difference",
+        *chance,
+        "; a difference of ",
+        *seen,
+        " would show.",
+    )
 
 
 def _chance(known: Tables, where: Where) -> Sentence:

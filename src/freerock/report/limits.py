@@ -29,7 +29,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
     told = [
         (
             "simulated" in set(known["runs"]["origin"]),
-            "that blocks of a laboratory behave so: the records are simulated",
+            "that blocks in a laboratory behave like this: the records are simulated",
         ),
         (
             len(explained) < len(found),
@@ -41,7 +41,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
         ),
         (
             any(_sideways_open(choice, model) for model in soft),
-            "that k is right if the base moves sideways otherwise than assumed: that was not ruled out",
+            "that k is right if the base moves sideways in another way than assumed: that was not ruled out",
         ),
         (
             any(pd.notna(each) and not each for each in shared),
@@ -50,7 +50,8 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
         (bool(single.any()), "how much runs differ, where a record has but one"),
         (
             len(housner) > 0,
-            "that r of the fitted Housner block is an impact's: it also makes up for a base that yields",
+            "that r of the fitted Housner law is the restitution of an impact: the fit also makes up for a "
+            "base that yields",
         ),
         (bool(found), "that the same holds for releases at other angles"),
     ]

@@ -123,9 +123,9 @@ def _rotation(config: Mapping[str, Any], facts: Mapping[str, Any]) -> Iterator[s
     if any(laser["beam"] for laser in config["lasers"].values()):
         yield (
             "Displacement became rotation by the exact geometry of a rectangle that turns about its lower "
-            f"corners. The models hold the centre of the base in place instead, which differs sideways by "
-            f"{facts['shift_mm']} mm at most; what the beam sees of a block whose corner sinks in was put "
-            "into the modelled rotation."
+            "corners. In the models the centre of the base moves up and down only; that of the rectangle "
+            f"moves sideways by {facts['shift_mm']} mm at most. A beam also sees the corner sink in: the "
+            "modelled rotation is what the same beam would have seen of the modelled block."
         )
 
 
@@ -154,9 +154,9 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     if "general" in fits["models"]:
         yield "The general law, with both dampings, was fitted only where the others leave more than noise."
     yield (
-        "The foundation is a bed of independent springs and dashpots under the base, whose centre is held "
-        f"sideways [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in contact "
-        "wherever the base lies below the undeformed surface"
+        "The foundation is a bed of independent springs and dashpots under the base, whose centre moves up "
+        f"and down only [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in "
+        "contact wherever the base lies below the undeformed surface"
         + (
             ", as in the printed equations; a dashpot may pull there."
             if fits["debonding"] == "geometric"
@@ -165,8 +165,8 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     )
     if fits["kinematics"]:
         yield (
-            "Rivals of these laws, in which the block turns about the corner that stays down or the contact "
-            "width is free, were tried where no smaller candidate explains the run."
+            "Variants of these laws, in which the block turns about the corner that stays down or the "
+            "contact width is free, were tried where no candidate with fewer numbers explains the run."
         )
 
 
@@ -193,8 +193,8 @@ def _choice() -> str:
     return (
         "A candidate explains a run if its residual passes for the noise of the sensor at rest in every "
         "octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F), if it shows no trace of a "
-        f"damping that the law lacks ({TRACE:g} standard errors), and if what it predicts for the second "
-        "half of the run, and for the run from the others of its record, is better than a block at rest. "
+        f"damping that the law lacks ({TRACE:g} standard errors), and if it predicts the second half of the "
+        "run from the first, and the run from the others of its record, with ε_θ below 1. "
         f"Of those within {TELLS:g} of the lowest Bayesian information criterion [@schwarz1978] the one "
         "with the fewest free numbers is named; the others are named beside it as also possible. Where "
         "none explains a run, the nearest is named and called so."

@@ -26,12 +26,13 @@ from freerock.report.methods import bib, markdown, methods
 from freerock.report.methods import html as html_of
 from freerock.report.numbers import plain
 from freerock.report.published import beside_published
-from freerock.report.records import charted, sections_of
+from freerock.report.records import Listed, charted, listed, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.paper import SIMULATED_NOTE, printed_tables
 
+MOST_LISTED = 200  # runs with rows and fits in the page, up to 8 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 90 kB each; the others are linked
 CHAPTERS = {"foundation_effect": "results", "models": "results", "restitution": "restitution"}  # of figures
@@ -81,12 +82,13 @@ def write_report(
     """
     folder = Path(path).parent
     linked = {test: os.path.relpath(page, folder) for test, page in (pages or {}).items()}
-    wanted = charted(tables["runs"], MOST_CHARTED)
+    shown = listed(tables["runs"], MOST_LISTED)
+    wanted = charted(shown.rows(tables["runs"]), MOST_CHARTED)
     sections = sections_of(provenance, tables["runs"], opened, wanted, linked)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
     environment.filters |= {"indices": _indices, "cited": html_of}
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
-    content = _content(provenance, tables, blocks)
+    content = _content(provenance, tables, blocks, shown)
     known = facts(tables["runs"], sections, tables["restitution_comparison"], blocks)
     tested = " ".join(map(plain, content["findings"][0].sentences))
     made_with = provenance["software"], provenance["git"]
@@ -96,11 +98,11 @@ def write_report(
         methods=paragraphs,
         key=key_figure(tables, opened, published_scenes(provenance["config"])),
         figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
-        sections=sections,
+        sections=[each for each in sections if each["test"] in shown.tests],
         n_charted=len(wanted),
         facts=known,
         scripts=_scripts() if wanted else [],
-        by_hand=made.by_hand(changes, provenance["config"]),
+        by_hand=made.by_hand(changes, provenance["config"], shown.tests),
         looked=made.seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
     )
@@ -111,7 +113,10 @@ def write_report(
 
 
 def _content(
-    provenance: Mapping[str, Any], tables: Mapping[str, pd.DataFrame], blocks: Mapping[str, Block]
+    provenance: Mapping[str, Any],
+    tables: Mapping[str, pd.DataFrame],
+    blocks: Mapping[str, Block],
+    shown: Listed,
 ) -> dict[str, Any]:
     """What the page shows of tables, configuration and provenance."""
     config, runs = provenance["config"], tables["runs"]
@@ -120,7 +125,17 @@ def _content(
     }
     simulated = config["origin"] == "simulated"
     doi = config["published"]["doi"] if config["published"] else ""
-    printed = printed_tables(tables, config["origin"], doi=doi, labels=labels)
+    rows = {name: shown.rows(table) for name, table in tables.items()}
+    printed = printed_tables(rows, config["origin"], doi=doi, labels=labels)
+    to_look_at = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
+    listings = {  # by the name of their table
+        "runs": made.overview(rows["runs"], rows["choice"], labels),
+        "table2": made.of_records(printed["table2"], labels),
+        "table3": made.of_records(printed["table3"], labels),
+        "choice": made.choices(rows["choice"], labels),
+        "budget": made.budget(rows["budget"], labels),
+        "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
+    }
     return {
         "config": config,
         "simulated": simulated,
@@ -128,21 +143,22 @@ def _content(
         "origin_word": config["origin"],
         "findings": findings(tables, labels),
         "verdicts": [(each, n) for each in VERDICTS if (n := int((runs["verdict"] == each).sum()))],
-        "to_look_at": [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded],
-        "noted": [row for row in runs.itertuples() if row.reasons and (row.verdict == "ok" or row.excluded)],
+        "n_to_look_at": len(to_look_at),
+        "to_look_at": [row for row in to_look_at if row.test in shown.tests],
+        "noted": [
+            row for row in rows["runs"].itertuples() if row.reasons and (row.verdict == "ok" or row.excluded)
+        ],
+        "listed": shown,
         "counts": counts(runs),
         "beside": beside_published(tables, config["published"]["longest"], labels)
         if config["published"]
         else None,
-        "overview": made.overview(runs, tables["choice"], labels),
-        "table1": made.of_blocks(printed["table1"], runs, labels),
-        "table2": made.of_records(printed["table2"], labels),
-        "table3": made.of_records(printed["table3"], labels),
+        "table1": made.of_blocks(printed["table1"], runs, labels, shown.tests),
+        "listings": {
+            name: each._replace(notes=[*each.notes, *shown.notes(name)]) for name, each in listings.items()
+        },
         "evidence": scenes_of(tables["choice"], tables["candidates"], blocks, labels),
         "unexplained": unexplained(tables["choice"]),
-        "choice": made.choices(tables["choice"], labels),
-        "budget": made.budget(tables["budget"], labels),
-        "comparison": made.compared_restitution(tables["restitution_comparison"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
         "free": free_besides(config["fits"]),

@@ -46,7 +46,7 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
     """Identified and published parameters; of r, what an impact takes away."""
     frame = known["table2"]
     rows = frame[frame["published"].notna() & frame["success"].astype(bool)]
-    near, far, rejected = list[Sentence](), list[Sentence](), list[bool]()
+    near, far, rejected = list[tuple[str, Sentence]](), list[tuple[str, Sentence]](), list[bool]()
     for row in rows.itertuples():
         where = {key: getattr(row, key) for key in KEYS}
         here, there = (
@@ -62,18 +62,35 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
             "]",
         )
         if _differ(row) <= TENTH:
-            near.append(text)
+            near.append((row.parameter, text))
         else:
-            far.append(text)
+            far.append((row.parameter, text))
             rejected.append(bool(row.rejected))
     if near:
-        yield True, ("To within a tenth [published]: ", *listed(near), ".")
+        yield (
+            True,
+            (
+                f"Within a tenth of the published value{_in_brackets(near)}: ",
+                *listed([text for _, text in near]),
+                ".",
+            ),
+        )
     if far:
         why = " These laws are rejected here: numbers of a wrong law depend on how much of a run is fitted."
         yield (
             False,
-            ("By more than a tenth [published]: ", *listed(far), ".", *([why] if all(rejected) else [])),
+            (
+                f"More than a tenth off the published value{_in_brackets(far)}: ",
+                *listed([text for _, text in far]),
+                ".",
+                *([why] if all(rejected) else []),
+            ),
         )
+
+
+def _in_brackets(told: Sequence[tuple[str, Sentence]]) -> str:
+    """Where the published values stand, and what is compared of r."""
+    return f", in brackets{' (of r: of what an impact takes)' if 'r' in dict(told) else ''}"
 
 
 def _differ(row: Any) -> float:
@@ -146,7 +163,7 @@ def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: L
         *lasts[0],
         " s; ",
         *lasts[1],
-        f" s on {there}), in the publication on {there}. Why here: its first impact keeps r = ",
+        f" s on {there}), in the publication on {there}. The reason here: its first impact keeps r = ",
         *keeps[0],
         f" of the angular rate on {here}, ",
         *keeps[1],

@@ -1,7 +1,8 @@
 """What the report says about each record: its file, what was found in it, fits, curves of its runs."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,55 @@ from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.text import fixed, quantity, unit_text
 
 SCENE = ("block", "foundation")
+
+
+@dataclass(frozen=True)
+class Listed:
+    """The records of a campaign that the page lists one by one.
+
+    Parameters
+    ----------
+    tests : frozenset of str
+    n_records : int
+        Of the campaign.
+    """
+
+    tests: frozenset[str]
+    n_records: int
+
+    def rows(self, table: pd.DataFrame) -> pd.DataFrame:
+        """The rows of these records, and those of no single record."""
+        if "test" not in table:
+            return table
+        return table[table["test"].isna() | table["test"].isin(self.tests)]
+
+    def notes(self, name: str) -> Sequence[str]:
+        """Where the rows of all records are, below a table that lacks some."""
+        return [f"{self.told} All: tables/{name}.csv."] if self.told else []
+
+    @property
+    def told(self) -> str:
+        """How many records are listed, and which; empty where all are."""
+        n = len(self.tests)
+        most = "the one whose runs most need" if n == 1 else "those whose runs most need"
+        return f"Listed: {n} of {self.n_records} records, {most} a look." if n < self.n_records else ""
+
+
+def listed(runs: pd.DataFrame, most: int) -> Listed:
+    """The records that the page lists, those with the worst verdicts first, until they have so many runs.
+
+    Parameters
+    ----------
+    runs : pandas.DataFrame
+        Tidy table; an excluded run needs no look.
+    most : int
+        Runs; the last record is listed with all of its own.
+    """
+    need = runs["verdict"].map(VERDICTS.index).where(~runs["excluded"].astype(bool), 0)
+    records = need.groupby(runs["test"], sort=False).agg(["max", "size"])
+    ranked = records.sort_values("max", ascending=False, kind="stable")
+    before = ranked["size"].cumsum() - ranked["size"]
+    return Listed(frozenset(ranked.index[before < most]), len(ranked))
 
 
 def charted(runs: pd.DataFrame, most: int) -> set[tuple[str, int]]:

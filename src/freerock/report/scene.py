@@ -205,15 +205,15 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     guided = [model for model in soft if model not in PIVOTING]
     if guided and pivoting:
         return [
-            "Whether the base's centre is held sideways (guided) or the block turns about the corner that "
-            "stays down (pivoting) these data don't tell, and k depends on it: "
+            "These data don't tell whether the base's centre moves up and down only (guided) or the block "
+            "turns about the corner that stays down (pivoting), and k depends on it: "
             f"{_told(scene, guided[0])}; {_told(scene, pivoting[0])}."
         ]
     if pivoting:
         return [
             "The block turns about the corner that stays down (pivoting): quote "
-            f"{_told(scene, pivoting[0])}. Table 2 has k and λ of the paper's models, which hold the base's "
-            "centre sideways; they are not those of this foundation."
+            f"{_told(scene, pivoting[0])}. Table 2 has k and λ of the paper's models, in which the "
+            "base's centre moves up and down only; they are not those of this foundation."
         ]
     if not guided:
         return []
@@ -221,7 +221,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     if any(map(scene.asked, PIVOTING)):
         other = "does not explain as much with as few numbers"
     return [
-        f"k is that of a block whose base's centre is held sideways (guided): {_told(scene, guided[0])}. "
+        f"k holds for a base whose centre moves up and down only (guided): {_told(scene, guided[0])}. "
         f"A block that turns about the corner that stays down (pivoting) {other}."
     ]
 

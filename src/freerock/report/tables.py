@@ -1,6 +1,6 @@
 """The tables of the report: heads and cells; each row leads to its run or record."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -25,7 +25,7 @@ class Sortable(NamedTuple):
     notes: Sequence[str] = ()
 
 
-def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels) -> Sortable:
+def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collection[str]) -> Sortable:
     """A printed table with a row per block, which leads to its settings and to its records.
 
     Parameters
@@ -36,13 +36,18 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels) -> Sortable:
         Tidy table.
     labels : mapping of str to str
         Printed names of blocks and foundations.
+    listed : collection of str
+        Records that have a section in the page.
     """
 
     def records(block: str) -> Cell:
         tests = list(dict.fromkeys(runs[runs["block"] == block]["test"]))
         if not tests:
             return Cell("0")
-        return Cell(f"{len(tests)}, from {tests[0]}", len(tests), f"record-{tests[0]}")
+        first = next((test for test in tests if test in listed), "")
+        if not first:
+            return number(str(len(tests)), len(tests))
+        return Cell(f"{len(tests)}, such as {first}", len(tests), f"record-{first}")
 
     rows = [
         [
@@ -99,7 +104,7 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
     note += "Impacts: those seen; with r: those of them with a restitution. "
-    note += "Model: what explains the run with as few numbers as the data allow, see Model choice."
+    note += "Model: what explains the run with as few numbers as the data allow; the next table says why."
     return Sortable([*heads, "Impacts", "with r", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
 
@@ -117,7 +122,7 @@ def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
         ]
         for each in answers(choice)
     ]
-    heads = ["Record", "Run", "Block", "Foundation", "Model", "As possible", "Reason"]
+    heads = ["Record", "Run", "Block", "Foundation", "Model", "Also possible", "Reason"]
     return Sortable(heads, rows, "Chosen model, run by run")
 
 
@@ -135,10 +140,12 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
         ]
         for row in compared.itertuples()
     ]
-    heads = ["Record", "Housner r, fitted", "r, first impact", "r per impact, median", "Range"]
+    heads = ["Record", "Housner r, fitted", "r, first impact", "r, median of impacts", "Range"]
     heads += ["First impact / s", "First impact, rigid / s"]
-    caption = "Fitted and per-impact restitution, and the mean time from release to the first impact"
-    return Sortable(heads, rows, caption)
+    caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
+    note = "±: standard error by the scatter of the runs; total uncertainties are in table 2. "
+    note += "r, first impact: mean of the runs. Rigid: Housner’s block, released from the same angles."
+    return Sortable(heads, rows, caption, [note])
 
 
 def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
@@ -169,9 +176,10 @@ def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
         )
     heads = ["Foundation", "Model", "Parameter", "Mean", "u / %", "Largest shares of its square"]
     note = (
-        "Standard uncertainties (k = 1). Runs: noise and what differs from run to run, or record to record. "
+        "u: total standard uncertainty (k = 1). Runs: noise and what differs from run to run, or from record "
+        "to record. (d): a default, since the laboratory stated none; see config/README.md. Every share: "
+        "tables/budget.csv."
     )
-    note += "(d): a default, since the laboratory stated none; see config/README.md. All: tables/budget.csv."
     return Sortable(heads, rows, "Uncertainty budget", [note])
 
 
@@ -197,7 +205,7 @@ def _named(answer: Answer | None) -> Cell:
     return Cell(f"none explains it{nearest}", kind="warn")
 
 
-def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Sortable | None:
+def by_hand(changes: Sequence[Change], config: Mapping[str, Any], listed: Collection[str]) -> Sortable | None:
     """What was changed at the review desk, newest first; None where nothing was.
 
     Parameters
@@ -205,6 +213,8 @@ def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Sortable | 
     changes : sequence of Change
     config : mapping
         The campaign's section: a line whose cell holds something else by now says so.
+    listed : collection of str
+        Records that have a section in the page.
     """
     now = {line["test"]: line for line in config["records"]}
     cells = [each for each in changes if each.cell != LOOKED_AT]
@@ -213,7 +223,7 @@ def by_hand(changes: Sequence[Change], config: Mapping[str, Any]) -> Sortable | 
     for each in reversed(cells):
         held = now.get(each.test, {}).get(each.cell, "")
         other = last[each.test, each.cell] is each and " ".join(each.after.split()) != held
-        anchor = f"record-{each.test}" if each.test in now else ""
+        anchor = f"record-{each.test}" if each.test in listed else ""
         why = each.why + (" (the CSV holds something else by now)" if other else "")
         texts = (each.time, each.login, each.cell, each.before or "–", each.after or "–", why)
         rows.append([Cell(each.test, anchor=anchor), *map(Cell, texts)])

@@ -47,8 +47,9 @@ def facts(
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     """
-    known = compared.dropna(subset=["r_fitted", "first_impact_s", "rigid_s"])
-    later = 100 * (known["first_impact_s"] / known["rigid_s"] - 1)
+    timed = compared.dropna(subset=["first_impact_s", "rigid_s"])
+    fitted = compared.dropna(subset=["r_fitted", "r_first"])
+    later = 100 * (timed["first_impact_s"] / timed["rigid_s"] - 1)
     fits = [fit for section in sections for run in section["runs"] for fit in run["fits"]]
     integrated = pd.DataFrame(
         [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
@@ -60,8 +61,9 @@ def facts(
         "latest": _later(later.max()),
         "earliest": _later(later.min()),
         "some_earlier": bool((later < 0).any()),
-        "n_above": int((known["r_fitted"] > known["r_first"]).sum()),
-        "n_known": len(known),
+        "n_timed": len(timed),
+        "n_above": int((fitted["r_fitted"] > fitted["r_first"]).sum()),
+        "n_fitted": len(fitted),
         "n_integrated": len(integrated),
         "rtol_low": f"{integrated['rtol'].min():g}",
         "rtol_high": f"{integrated['rtol'].max():g}",

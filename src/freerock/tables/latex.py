@@ -1,6 +1,7 @@
 """Printed tables in LaTeX, and the numbers of a campaign as LaTeX macros."""
 
 import re
+import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +11,15 @@ from freerock.tables.paper import SIMULATED_NOTE
 from freerock.tables.text import fixed, quantity, unit_text
 
 DIGITS = ("Zero", "One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight", "Nine")
+SMALL = "alpha beta gamma delta zeta eta theta iota kappa mu nu xi pi rho sigma tau upsilon phi chi psi omega"
+CAPITAL = "Gamma Delta Theta Xi Pi Sigma Upsilon Phi Psi Omega"
+GREEK = {
+    unicodedata.lookup(f"GREEK {size} LETTER {name}"): rf"$\{name}$"
+    for size, names in (("SMALL", SMALL), ("CAPITAL", CAPITAL))
+    for name in names.split()
+}
 TEX = {
+    **GREEK,
     **{char: rf"\{char}" for char in "&%$#_{}"},
     **{"<": "$<$", ">": "$>$"},
     **{"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"},
@@ -20,22 +29,23 @@ TEX = {
         "·": r"$\cdot$",
         "−": "$-$",
         "×": r"$\times$",
-        "σ": r"$\sigma$",
-        "Δ": r"$\Delta$",
+        "≤": r"$\leq$",
+        "≥": r"$\geq$",
+        "≈": r"$\approx$",
         "°": r"$^\circ$",
         "–": "--",
         "†": r"$\dagger$",
         "‡": r"$\ddagger$",
         "’": "'",
     },
-    **{"α": r"$\alpha$", "λ": r"$\lambda$", "τ": r"$\tau$", "ε_θ": r"$\varepsilon_\theta$", "t_f": "$t_f$"},
-    **{"θ₀": r"$\theta_0$", "t₀": "$t_0$", "θ": r"$\theta$", "ε": r"$\varepsilon$"},
+    **{"λ": r"$\lambda$", "Λ": r"$\Lambda$", "ε": r"$\varepsilon$", "ε_θ": r"$\varepsilon_\theta$"},
+    **{"t_f": "$t_f$", "θ₀": r"$\theta_0$", "t₀": "$t_0$"},
 }
 _TEX_TOKEN = re.compile(
-    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|\bt_f\b|"
+    r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|[₀₁₂₃₄₅₆₇₈₉]+|\bt_f\b|"
     + "|".join(re.escape(key) for key in sorted({*TEX} - {"t_f"}, key=len, reverse=True))
 )
-_NORMAL_DIGITS = {ord(high): low for high, low in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)}
+_NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
 
 
 def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
@@ -160,6 +170,7 @@ def _letters(name: str) -> str:
 
 def _tex(text: object) -> str:
     def command(match: re.Match[str]) -> str:
-        return TEX.get(match[0]) or f"$^{{{match[0].translate(_NORMAL_DIGITS)}}}$"
+        place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉" else "^"
+        return TEX.get(match[0]) or f"${place}{{{match[0].translate(_NORMAL_DIGITS)}}}$"
 
     return _TEX_TOKEN.sub(command, " ".join(str(text).split()))

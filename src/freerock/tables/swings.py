@@ -8,6 +8,7 @@ from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
+from freerock.models.laws import LAWS
 from freerock.tables.tidy import usable_rows
 
 GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
@@ -59,6 +60,14 @@ def swings(
     period = 2 * found.groupby(FIT, sort=False)["time_s"].diff()
     before = period.groupby([found[name] for name in FIT], sort=False).shift()
     return found.assign(period_s=period.where(~(period > GAP * before)))
+
+
+def law_swings(
+    runs: pd.DataFrame, restitution: pd.DataFrame, epsilon: pd.DataFrame, blocks: Mapping[str, Block]
+) -> pd.DataFrame:
+    """The swings of runs and of the laws fitted to them, without those of further candidates."""
+    found = swings(runs, restitution, epsilon, blocks)
+    return found[found["source"].isin(["experiment", *LAWS])]
 
 
 def _keys(table: pd.DataFrame, *more: str) -> Iterator[tuple[str, ...]]:

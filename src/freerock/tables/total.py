@@ -18,10 +18,10 @@ INPUT_LABELS = {
     "width_m": "width",
     "contact_width_m": "contact width",
     "mass_kg": "mass",
-    "position_m": "beam",
+    "position_m": "beam position",
     "scale_fraction": "scale",
     "sampling_rate_fraction": "sampling rate",
-    "levelled_deg": "level",
+    "levelled_deg": "levelling",
 }
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # for one standard uncertainty of each input, on the scale of the values
