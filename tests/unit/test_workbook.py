@@ -69,7 +69,7 @@ def fitted(name, model):
     found = find_rotation(time, channel.values, Laser(units="deg"), block, "deg")
     theta, sigma = found["theta"].values, found["sigma_theta"].values
     (run,) = find_runs(time, theta, sigma, found["flags"].values, block)
-    fit = fit_run(model, block, motion_of(run, time, theta, sigma))
+    fit = fit_run(model, block, motion_of(run, time, theta))
     assert fit.success
     return fit
 

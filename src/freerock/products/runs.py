@@ -12,7 +12,7 @@ from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, motion_of
 from freerock.runs.noise import noise_at_rest
-from freerock.runs.quiet import converter_step, quiet_stretches
+from freerock.runs.quiet import converter_step, quiet_stretches, relative_noise
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.units import BASE
@@ -42,13 +42,14 @@ def motions_in(record: xr.DataTree, with_noise: bool = False) -> dict[int, Motio
         return {}
     samples = record.dataset
     time_s, theta, sigma = (samples[name].values for name in ("time", "theta", "sigma_theta"))
-    noise = None
+    noise = louder = None
     if with_noise:
         step = converter_step(next(samples[name].values for name in BASE if name in samples), theta)
         rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
         noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
+        louder = relative_noise(sigma)
     view = sensors_view(record.attrs)
-    return {run.number: motion_of(run, time_s, theta, sigma, noise, view) for run in runs}
+    return {run.number: motion_of(run, time_s, theta, noise, louder, view) for run in runs}
 
 
 def sensors_view(attrs: Mapping[Any, Any]) -> View | None:

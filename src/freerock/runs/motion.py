@@ -7,7 +7,6 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.rotation.view import View
 from freerock.runs.noise import Noise
-from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
 
@@ -51,8 +50,8 @@ def motion_of(
     run: Run,
     time_s: Floats,
     theta: Floats,
-    sigma_theta: Floats,
     noise: Noise | None = None,
+    louder: Floats | None = None,
     view: View | None = None,
 ) -> Motion:
     """What a fit takes of a run.
@@ -60,20 +59,21 @@ def motion_of(
     Parameters
     ----------
     run : Run
-    time_s, theta, sigma_theta : ndarray, shape (n_time,)
-        The record's clock [s], rotation and the standard deviation of its white noise [rad].
+    time_s, theta : ndarray, shape (n_time,)
+        The record's clock [s] and rotation [rad].
     noise : Noise, optional
-        At rest, as loud as usual in the record (`quiet.quiet_stretches`); during the run it is as much louder
-        as sigma_theta is.
+        At rest, as loud as usual in the record (`quiet.quiet_stretches`).
+    louder : ndarray, shape (n_time,), optional
+        How many times as loud the noise is at each sample (`quiet.relative_noise`); as usual by default.
     view : View, optional
         What the sensor makes of a motion.
     """
-    during = (time_s >= run.release_s) & (time_s <= run.end_s)
-    if noise is not None:
-        noise = noise.scaled(float(np.median(relative_noise(sigma_theta)[during])))
+    during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
+    if noise is not None and louder is not None:
+        noise = noise.scaled(float(np.median(louder[during])))
     return Motion(
         time_s[during] - run.release_s,
-        theta[during],
+        theta[during].copy(),  # the record is let go
         sigma_theta=run.sigma_theta,
         theta0=run.theta0,
         theta0_stderr=run.theta0_stderr,
