@@ -10,9 +10,9 @@ from typing import Literal
 
 import numpy as np
 
-from freerock.identification.noise import LEVEL
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, law_of
 
+LEVEL = 1e-3  # chance of noise as at rest to be taken for more
 TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
 TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
 CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides where nothing explains a run

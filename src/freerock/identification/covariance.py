@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import fft, fftfreq, next_fast_len, rfft
-from scipy.signal import fftconvolve
+from scipy.fft import fft, fftfreq, irfft, next_fast_len, rfft
 
 from freerock.arrays import Floats
 from freerock.runs.noise import Noise, averaged
@@ -169,8 +168,16 @@ def _long_run(scores: Floats, lengths: Sequence[int]) -> Floats:
     for run in np.split(scores, np.cumsum(lengths)[:-1]):
         lags = np.arange(-min(bandwidth, len(run) // 3), min(bandwidth, len(run) // 3) + 1)
         weights = 1 - np.abs(lags) / (lags[-1] + 1)
-        inner += run.T @ fftconvolve(run, weights[:, None], mode="same", axes=0)
+        inner += run.T @ _smoothed(run, weights)
     return inner
+
+
+def _smoothed(columns: Floats, weights: Floats) -> Floats:
+    """Convolution of columns with weights of an odd number about each sample."""
+    n, beside = len(columns), len(weights) // 2
+    size = next_fast_len(n + 2 * beside, real=True)
+    both = rfft(columns, size, axis=0) * rfft(weights, size)[:, None]
+    return np.asarray(irfft(both, size, axis=0)[beside : beside + n])
 
 
 def _andrews_bandwidth(scores: Floats) -> int:

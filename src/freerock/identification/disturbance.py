@@ -14,9 +14,10 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.identification.choice import LEVEL
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
-from freerock.identification.noise import HOPELESS, LEVEL, against_rest, hopeless_from, noise_of
+from freerock.identification.noise import HOPELESS, against_rest, hopeless_from, noise_of
 from freerock.identification.problem import posed
 from freerock.identification.search import approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import rfft
-from scipy.signal import lfilter
+from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats
 from freerock.identification.noise import SINGULAR, of_runs
@@ -152,14 +152,12 @@ def _innovations(columns: Floats, noise: Noise) -> tuple[Floats, float]:
     r = [(1 + 2 * theta * phi + theta**2) / (1 - phi**2)]
     while r[-1] > 1 + SETTLED and len(r) < n:
         r.append(1 + theta**2 - theta**2 / r[-1])
-    start = len(r)
     differences = columns.copy()
     differences[1:] -= phi * columns[:-1]
-    for i in range(1, start):
-        differences[i] -= theta / r[i - 1] * differences[i - 1]
-    left = (-theta * differences[start - 1])[None, :]
-    differences[start:] = lfilter([1.0], [1.0, theta], differences[start:], axis=0, zi=left)[0]
-    differences[:start] /= np.sqrt(r)[:, None]
+    bands = np.array([np.ones(n), np.full(n, theta)])
+    bands[1, : len(r) - 1] /= r[:-1]
+    differences = dtbtrs(bands, differences, uplo="L", diag="U")[0]
+    differences[: len(r)] /= np.sqrt(r)[:, None]
     return differences / math.sqrt(variance), n * math.log(variance) + float(np.sum(np.log(r)))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from freerock.arrays import Floats
+from freerock.identification.choice import LEVEL
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
     Indices,
@@ -24,7 +25,6 @@ from freerock.runs.noise import (
 
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
 HOPELESS = 30.0  # times the power of the noise: a quick fit beyond it tells that a full one won't do
-LEVEL = 1e-3  # chance of noise as at rest to be taken for more
 LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest
 SINGULAR = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
 

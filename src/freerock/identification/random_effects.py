@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
-from scipy.stats import chi2, t
+from scipy.special import chdtrc, gammaincinv, stdtrit
 
 from freerock.arrays import Floats
 from freerock.identification.estimate import NORMAL_95
@@ -80,7 +80,7 @@ def population(values: Sequence[float] | Floats, stderrs: Sequence[float] | Floa
     mean = float(weights @ y / weights.sum())
     ratio = _scatter([(y, variance)], tau**2) / dof  # 1 where there is a spread
     squared = ratio / float(weights.sum())
-    quantile = float(t.ppf((1 + LEVEL) / 2, dof))
+    quantile = float(stdtrit(dof, (1 + LEVEL) / 2))
     half = quantile * math.sqrt(squared)
     beside = quantile * math.sqrt(squared + ratio * (tau**2 + float(np.median(variance))))
     return Population(
@@ -94,7 +94,7 @@ def population(values: Sequence[float] | Floats, stderrs: Sequence[float] | Floa
         tau_high=tau_high,
         next_low=mean - beside,
         next_high=mean + beside,
-        p=float(chi2.sf(_scatter([(y, variance)], 0.0), dof)),
+        p=float(chdtrc(dof, _scatter([(y, variance)], 0.0))),
     )
 
 
@@ -121,7 +121,8 @@ def common_spread(samples: Sequence[tuple[Floats, Floats]]) -> tuple[float, floa
             brentq(lambda tau2: _scatter(samples, tau2) - of_scatter, 0.0, most, xtol=1e-12 * most)
         )
 
-    low, high = (float(chi2.ppf(share, dof)) for share in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
+    # quantiles of χ² with so many degrees of freedom
+    low, high = (2 * float(gammaincinv(dof / 2, share)) for share in ((1 + LEVEL) / 2, (1 - LEVEL) / 2))
     return spread(dof), spread(low), spread(high)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
-from freerock.tables.total import INPUT_LABELS
+from freerock.tables.text import INPUT_LABELS
 
 CASE = ["block", "foundation", "laser", "sensor", "duration", "rate", "angle"]
 

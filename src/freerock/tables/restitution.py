@@ -7,7 +7,7 @@ import pandas as pd
 
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.tables.tidy import usable_rows
+from freerock.tables.swings import usable_rows
 
 COMPARISON = ["campaign", "test", "block", "foundation", "r_fitted", "r_fitted_stderr"]
 COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s"]

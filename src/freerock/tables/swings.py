@@ -9,7 +9,6 @@ from scipy.special import stdtrit
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.laws import LAWS
-from freerock.tables.tidy import usable_rows
 
 GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
 FIT = ["test", "run", "source"]
@@ -68,6 +67,11 @@ def law_swings(
     """The swings of runs and of the laws fitted to them, without those of further candidates."""
     found = swings(runs, restitution, epsilon, blocks)
     return found[found["source"].isin(["experiment", *LAWS])]
+
+
+def usable_rows(runs: pd.DataFrame) -> pd.DataFrame:
+    """The rows of the table runs that are neither failed nor excluded."""
+    return runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
 
 
 def _keys(table: pd.DataFrame, *more: str) -> Iterator[tuple[str, ...]]:

@@ -6,6 +6,17 @@ import re
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+INPUT_LABELS = {
+    "runs": "runs",
+    "height_m": "height",
+    "width_m": "width",
+    "contact_width_m": "contact width",
+    "mass_kg": "mass",
+    "position_m": "beam position",
+    "scale_fraction": "scale",
+    "sampling_rate_fraction": "sampling rate",
+    "levelled_deg": "levelling",
+}
 
 
 def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:

@@ -297,11 +297,6 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
     }
 
 
-def usable_rows(runs: pd.DataFrame) -> pd.DataFrame:
-    """The rows of the table runs that are neither failed nor excluded."""
-    return runs[(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]
-
-
 def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
     return zip(frame["test"], frame["run"], frame["model"], strict=True)
 

@@ -6,23 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from freerock.arrays import Floats
 from freerock.identification.random_effects import LEVEL, Population
 
 OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
-INPUT_LABELS = {
-    "runs": "runs",
-    "height_m": "height",
-    "width_m": "width",
-    "contact_width_m": "contact width",
-    "mass_kg": "mass",
-    "position_m": "beam position",
-    "scale_fraction": "scale",
-    "sampling_rate_fraction": "sampling rate",
-    "levelled_deg": "levelling",
-}
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # for one standard uncertainty of each input, on the scale of the values
 
@@ -75,7 +64,7 @@ def total(found: Population, members: Sequence[Shifts], weights: Floats, within:
     runs = max(found.stderr**2 - max(seen, 0.0), within)
     u = math.sqrt(runs + sum(each**2 for each in shifts.values()))
     dof = (found.n - 1) * (u / found.stderr) ** 4 if found.n > 1 and found.stderr > 0 else math.inf
-    half = float(t.ppf((1 + LEVEL) / 2, dof)) * u
+    half = float(stdtrit(dof, (1 + LEVEL) / 2)) * u
     return Total(shifts, math.sqrt(runs), u, found.mean - half, found.mean + half)
 
 
