@@ -194,7 +194,9 @@ SCENES = {
         load_c=0.02 * LOAD,
         load_up=0.08,
     ),
-    "floor_shakes": _bed("B", "floor that shakes at 12 Hz", MAT, (), ON_BED, floor_a=0.05, floor_w=FLOOR_W),
+    "floor_shakes": _bed(
+        "B", "floor that shakes at 12 Hz", MAT, ("vibration",), ON_BED, floor_a=0.05, floor_w=FLOOR_W
+    ),
     "rigid_by_speed": _rigid("A", "r falls with the rate", by_speed, ()),
     "rigid_by_side": _rigid(
         "C", "r is 0.95 at one edge, 0.90 at the other", by_side, RESTITUTION, formats="mat"

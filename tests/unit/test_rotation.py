@@ -11,7 +11,7 @@ from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
-from freerock.rotation.faults import listed_faults
+from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser, distance_from_output
@@ -242,6 +242,29 @@ def test_a_line_on_a_harmonic_of_the_mains_is_not_theirs_without_a_fundamental()
     found = find_rotation(TIME, volts() + 0.003 * np.sin(2 * np.pi * 800.0 * TIME), HIGH, BLOCK)
     (fault,) = listed_faults(found)
     assert fault.name == "aliasing" and fault.note.startswith("200.0 Hz")
+
+
+def shaken(during):
+    return volts() + np.where(during, 0.0012 * np.sin(2 * np.pi * 12.0 * TIME), 0.0)
+
+
+def test_a_floor_that_shakes_is_named_and_the_run_warned():
+    found = find_rotation(TIME, shaken(TIME >= 0), HIGH, BLOCK)
+    (fault,) = listed_faults(found)
+    assert (fault.name, fault.start_s, fault.end_s) == ("vibration", TIME[0], TIME[-1])
+    seen = re.fullmatch(
+        r"(.+) Hz, (.+) V, before anything was moved: the floor or the stand of the laser shakes", fault.note
+    )
+    assert float(seen[1]) == pytest.approx(12.0, abs=0.5)
+    assert float(seen[2]) == pytest.approx(0.0012, rel=0.2)
+    assert fault.angle == pytest.approx(float(seen[2]) / 100 / 0.2, rel=0.01)
+    arrays = (found[name].values for name in ("theta", "sigma_theta", "flags"))
+    (run,) = find_runs(found["time"].values, *arrays, BLOCK, signal_quality(found))
+    assert "vibration" in run.verdict.names
+
+
+def test_a_hand_that_trembles_and_a_block_that_swings_on_are_no_shaking_floor():
+    assert names(find_rotation(TIME, shaken(TIME > 2.5), HIGH, BLOCK)) == []
 
 
 @pytest.mark.parametrize("ratio", [0.9, 0.99, 1.05])

@@ -28,7 +28,8 @@ from freerock.figures.style import (
 from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import runs_of
 from freerock.products.runs import motions_in
-from freerock.runs.noise import Noise, averaged, expected_power, frequencies, samples_averaged, tapered_power
+from freerock.rotation.tapers import frequencies, tapered_power
+from freerock.runs.noise import Noise, averaged, expected_power, samples_averaged
 
 PER_OCTAVE = 6  # means of the spectrum
 LONGEST_S = 0.5  # lag

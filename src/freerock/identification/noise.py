@@ -8,6 +8,7 @@ from scipy.special import fdtrc
 
 from freerock.arrays import Floats
 from freerock.identification.choice import LEVEL
+from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
     Indices,
@@ -16,10 +17,8 @@ from freerock.runs.noise import (
     degrees_of_freedom,
     expected_power,
     filtered,
-    frequencies,
     noise_at_rest,
     power_taken,
-    tapered_power,
     white_noise,
 )
 

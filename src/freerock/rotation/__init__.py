@@ -14,5 +14,6 @@ __all__ = [
     "rotation",
     "sensor",
     "still",
+    "tapers",
     "view",
 ]

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 # On a run that meets the fault; flagged samples are judged by their share.
 FAULT_VERDICTS: dict[str, Literal["warn", "fail"]] = {
     "aliasing": "warn",
+    "vibration": "warn",
     "sampling_rate": "warn",
     "other_mains": "warn",
     "lasers_disagree": "warn",

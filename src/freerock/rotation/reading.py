@@ -13,7 +13,7 @@ from freerock.rotation.ac_coupling import ac_cutoff
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
 from freerock.rotation.flags import FLAGS, flag_samples, shares
-from freerock.rotation.lines import other_line
+from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rests import (
@@ -267,4 +267,11 @@ def _interference(
     if line and line[1] > FAINT * signal.noise:
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
+    slow = slow_line(signal.untouched, signal.step)
+    if slow and slow[1] > FAINT * signal.noise:
+        note = (
+            f"{slow[0]:.1f} Hz, {slow[1]:.3g} {unit}, before anything was moved: the floor or the stand of "
+        )
+        note += "the laser shakes"
+        faults.append(Fault("vibration", *whole, note, slow[1] * per_output))
     return faults

@@ -80,6 +80,16 @@ class StillSignal:
             first, last = np.searchsorted(self.time_s, (start, phase.end_s - margin)).tolist()
             yield first, last
 
+    @property
+    def untouched(self) -> Floats:
+        """The rest with which the record begins; empty where there is none, or a gap in it."""
+        margin = self.window_s / 2
+        first = next(iter(self.phases), None)
+        if first is None or first.kind != "rest" or first.start_s > self.time_s[0] + margin:
+            return np.empty(0)
+        found = self.values[slice(*np.searchsorted(self.time_s, (first.start_s, first.end_s - margin)))]
+        return found if np.isfinite(found).all() else np.empty(0)
+
     def segments(self) -> Floats:
         """Whole quiet stretches of one length, at most `MOST_SEGMENTS`, shape (n_segments, n_samples)."""
         n = round(SEGMENT_S / self.step)

@@ -16,11 +16,11 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.optimize import minimize
 
 from freerock.arrays import Floats
+from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
 
 Indices = NDArray[np.intp]
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
-TAPERS = 3
 EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave
 LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
 SHORTEST = 64  # samples of a stretch that says something of a spectrum
@@ -171,28 +171,9 @@ def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0
     return law
 
 
-def frequencies(n: int) -> Floats:
-    """Frequencies [cycles per sample] of `tapered_power` of n samples, without zero and the highest."""
-    size = next_fast_len(n, real=True)
-    return np.asarray(np.arange(1, (size + 1) // 2) / size)
-
-
-def tapered_power(values: Floats) -> Floats:
-    """Power at `frequencies`, by sine tapers: of white noise it is the variance of a sample.
-
-    Riedel and Sidorenko 1995, doi:10.1109/78.365298. Their leakage falls with the fourth power of the
-    frequency, so that slow noise does not spill into fast.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n_time,)
-    """
-    return np.asarray(np.mean(np.abs(_tapered(values)) ** 2, axis=0))
-
-
 def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
-    window = np.mean(np.abs(rfft(_tapers(n), 2 * n)) ** 2, axis=0)
+    window = np.mean(np.abs(rfft(tapers(n), 2 * n)) ** 2, axis=0)
     lags = _autocovariance(noise, n) * irfft(window, 2 * n)[:n]
     size = next_fast_len(n, real=True)
     wrapped = np.zeros(size)
@@ -218,7 +199,7 @@ def power_taken(basis: Floats, through: Floats, inner: Floats) -> tuple[Floats, 
     taken, share : ndarray, shape (n_frequencies,)
         [rad²] and pure numbers.
     """
-    of_basis, of_through = _tapered(basis.T), _tapered(through.T)
+    of_basis, of_through = tapered(basis.T), tapered(through.T)
     twice = 2 * of_through - np.tensordot(inner, of_basis, 1)
     taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
     share = np.sum(of_basis.real**2 + of_basis.imag**2, axis=0)
@@ -299,20 +280,6 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[floa
     best = min(starts, key=misfit)
     options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}
     return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
-
-
-@lru_cache(8)
-def _tapers(n: int) -> Floats:
-    """Sine tapers, shape (TAPERS, n)."""
-    order, sample = np.arange(1, TAPERS + 1)[:, None], np.arange(1, n + 1)
-    return np.asarray(math.sqrt(2 / (n + 1)) * np.sin(np.pi / (n + 1) * order * sample))
-
-
-def _tapered(values: Floats) -> NDArray[np.complex128]:
-    """Transforms of values under each taper, shape (..., TAPERS, n_frequencies)."""
-    n = values.shape[-1]
-    size = next_fast_len(n, real=True)
-    return np.asarray(rfft(_tapers(n) * values[..., None, :], size)[..., 1 : (size + 1) // 2])
 
 
 @lru_cache(16)
