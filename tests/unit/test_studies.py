@@ -20,6 +20,7 @@ from freerock.studies import (
     inputs,
     model_cost,
     model_error,
+    scatter,
     shared,
     speed_accuracy,
     stability,
@@ -161,6 +162,17 @@ def test_wrong_inputs_are_within_what_is_stated_of_them():
     assert (frame["error"].abs() < 4 * frame["u_total"]).all()
     figure, data = figures.inputs.draw(frame)
     assert len(figure.axes) == 4 and len(data) == len(frame)
+
+
+def test_means_of_runs_that_scatter_are_those_of_their_truths():
+    frame = pd.DataFrame([row for i in range(4) for row in scatter.record((3, 0.03, i))])
+    assert (np.abs(frame["error"] - frame["error_of_truths"]) < 0.002).all()
+    assert frame["inside"].mean() >= 0.5 and (frame["tau"] > 0).all() and (frame["p"] < 1e-6).all()
+    alike = pd.DataFrame(scatter.record((3, 0.0, 1)))
+    assert (alike["tau"] < 0.001).all() and (alike["error"].abs() < 0.002).all()
+    figure, data = figures.scatter.draw(pd.concat([frame, alike]))
+    assert len(figure.axes) == 2 and list(data["n_records"]) == [4, 4, 1, 1]
+    assert data["rms_ratio"].iloc[:2].between(0.8, 1.2).all()
 
 
 def test_large_differences_between_blocks_are_seen_and_none_seldom():

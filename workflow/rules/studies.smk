@@ -15,6 +15,7 @@ STUDIES = [
     "confusion",
     "faults",
     "inputs",
+    "scatter",
     "shared",
     "mishaps",
 ]

@@ -23,6 +23,7 @@ __all__ = [
     "off_level",
     "paper",
     "peers",
+    "scatter",
     "scenes",
     "shared",
     "speed_accuracy",

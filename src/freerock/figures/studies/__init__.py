@@ -16,6 +16,7 @@ __all__ = [
     "model_error",
     "numerics",
     "paper",
+    "scatter",
     "shared",
     "speed_accuracy",
     "stability",
