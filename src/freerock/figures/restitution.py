@@ -23,6 +23,7 @@ from freerock.figures.style import (
 )
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, MODEL_LABELS
+from freerock.tables.restitution_law import PEAKS, restitution_law
 from freerock.tables.swings import law_swings, local_band
 
 BAND = "0.86"
@@ -54,10 +55,12 @@ def draw(
         Columns of `freerock.tables.swings.swings`.
     """
     data = law_swings(runs, restitution, epsilon, blocks)
+    laws = restitution_law(data, epsilon)
+    laws = laws[(laws["quantity"] == PEAKS) & laws["trend"]]
     figure, panels = panel_per_scene(scenes_in(runs), labels, 2.0, sharex="row", sharey="row")
     for (block, foundation), ax in panels.items():
-        scene = of_scene(data, block, foundation)
-        _panel(ax, scene, blocks[block].restitution_housner, recorded(origin)["label"])
+        scene, law = (of_scene(each, block, foundation) for each in (data, laws))
+        _panel(ax, scene, law, blocks[block].restitution_housner, recorded(origin)["label"])
     for block, ax in {block: ax for (block, _), ax in panels.items()}.items():
         seen = data[(data["block"] == block) & (data["source"] == "experiment")]["rigid_speed_m_s"]
         if len(seen):  # models rock on below what is seen
@@ -76,13 +79,17 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return f"{number_of(len(seen), 'recorded impact').capitalize()} of {number_of(n_runs, 'run')}."
 
 
-def _panel(ax: Axes, scene: pd.DataFrame, r_housner: float, name: str) -> None:
+def _panel(ax: Axes, scene: pd.DataFrame, law: pd.DataFrame, r_housner: float, name: str) -> None:
     ax.margins(x=0.05)
     ax.axhline(r_housner, color="0.3", linestyle=":", label="rigid block, theory")
     seen = scene[scene["source"] == "experiment"]
     band = local_band(seen["rigid_speed_m_s"], seen["r"])
     if len(band):
         ax.fill_between(*band.to_numpy(float).T, color=BAND, linewidth=0, label="95 % of the impacts")
+    for line in law.itertuples():
+        ends = pd.Series([line.speed_low_m_s, line.speed_high_m_s])
+        on_line = line.r + line.slope_s_m * (ends - line.speed_m_s)
+        ax.plot(ends, on_line, color="black", linestyle=(0, (6, 2)), label="line through the impacts")
     for model in LAWS:
         thin = {"markersize": scaled(2.5), "linewidth": scaled(0.8)}
         own = {"marker": MODEL_MARKERS[model], "label": f"{MODEL_LABELS[model]}, fitted"}

@@ -13,7 +13,9 @@ from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables.csvfile import write_csv
 from freerock.tables.restitution import restitution_comparison
+from freerock.tables.restitution_law import restitution_law
 from freerock.tables.summary import table1, table2, table3
+from freerock.tables.swings import swings
 from freerock.tables.tidy import tidy_tables
 
 
@@ -52,6 +54,8 @@ def make_tables(
     tables["restitution_comparison"] = restitution_comparison(
         tables["runs"], tables["populations"], tables["restitution"], blocks
     )
+    moved = swings(tables["runs"], tables["restitution"], tables["epsilon"], blocks)
+    tables["restitution_law"] = restitution_law(moved, tables["epsilon"])
     origin = ", ".join(tables["runs"]["origin"].unique())
     published = settings["published"]
     for name, frame in (

@@ -11,6 +11,7 @@ __all__ = [
     "populations",
     "recovered",
     "restitution",
+    "restitution_law",
     "summary",
     "swings",
     "text",
