@@ -124,7 +124,7 @@ def test_restitution_leaves_out_failed_fits():
     assert len(data) == (whole["source"] != "winkler").sum()
     (legend,) = figure.legends
     told = [text.get_text() for text in legend.get_texts()]
-    assert told[:2] == ["rigid block, theory", "Housner, fitted"]
+    assert told[:3] == ["rigid block, theory", "line through the impacts", "Housner, fitted"]
     assert "Winkler, fitted" not in told
     assert figure.axes[0].get_title(loc="left") == "b1, marble"
 

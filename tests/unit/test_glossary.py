@@ -9,11 +9,11 @@ from freerock.config.campaign import CampaignFile, ConfigFile
 from freerock.config.record import Record
 from freerock.config.scene import Scene
 from freerock.config.values import section_in
-from freerock.identification import plan, population, predict
+from freerock.identification import plan, plan_total, population, predict
 from freerock.models.block import Block
 from freerock.models.laws import LAWS
 from freerock.products.names import VARIABLES
-from freerock.tables import candidates, populations, recovered, restitution, summary, tidy
+from freerock.tables import candidates, populations, recovered, restitution, restitution_law, summary, tidy
 
 GLOSSARY = Path(__file__).parents[2] / "docs/glossary.md"
 HEAD = ["term", "meaning", "symbol", "config", "netCDF", "CSV", "unit"]
@@ -56,6 +56,9 @@ def columns():
         populations.BUDGET,
         plan.COLUMNS,
         plan.RIVALS,
+        plan_total.BUDGET,
+        plan_total.TOTALS,
+        restitution_law.LAW,
     ]
     return {column for listed in [*lists, *frames] for column in listed}
 
