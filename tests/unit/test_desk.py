@@ -24,7 +24,8 @@ from freerock.review import server
 from freerock.review.bench import Superseded
 from freerock.review.corrections import cells_of, corrected
 from freerock.review.desk import Desk
-from freerock.review.pictures import impact_speed, window
+from freerock.review.pictures import impact_speed
+from freerock.review.signals import signals_of
 from freerock.tables.populations import populations_table
 from freerock.tables.tidy import parameters_table
 from freerock.virtual_lab.record import Recording, Release, simulate_record
@@ -219,7 +220,7 @@ def test_a_failed_record_and_one_left_out_are_seen(desk, lab):
     assert left_out["failure"] == "excluded: wet"
     assert len(desk.window("tall", *left_out["span"])["theta"]["t"]) > 100
     broken = xr.Dataset({"voltage": ("time", np.arange(9.0), {"units": "V"})}, {"time": np.arange(9.0)})
-    assert window(broken, 0, 9)["signals"][0]["unit"] == "V"
+    assert signals_of(broken).window(0, 9)["signals"][0]["unit"] == "V"
 
 
 def test_a_look_holds_until_the_record_is_corrected(desk):
@@ -252,12 +253,13 @@ def test_a_window_keeps_every_extreme_of_ten_minutes():
         {"theta": ("time", theta), "flags": ("time", flags), "voltage": ("time", theta.astype("f4"))},
         {"time": time},
     )
-    seen = window(record, 0.0, 600.0)
+    signals = signals_of(record)
+    seen = signals.window(0.0, 600.0)
     assert len(seen["theta"]["t"]) <= 1800
     assert max(seen["theta"]["v"]) == pytest.approx(np.degrees(0.5))
     assert min(seen["theta"]["v"]) == pytest.approx(np.degrees(-0.25))
     assert [each[2] for each in seen["flags"]] == ["out of range", "spike"]
-    near = window(record, 123.45, 123.46)
+    near = signals.window(123.45, 123.46)
     assert 123.456 in near["theta"]["t"]
     assert len(near["theta"]["t"]) <= 13
 
@@ -342,9 +344,11 @@ WRONG = [
     ("refit", RIGHT | {"correction": []}),
     ("refit", RIGHT | {"more": 1}),
     ("misfit", {"test": "tall_mat", "run": 1.5, "correction": {}}),
-    ("keep", {"corrections": ["tall_mat"], "digest": "", "why": ""}),
+    ("keep", {"corrections": ["tall_mat"], "known": "", "why": ""}),
     ("look", {"test": "tall_mat", "run": 1, "seen": "yes"}),
     ("undo", []),
+    ("undo", {"test": "tall_mat"}),
+    ("keep", {"corrections": {}, "why": ""}),
 ]
 
 
@@ -353,7 +357,7 @@ def test_a_request_of_another_form_is_refused(desk):
     told = {"method": "POST", "headers": {"Content-Type": "application/json"}}
     requests = [(f"/s3cret/do/{what}", told | {"body": json.dumps(given)}) for what, given in WRONG]
     endless = {"overrides": [{"run": 1e400, "release_s": 1, "end_s": 2, "hold_s": None}], "exclude": []}
-    keep = {"corrections": {desk.campaign.records[0].test: endless}, "digest": "", "why": ""}
+    keep = {"corrections": {desk.campaign.records[0].test: endless}, "known": "", "why": ""}
     *wrong, last = asked(desk, *requests, ("/s3cret/do/keep", told | {"body": json.dumps(keep)}))
     assert [status for status, *_ in wrong] == [400] * len(WRONG)
     assert last[0] == 409 and "is no correction" in json.loads(last[2])["error"]

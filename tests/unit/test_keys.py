@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from laboratory import CSV, YAML
 
-from freerock.config.campaign import CampaignFile, ConfigFile
+from freerock.config.campaign import CampaignFile, ConfigFile, load_campaign
 from freerock.config.keys import (
     BlockSection,
     FitsSection,
@@ -84,6 +85,23 @@ def test_rivals_take_both_kinematics_unless_told_otherwise_and_there_are_none_in
     assert FitsSection().rivals == FitsSection().kinematics == KINEMATICS
     assert FitsSection(kinematics=["pivoting"]).rivals == ("pivoting",)
     assert FitsSection(paper_mode=True).rivals == ()
+
+
+NAMED = [
+    found
+    for page in sorted((ROOT / "docs").glob("*.md"))
+    for found in re.findall(r"`([a-z]+)\.([a-z_]+): ([^`]+)`", page.read_text(encoding="utf-8"))
+]
+
+
+def test_settings_named_in_the_docs_are_accepted(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("config/campaigns").mkdir(parents=True)
+    Path("config/campaigns/lab.csv").write_text(CSV)
+    assert {"kinematics", "paper_mode", "profile"} <= {key for _, key, _ in NAMED}
+    for section, key, value in NAMED:
+        Path("config/campaigns/lab.yaml").write_text(f"{YAML}{section}: {{{key}: {value}}}\n")
+        load_campaign("config/campaigns/lab.yaml")
 
 
 def test_a_rotation_needs_no_beam():

@@ -27,7 +27,7 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import LAWS, MODELS
 from freerock.products.groups import runs_of
-from freerock.products.runs import motions_in
+from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.noise import Noise, averaged, expected_power, samples_averaged
 
@@ -100,7 +100,10 @@ def _plot(axes: Sequence[Axes], rows: pd.DataFrame, source: str) -> None:
 
 def _of_run(record: xr.DataTree | None, number: int, run: xr.DataTree) -> tuple[pd.DataFrame, int]:
     """Spectra and autocorrelations of a run, and how many averaged samples they are of."""
-    motion = motions_in(record, with_noise=True).get(number) if record is not None else None
+    motion = None
+    if record is not None:
+        samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
+        motion = measured_in(record, samples).with_noise().get(number)
     noise = motion.noise if motion else None
     rate_hz = _rate_hz(run)
     m = noise.averaged if noise else samples_averaged(rate_hz)

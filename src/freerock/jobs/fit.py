@@ -16,13 +16,14 @@ from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.products.groups import NotFitted
-from freerock.products.netcdf import open_record, write_fits
+from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
-from freerock.products.runs import motions_in, runs_in
+from freerock.products.runs import OVER_TIME, measured_in, runs_in
 from freerock.rotation.laboratory import Laboratory
 from freerock.runs.impacts import find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
+from freerock.runs.noise import Noise, Rests, noise_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
 
@@ -40,6 +41,7 @@ def make_fits(
     record_file: str | Path,
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] | None = None,
+    hear: Callable[[Rests, float], Noise | None] = noise_of,
 ) -> None:
     """Write the fits of a record.
 
@@ -55,8 +57,10 @@ def make_fits(
     identify : callable, optional
         What is identified of the runs of the record, as `identify_runs` does it: one that remembers spares
         the work on runs that have not changed.
+    hear : callable
+        What the noise of the record is, as `noise_of` says it; likewise.
     """
-    runs, motions, attrs = _read(record_file)
+    runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
@@ -93,11 +97,14 @@ def make_fits(
     write_fits(output, fits, attributes, choices, doubts)
 
 
-def _read(record_file: str | Path) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
+def _read(
+    record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
+) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
     """Runs and motions that can be fitted, and the record's attributes; its samples are let go."""
-    record = open_record(record_file)
+    record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
-    motions = motions_in(record, with_noise=True)
+    measured = measured_in(record, samples_in(record_file, OVER_TIME))
+    motions = measured.with_noise(hear)
     return runs, {number: motion for number, motion in motions.items() if number in runs}, record.attrs
 
 

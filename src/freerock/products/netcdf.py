@@ -1,12 +1,13 @@
 """Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
+from freerock.arrays import Floats
 from freerock.models.laws import CANDIDATES
 from freerock.products.choices import GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
@@ -130,6 +131,13 @@ def open_record(path: str | Path, samples: bool = True) -> xr.DataTree:
         No such file, damaged, or not the dataset of a record.
     """
     return open_product(path, "record", samples)
+
+
+def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
+    """Those of the variables named that a record has over time; raises as `open_record`."""
+    with readable(path) as file:
+        file.set_auto_maskandscale(False)
+        return {name: np.asarray(file[name][...]) for name in names if name in file.variables}
 
 
 def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:

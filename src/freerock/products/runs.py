@@ -1,18 +1,20 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import xarray as xr
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
-from freerock.runs.motion import Motion, motion_of
-from freerock.runs.noise import noise_at_rest
-from freerock.runs.quiet import converter_step, quiet_stretches, relative_noise
+from freerock.runs.motion import Motion, loud, motion_of
+from freerock.runs.noise import Noise, Rests, noise_of, rests_of
+from freerock.runs.quiet import converter_step, quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.units import BASE
@@ -32,24 +34,73 @@ def runs_in(record: xr.DataTree) -> list[Run]:
     ]
 
 
-def motions_in(record: xr.DataTree, with_noise: bool = False) -> dict[int, Motion]:
-    """The motion of each run of a record, by run number; none of a record that could not be processed.
+OVER_TIME = ("time", "theta", "sigma_theta", *BASE)  # of which fits take something
 
-    With the noise of the sensor, where asked for, from all rests and holds of the record.
+
+class Measured(NamedTuple):
+    """What fits take of a record, without its samples.
+
+    Parameters
+    ----------
+    motions : dict of int to Motion
+        By run number; without noise.
+    loud : dict of int to float
+        How many times as loud as usual the noise is during each run.
+    rests : Rests
+        What the noise is known from.
+    step : float
+        Of the converter [rad].
+    """
+
+    motions: dict[int, Motion]
+    loud: dict[int, float]
+    rests: Rests
+    step: float
+
+    def with_noise(self, known_from: Callable[[Rests, float], Noise | None] = noise_of) -> dict[int, Motion]:
+        """The motions with the noise of the sensor, from all rests and holds of the record.
+
+        `known_from` does what `noise_of` does: one that remembers spares the work.
+        """
+        noise = known_from(self.rests, self.step)
+        if noise is None:
+            return self.motions
+        return {
+            number: replace(motion, noise=noise.scaled(self.loud[number]))
+            for number, motion in self.motions.items()
+        }
+
+
+def motions_in(record: xr.DataTree) -> dict[int, Motion]:
+    """The motion of each run of a record, by run number; none of a record that could not be processed."""
+    runs = runs_in(record)
+    samples = {name: record.dataset[name].values for name in ("time", "theta") if runs}
+    return _motions(runs, samples, record.attrs)
+
+
+def measured_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> Measured:
+    """What fits take of a record; the noise is worked out when its samples may be let go.
+
+    `samples` are those that `OVER_TIME` names.
     """
     runs = runs_in(record)
     if not runs:
-        return {}
-    samples = record.dataset
-    time_s, theta, sigma = (samples[name].values for name in ("time", "theta", "sigma_theta"))
-    noise = louder = None
-    if with_noise:
-        step = converter_step(next(samples[name].values for name in BASE if name in samples), theta)
-        rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
-        noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
-        louder = relative_noise(sigma)
-    view = sensors_view(record.attrs)
-    return {run.number: motion_of(run, time_s, theta, noise, louder, view) for run in runs}
+        return Measured({}, {}, Rests(0.0, [], 1.0), 0.0)
+    time_s, theta, sigma = (samples[name] for name in ("time", "theta", "sigma_theta"))
+    rate_hz, usual = (len(time_s) - 1) / float(time_s[-1] - time_s[0]), usual_of(sigma)
+    return Measured(
+        _motions(runs, samples, record.attrs),
+        {run.number: loud(run, time_s, sigma, usual) for run in runs},
+        rests_of(quiet_stretches(time_s, theta, sigma), rate_hz),
+        converter_step(next(samples[name] for name in BASE if name in samples), theta),
+    )
+
+
+def _motions(
+    runs: Sequence[Run], samples: Mapping[str, Floats], attrs: Mapping[Any, Any]
+) -> dict[int, Motion]:
+    view = sensors_view(attrs) if runs else None
+    return {run.number: motion_of(run, samples["time"], samples["theta"], view=view) for run in runs}
 
 
 def sensors_view(attrs: Mapping[Any, Any]) -> View | None:

@@ -1,14 +1,14 @@
 """A record is processed and fitted again with corrections, by the workflow's jobs and with their settings.
 
 What a job would write is written to a folder of its own and read back: what is seen at the desk is what
-`snakemake` will write. Rotations and fits that a correction does not touch are remembered.
+`snakemake` will write. Rotations and fits that a correction does not touch are remembered, in files: ten
+minutes at 10 kHz would take 200 MB of memory each time.
 """
 
+import ctypes
 import json
-from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import fields, is_dataclass
-from hashlib import sha256
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Lock
@@ -21,11 +21,14 @@ from freerock.config.campaign import Campaign
 from freerock.config.record import Record
 from freerock.config.step_settings import fit_settings, record_settings
 from freerock.errors import FreerockError
+from freerock.products.names import SINGLE_PRECISION
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.provenance import provenance
+from freerock.review.remembered import Remembered
 
 ROTATIONS = 1  # remembered: that of the record on the desk
 FITS = 60  # runs whose fits are remembered
+M_MMAP_THRESHOLD, LARGE_BYTES = -3, 1 << 20  # of mallopt(3)
 BY_HAND = ("overrides", "exclusions", "excluded")
 
 
@@ -51,9 +54,9 @@ class Bench:
 
     def __init__(self, checksums: Mapping[str, str]):
         self._checksums = checksums
-        self._rotations: OrderedDict[Hashable, xr.Dataset] = OrderedDict()
-        self._identified: OrderedDict[Hashable, Any] = OrderedDict()
+        self._rotations, self._noises, self._identified = map(Remembered, (ROTATIONS, ROTATIONS, FITS))
         self._rotating = Lock()
+        spare_memory()
 
     def settings(self, campaign: Campaign, line: Record) -> tuple[dict[str, Any], dict[str, Any]]:
         """What the jobs of a record get: of its rotation and runs, and of its fits."""
@@ -101,6 +104,7 @@ class Bench:
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             file = Path(folder, "record.nc")
             make_record(self.settings(campaign, line)[0], file, self._rotation, packed=False)
+            give_back()
             return Analysed(open_record(file, samples=False), None)
 
     def analyse(
@@ -132,9 +136,13 @@ class Bench:
         from freerock.identification.ladder import identify_runs
         from freerock.jobs.fit import make_fits
         from freerock.jobs.record import make_record
+        from freerock.runs.noise import noise_of
 
         def alone(*problem: Any) -> Any:
-            return self._remembered(self._identified, FITS, problem, lambda: _identify(problem, needed))
+            return self._identified.get(problem, lambda: _identify(problem, needed))
+
+        def hear(rests: Any, step: float) -> Any:
+            return self._noises.get((rests, step), lambda: noise_of(rests, step))
 
         def nearest(block: Any, motions: Mapping[int, Any], ladder: Any) -> dict[int, Any]:
             number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
@@ -147,16 +155,15 @@ class Bench:
         with TemporaryDirectory(prefix="freerock-review-") as folder:
             record_file, fits_file = Path(folder, "record.nc"), Path(folder, "fits.nc")
             make_record(of_record, record_file, self._rotation, packed=False)
+            give_back()
             record = open_record(record_file, samples=False)
             release = {
                 int(run.attrs["run"]): run.dataset["release"].item() for run in record.children.values()
             }
             if not needed():
                 raise Superseded
-            if near_s is None:
-                make_fits(of_fits, record_file, fits_file, all_runs)
-            else:
-                make_fits(of_fits, record_file, fits_file, nearest)
+            make_fits(of_fits, record_file, fits_file, all_runs if near_s is None else nearest, hear)
+            give_back()
             return Analysed(record, open_fits(fits_file))
 
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
@@ -166,19 +173,35 @@ class Bench:
         look = Path(settings["raw"], settings["file"])
         stamp = (look.stat().st_mtime_ns, look.stat().st_size) if look.is_file() else ()
         with self._rotating:
-            found = self._remembered(self._rotations, ROTATIONS, (own, stamp), lambda: rotation_of(settings))
+            found = self._rotations.get((own, stamp), lambda: as_written(rotation_of(settings)))
         assert isinstance(found, xr.Dataset)
         return found
 
-    @staticmethod
-    def _remembered(known: OrderedDict[Hashable, Any], most: int, of: Any, make: Callable[[], Any]) -> Any:
-        key = content(of)
-        if key not in known:
-            while len(known) >= most:
-                known.popitem(last=False)
-            known[key] = make()
-        known.move_to_end(key)
-        return known[key]
+
+def as_written(rotation: xr.Dataset) -> xr.Dataset:
+    """A rotation with what was recorded in single precision, as products have it."""
+    recorded = SINGLE_PRECISION & set(rotation.data_vars) - {"sigma_theta"}
+    return rotation.assign({name: rotation[name].astype(np.float32) for name in recorded})
+
+
+def spare_memory() -> None:
+    """Have the C library, if it is GNU's, give every large array back to the system as soon as it is free."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).mallopt(M_MMAP_THRESHOLD, LARGE_BYTES)
+
+
+def give_back() -> None:
+    """Give the rest of what is free to the system.
+
+    The C library keeps small pieces; scipy keeps how it transforms the last 16 lengths, of the rests of ten
+    minutes 130 MB.
+    """
+    from scipy.fft import rfft
+
+    for n in range(1, 17):
+        rfft(np.ones(n))
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).malloc_trim(0)
 
 
 def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
@@ -187,16 +210,3 @@ def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
     if not needed():
         raise Superseded
     return identify_run(*problem)
-
-
-def content(value: Any) -> Hashable:
-    """What a value holds, as a key: equal for equal numbers, wherever they stand."""
-    if is_dataclass(value):
-        return type(value).__name__, *(content(getattr(value, field.name)) for field in fields(value))
-    if isinstance(value, np.ndarray):
-        return value.dtype.str, value.shape, sha256(value.tobytes()).hexdigest()
-    if isinstance(value, Mapping):
-        return tuple((key, content(each)) for key, each in sorted(value.items()))
-    if isinstance(value, list | tuple):
-        return tuple(map(content, value))
-    return value if isinstance(value, Hashable) else repr(value)

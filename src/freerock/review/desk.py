@@ -9,7 +9,6 @@ from threading import RLock
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.history import (
@@ -32,7 +31,8 @@ from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
-from freerock.review.pictures import Json, means_of, rows_of, run_picture, symbol, window
+from freerock.review.pictures import means_of, rows_of, run_picture, symbol
+from freerock.review.signals import Json, Signals, signals_of
 
 OPEN = 3  # records that stay open
 LARGE_BYTES = 100_000_000  # of a record: then it alone
@@ -48,7 +48,7 @@ class Saved(NamedTuple):
 
 
 class Desk:
-    """A campaign at the desk.
+    """A campaign at the desk; the page sends what its methods take, in the kinds of their type hints.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class Desk:
         self.results = Path("results", name)
         self._held = RLock()  # what is open is looked at and corrected in two threads
         self._open: OrderedDict[str, Analysed] = OrderedDict()
-        self._signals: dict[str, xr.Dataset] = {}  # of one record
+        self._signals: dict[str, Signals] = {}  # of one record
         self._as_made: set[str] = set()  # records whose products hold
         self._rows: dict[str, list[Json]] = {}
         self._saved: list[Saved] = []
@@ -134,13 +134,9 @@ class Desk:
         problem = ""
         try:
             signals = self._signals_of(line)
-            time = signals["time"].values
-            span, step_s = (
-                [float(time[0]), float(time[-1])],
-                float(time[-1] - time[0]) / max(1, len(time) - 1),
-            )
+            span, step_s = signals.span_s, signals.step_s
         except FreerockError as error:
-            problem, span, step_s = str(error), [0.0, 0.0], 0.0
+            problem, span, step_s = str(error), (0.0, 0.0), 0.0
         return {
             "test": test,
             "file": self.campaign.file(test),
@@ -161,14 +157,13 @@ class Desk:
         """The signals of a record between two instants [s]."""
         line = self._line(test)
         self._analysed(line)
-        return window(self._signals_of(line), from_s, to_s)
+        return self._signals_of(line).window(from_s, to_s)
 
     def ahead(self, test: str) -> None:
         """Do what the first correction of a record will need."""
         line = self._line(test)
         with suppress(FreerockError):
-            if self._signals_of(line).nbytes <= LARGE_BYTES:
-                self._bench.rotate(self.campaign, line)
+            self._bench.rotate(self.campaign, line)
 
     def refit(
         self,
@@ -214,9 +209,6 @@ class Desk:
                 self._tried = key, found
                 if not cells:
                     self._keep(test, found)
-            if any(each.nbytes > LARGE_BYTES for each in self._signals.values()):
-                self._as_made.discard(test)  # its rotation is in memory by now: that is drawn
-                self._signals.clear()
         return {"cells": cells, "rows": rows_of(test, found), **self._picture(then, found, run, near_s)}
 
     def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
@@ -364,18 +356,18 @@ class Desk:
         if listed:
             self._rows[test] = rows_of(test, found)
 
-    def _signals_of(self, line: Record) -> xr.Dataset:
+    def _signals_of(self, line: Record) -> Signals:
         """The record over time: as processed, else its rotation, else its channels as in the file."""
         with self._held:
-            made = self._signals.get(line.test)
-            if made is None:
+            if line.test not in self._signals:
                 self._signals.clear()
+                made = None
                 if line.test in self._as_made:
                     made = open_record(self._record_file(line)).to_dataset()
                 if made is None or "time" not in made:
                     made = self._bench.signals(self.campaign, line)
-                self._signals[line.test] = made
-            return made
+                self._signals[line.test] = signals_of(made)
+            return self._signals[line.test]
 
     def _record_file(self, line: Record) -> Path:
         return self.results / f"records/{line.test}.nc"

@@ -1,28 +1,21 @@
 """What the page draws and lists of a record, as plain numbers and texts: JSON, angles in degrees."""
 
 import math
-from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from freerock.arrays import Floats, extremes
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, SYMBOLS
 from freerock.products.choices import GROUP
 from freerock.products.groups import impacts_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.bench import Analysed
-from freerock.rotation.flags import FLAGS
+from freerock.review.signals import Json, on_screen, thin
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import STATUS_WORDS
 from freerock.tables.text import quantity, unit_text
-from freerock.units import BASE
-
-BINS = 900  # of a curve, with two samples drawn in each: about as many as it has columns on the screen
-MOST_FLAGGED = 200  # stretches of invalid samples drawn; those that are near each other become one
-Json = dict[str, Any]
 
 
 def rows_of(test: str, found: Analysed) -> list[Json]:
@@ -57,37 +50,7 @@ def chosen(group: xr.DataTree | None) -> Json:
     model = str(choice.attrs["selected"])
     epsilon = group.children[model]["epsilon_theta"].item() if model in group.children else math.nan
     explained = bool(choice.attrs["explained"])
-    return {"model": MODEL_LABELS.get(model, ""), "explained": explained, "epsilon": _number(epsilon)}
-
-
-def window(record: xr.Dataset, from_s: float, to_s: float, bins: int = BINS) -> Json:
-    """The signals of a record between two instants, thinned so that no extreme is lost.
-
-    Parameters
-    ----------
-    record : Dataset
-        Over time [s]: channels, and where it could be processed theta [rad] and flags.
-    from_s, to_s : float
-        Instants [s].
-    bins : int
-        Lowest and highest sample of each are kept.
-
-    Returns
-    -------
-    dict
-        signals: label, unit, time, value of each channel; theta: time, value [degree]; flags: start, end [s]
-        and what is wrong, of each stretch of invalid samples.
-    """
-    time = record["time"].values
-    first, last = np.searchsorted(time, [from_s, to_s])
-    shown = slice(max(0, int(first) - 1), int(last) + 1)
-    found: Json = {"signals": [], "theta": None, "flags": []}
-    for label, unit, values in _signals(record):
-        found["signals"].append({"label": label, "unit": unit} | _thin(time[shown], values[shown], bins))
-    if "theta" in record:
-        found["theta"] = _thin(time[shown], np.degrees(record["theta"].values[shown]), bins)
-        found["flags"] = _flagged(time[shown], record["flags"].values[shown])
-    return found
+    return {"model": MODEL_LABELS.get(model, ""), "explained": explained, "epsilon": on_screen(epsilon)}
 
 
 def run_picture(found: Analysed, number: int, block: Block, means: bool = True) -> Json:
@@ -128,7 +91,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         "release": release,
         "end": run["end"].item(),
         "fit_start": run["fit_start"].item(),
-        "hold_start": _number(run["hold_start"].item()),
+        "hold_start": on_screen(run["hold_start"].item()),
         "verdict": verdict.level,
         "reasons": [{"verdict": each.verdict, "text": each.text} for each in verdict.reasons],
         "excluded": bool(run.attrs["excluded"]),
@@ -164,7 +127,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
                 "status": status,
                 "says": STATUS_WORDS[status],
                 "reason": str(data["reason"].values[i]),
-                "epsilon": _number(epsilon),
+                "epsilon": on_screen(epsilon),
                 "epsilon_text": quantity(100 * epsilon),
                 "parameters": _parameters(group.children[model]) if model in group.children else [],
             }
@@ -231,8 +194,8 @@ def _curves(group: xr.DataTree, models: dict[str, xr.DataTree], release: float, 
     for model in _drawn(group, models):
         fit = models[model].dataset
         curves[model] = {
-            "theta": _thin(time, np.degrees(fit["theta_model"].values), BINS),
-            "residual": _thin(time, fit["residual"].values / sigma, BINS),
+            "theta": thin(time, np.degrees(fit["theta_model"].values)),
+            "residual": thin(time, fit["residual"].values / sigma),
         }
     return curves
 
@@ -249,7 +212,7 @@ def _impacts(data: xr.Dataset, later_s: float, block: Block) -> list[list[float 
         data["restitution"].values,
         data["restitution_stderr"].values,
     )
-    return [[_number(float(each)) for each in row] for row in zip(*columns, strict=True)]
+    return [[on_screen(float(each)) for each in row] for row in zip(*columns, strict=True)]
 
 
 def impact_speed(peak: Floats, block: Block) -> Floats:
@@ -261,37 +224,3 @@ def impact_speed(peak: Floats, block: Block) -> Floats:
     alpha = block.theta_cr
     fall = np.cos(alpha - np.asarray(peak)) - math.cos(alpha)
     return np.asarray(block.p * np.sqrt(2 * np.maximum(fall, 0.0)))
-
-
-def _signals(record: xr.Dataset) -> Iterator[tuple[str, str, Floats]]:
-    """Label, unit and samples of each channel."""
-    for name, variable in record.data_vars.items():
-        kind, _, second = str(name).partition("_")
-        if variable.dims == ("time",) and (kind in BASE or "theta" not in record):
-            label = f"{kind} of laser {second}" if second.isdigit() else kind
-            yield label, BASE.get(kind) or str(variable.attrs.get("units", "")), variable.values
-
-
-def _thin(time: Floats, values: Floats, bins: int) -> Json:
-    kept = extremes(values, bins)
-    return {"t": [round(float(t), 5) for t in time[kept]], "v": [_number(float(v)) for v in values[kept]]}
-
-
-def _flagged(time: Floats, flags: Any) -> list[list[Any]]:
-    """Start, end [s] and what is wrong, of each stretch of invalid samples."""
-    bad = np.flatnonzero(flags)
-    if not bad.size:
-        return []
-    near = max(1, len(time) // MOST_FLAGGED)
-    parts = np.split(bad, np.flatnonzero(np.diff(bad) > near) + 1)
-    found = []
-    for part in parts:
-        seen = int(np.bitwise_or.reduce(flags[part]))
-        told = ", ".join(name.replace("_", " ") for name, bit in FLAGS.items() if seen & bit)
-        found.append([float(time[part[0]]), float(time[part[-1]]), told])
-    return found
-
-
-def _number(value: float) -> float | None:
-    """A number with as many digits as a screen shows, None where there is none."""
-    return float(f"{value:.7g}") if math.isfinite(value) else None

@@ -398,7 +398,7 @@ async function askToSave() {
 async function save() {
   try {
     const kept = desk.pending.size;
-    desk.list = await tell("keep", {corrections: Object.fromEntries(desk.pending), digest: desk.list.digest, why: at("why").value});
+    desk.list = await tell("keep", {corrections: Object.fromEntries(desk.pending), known: desk.list.digest, why: at("why").value});
     desk.saved = `Saved: ${kept} ${kept === 1 ? "record" : "records"}. snakemake makes the products again.`;
     desk.pending.clear();
     desk.tried.clear();

@@ -8,12 +8,14 @@ import json
 import logging
 import secrets
 import socket
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
+from inspect import signature
 from pathlib import Path
 from signal import SIGINT, SIGTERM
-from typing import Any
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 import tornado.httpserver
 import tornado.netutil
@@ -31,17 +33,7 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-KINDS = {  # of what the page sends
-    "test": str,
-    "correction": dict,
-    "corrections": dict,
-    "run": int | None,
-    "near_s": float | int | None,
-    "whole": bool,
-    "digest": str,
-    "why": str,
-    "seen": bool,
-}
+LONG, SHORT = ("refit", "misfit"), ("keep", "undo", "look")  # methods of the desk that the page may call
 HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
@@ -180,31 +172,36 @@ class Do(Page):
         """A request by its name; JSON, so that no form of another page can send one."""
         if not self.request.headers.get("Content-Type", "").startswith("application/json"):
             raise tornado.web.HTTPError(415)
+        if what not in LONG + SHORT:
+            raise tornado.web.HTTPError(404)
+        do = getattr(self.desk, what)
         try:
             given = json.loads(self.request.body)
-            for key, value in given.items():
-                if not isinstance(value, KINDS[key]):
-                    raise TypeError(key)
-            make = self._made(what, given)
-        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            check_form(do, given)
+        except (TypeError, ValueError) as error:
             raise tornado.web.HTTPError(400) from error
-        await self.answer(make, long=what in ("refit", "misfit"))
-
-    def _made(self, what: str, given: dict[str, Any]) -> Callable[[], Any]:
-        desk = self.desk
         if what == "refit":
-            needed = self.work.needed()
-            asked = {key: given[key] for key in ("test", "correction", "run", "near_s", "whole")}
-            return lambda: desk.refit(**asked, needed=needed)
-        if what == "misfit":
-            return lambda: desk.misfit(given["test"], given["run"], given["correction"])
-        if what == "keep":
-            return lambda: desk.keep(given["corrections"], given["digest"], given["why"])
-        if what == "undo":
-            return desk.undo
-        if what == "look":
-            return lambda: desk.look(given["test"], given["run"], bool(given["seen"]))
-        raise tornado.web.HTTPError(404)
+            given["needed"] = self.work.needed()
+        await self.answer(lambda: do(**given), long=what in LONG)
+
+
+def check_form(do: Callable[..., Any], given: Any) -> None:
+    """Raise TypeError where a request does not hold what a method of the desk takes, by its type hints."""
+    hints = get_type_hints(do)
+    taken = {name: hints[name] for name in signature(do).parameters if name != "needed"}
+    if not isinstance(given, dict) or given.keys() != taken.keys():
+        raise TypeError(f"takes {', '.join(taken)}")
+    for name, hint in taken.items():
+        if not any(_is_a(given[name], kind) for kind in _kinds(hint)):
+            raise TypeError(name)
+
+
+def _kinds(hint: Any) -> Sequence[Any]:
+    return get_args(hint) if isinstance(hint, UnionType) else (hint,)
+
+
+def _is_a(value: Any, kind: Any) -> bool:
+    return isinstance(value, get_origin(kind) or kind) or (kind is float and isinstance(value, int))
 
 
 def application(desk: Desk, token: str, once: str = "") -> tornado.web.Application:

@@ -48,24 +48,31 @@ class StillSignal:
         """The phases in which θ is zero."""
         return [phase for phase in self.phases if phase.kind == "rest"]
 
-    @cached_property
     def inside(self) -> tuple[Floats, Floats]:
-        """Instants of the valid samples within the phases, and their deviations from the phase's level."""
-        times, deviations, margin = [], [], self.window_s / 2
-        for phase in self.phases:
-            part = slice(*np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin)))
-            valid = np.isfinite(self.values[part])
-            kept = slice(None) if valid.all() else valid
-            times.append(self.time_s[part][kept])
-            deviations.append(self.values[part][kept] - phase.level)
-        return np.concatenate(times), np.concatenate(deviations)
+        """Instants of the valid samples within the phases, and their deviations from the phase's level.
+
+        They may be most of a long record: not kept.
+        """
+        margin = self.window_s / 2
+        parts = [
+            slice(*np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin)))
+            for phase in self.phases
+        ]
+        valid = [np.isfinite(self.values[part]) for part in parts]
+        ends = np.cumsum([np.count_nonzero(each) for each in valid])
+        times, deviations = np.empty((2, ends[-1]))
+        for phase, part, kept, end in zip(self.phases, parts, valid, ends, strict=True):
+            of_phase = slice(end - np.count_nonzero(kept), end)
+            times[of_phase] = self.time_s[part][kept]
+            np.subtract(self.values[part][kept], phase.level, out=deviations[of_phase])
+        return times, deviations
 
     @cached_property
     def noise(self) -> float:
         """Standard deviation of white noise from differences of neighbours, those beyond 6 MADs left out."""
         if not self.phases:
             return math.nan
-        time_s, deviation = self.inside
+        time_s, deviation = self.inside()
         i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
         difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * self.step]
         limit = 6 * np.median(np.abs(difference)) / 0.6745
@@ -108,7 +115,7 @@ def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     """The interference of the mains, None where it is not significant or too faint to matter."""
     if not (signal.phases and mains_hz * signal.step < 0.5):
         return None
-    mains = fit_mains(*signal.inside, mains_hz, signal.step)
+    mains = fit_mains(*signal.inside(), mains_hz, signal.step)
     if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT) * signal.noise:
         return mains
     return None
@@ -176,12 +183,12 @@ def _slope(signal: StillSignal, phase: Phase) -> tuple[float, float]:
     """Slope of the signal within a phase and its standard error, per second."""
     trim = min(0.1, (phase.end_s - phase.start_s) / 4)
     part = slice(*np.searchsorted(signal.time_s, (phase.start_s + trim, phase.end_s - trim)))
-    y = signal.values[part]
-    t = signal.time_s[part] - phase.mid_s
+    y, t = signal.values[part], signal.time_s[part] - phase.mid_s
     valid = np.isfinite(y)
-    t, y = t[valid], y[valid]
+    if not valid.all():
+        t, y = t[valid], y[valid]
     if t.size < 10:
         return 0.0, math.inf
-    t = t - t.mean()
+    t -= t.mean()
     square = float(np.sum(t * t))
     return float(np.sum(t * y)) / square, signal.noise / math.sqrt(square)

@@ -105,9 +105,9 @@ def find_rotation(
     else:
         found = rotation_of_two(time_s, readings, lasers, block, options.max_disagreement_deg)
         readings = [_named(*each) for each in zip(readings, lasers, strict=True)]
-    return _dataset(time_s - _delay_s(lasers), step, readings, found).assign_attrs(
-        attributes(view_of(lasers, block))
-    )
+    late_s = _delay_s(lasers)
+    dataset = _dataset(time_s - late_s if late_s else time_s, step, readings, found)
+    return dataset.assign_attrs(attributes(view_of(lasers, block)))
 
 
 def _named(reading: Reading, laser: Laser) -> Reading:

@@ -1,11 +1,16 @@
 """The end of a motion: where it is lost in the noise of the rest that follows."""
 
-import numpy as np
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from freerock.arrays import Floats, Mask
 from freerock.rotation.still import Phase
 from freerock.runs.signal import Signal, scatter
 
 SMOOTH_S = 0.005  # averaging time in which the last of the motion stands out of the noise
+PIECE = 1 << 15  # samples at a time
 OUT_OF_NOISE = 5.0  # standard deviations
 
 
@@ -26,13 +31,25 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
     origin = max(0, min(first, still.start) - width)
     part = theta[origin : max(last, still.stop) + width]
     valid = np.isfinite(part)
-    sums, counts = (
-        np.concatenate((np.zeros(width // 2 + 1), np.cumsum(each), np.full(width, each.sum())))
-        for each in (np.where(valid, part, 0.0), valid)
-    )
+    mean = _window_sums(part if valid.all() else np.where(valid, part, 0.0), width)
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = (sums[width:] - sums[:-width]) / (counts[width:] - counts[:-width])
-    rest = mean[still.start - origin : still.stop - origin]
+        mean /= _window_sums(valid, width, np.int32)
+    sought, rest = (
+        mean[first - origin : last - origin].copy(),
+        mean[still.start - origin : still.stop - origin],
+    )
     noise = max(scatter(rest), np.finfo(float).eps)
-    moving = np.abs(mean[first - origin : last - origin] - np.nanmedian(rest)) > OUT_OF_NOISE * noise
+    moving = np.abs(sought - np.nanmedian(rest, overwrite_input=True)) > OUT_OF_NOISE * noise
     return float(t[first + np.flatnonzero(moving).max(initial=0)])
+
+
+def _window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:
+    """Sum of so many samples about each, fewer at the ends; a rest may be most of a long record."""
+    begin, end = width // 2 + 1, width // 2 + 1 + values.size
+    sums: NDArray[Any] = np.zeros(end + width, kind)
+    np.cumsum(values, out=sums[begin:end])
+    sums[end:] = values.sum()
+    for i in range(0, end, PIECE):
+        part = slice(i, min(i + PIECE, end))
+        sums[part] = sums[part.start + width : part.stop + width] - sums[part]
+    return sums[:end]

@@ -7,6 +7,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.rotation.view import View
 from freerock.runs.noise import Noise
+from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
 
@@ -47,12 +48,7 @@ class Motion:
 
 
 def motion_of(
-    run: Run,
-    time_s: Floats,
-    theta: Floats,
-    noise: Noise | None = None,
-    louder: Floats | None = None,
-    view: View | None = None,
+    run: Run, time_s: Floats, theta: Floats, noise: Noise | None = None, view: View | None = None
 ) -> Motion:
     """What a fit takes of a run.
 
@@ -62,15 +58,11 @@ def motion_of(
     time_s, theta : ndarray, shape (n_time,)
         The record's clock [s] and rotation [rad].
     noise : Noise, optional
-        At rest, as loud as usual in the record (`quiet.quiet_stretches`).
-    louder : ndarray, shape (n_time,), optional
-        How many times as loud the noise is at each sample (`quiet.relative_noise`); as usual by default.
+        At rest, as `loud` as it is during the run.
     view : View, optional
         What the sensor makes of a motion.
     """
-    during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
-    if noise is not None and louder is not None:
-        noise = noise.scaled(float(np.median(louder[during])))
+    during = _during(run, time_s)
     return Motion(
         time_s[during] - run.release_s,
         theta[during].copy(),  # the record is let go
@@ -82,3 +74,12 @@ def motion_of(
         noise=noise,
         view=view,
     )
+
+
+def loud(run: Run, time_s: Floats, sigma_theta: Floats, usual: float) -> float:
+    """How many times as loud as `quiet.usual_of` the noise is during a run; arrays are of shape (n_time,)."""
+    return float(np.median(relative_noise(sigma_theta[_during(run, time_s)], usual)))
+
+
+def _during(run: Run, time_s: Floats) -> slice:
+    return slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))

@@ -6,9 +6,10 @@ else there is: lines of the mains, other colours, the converter.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,15 +113,47 @@ def averaged(values: Floats, m: int) -> Floats:
     return np.asarray(whole.reshape(len(whole) // m, m, *values.shape[1:]).mean(axis=1) * math.sqrt(m))
 
 
-def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
-    """Noise of stretches at rest.
+class Rests(NamedTuple):
+    """What the noise is known from.
 
     Parameters
     ----------
-    stretches : sequence of ndarray, shape (n_time,)
-        θ while nothing moves [rad], each about any level.
+    variance : float
+        Of a sample [rad²].
+    still : list of ndarray
+        Stretches about their level [rad], averaged; those that are too short left out.
     rate_hz : float
-        Samples per second.
+        Samples per second, before averaging.
+    """
+
+    variance: float
+    still: list[Floats]
+    rate_hz: float
+
+
+def rests_of(stretches: Iterable[Floats], rate_hz: float) -> Rests:
+    """What `noise_of` takes of stretches at rest [rad], of shape (n_time,), each about any level."""
+    m = samples_averaged(rate_hz)
+    squares, n, still = 0.0, 0, []
+    for each in stretches:
+        if len(each):
+            about = each - each.mean()
+            squares, n = squares + float(about @ about), n + len(each)
+            still += [averaged(about, m)] if len(each) >= m * SHORTEST else []
+    return Rests(squares / max(1, n), still, rate_hz)
+
+
+def noise_at_rest(stretches: Iterable[Floats], rate_hz: float, step: float = 0.0) -> Noise | None:
+    """Noise of stretches at rest, as `noise_of` and `rests_of` have it."""
+    return noise_of(rests_of(stretches, rate_hz), step)
+
+
+def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
+    """Noise of a sensor at rest.
+
+    Parameters
+    ----------
+    rests : Rests
     step : float
         Of the converter [rad]. Where it hides the noise (less than 1/√3 of it), what a rest shows depends on
         where its level lies between two steps, and a moving block has the error of rounding, step²/12, as
@@ -131,9 +164,8 @@ def noise_at_rest(stretches: Sequence[Floats], rate_hz: float, step: float = 0.0
     Noise or None
         None where all stretches are too short.
     """
+    variance, still, rate_hz = rests
     m = samples_averaged(rate_hz)
-    variance = _mean_square([each - each.mean() for each in stretches if len(each)])
-    still = [averaged(each - each.mean(), m) for each in stretches if len(each) >= m * SHORTEST]
     if not still:
         return None
     longest = max(map(len, still))
@@ -286,4 +318,5 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[floa
 def _autocovariance(noise: Noise, n: int) -> Floats:
     """Of noise at lags of 0 to n - 1 samples [rad²]."""
     size = 4 * n  # so that slow noise does not wrap around
-    return np.asarray(irfft(noise.density(np.arange(size // 2 + 1) / size), size)[:n])
+    whole = irfft(noise.density(np.arange(size // 2 + 1) / size), size)
+    return np.asarray(whole[:n].copy())  # without the rest, which is kept as long

@@ -1,10 +1,10 @@
 """Stretches of a record in which θ shows nothing but the noise of the sensor."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Mask
 from freerock.rotation.still import Phase, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
@@ -16,8 +16,8 @@ SWINGS = 4.0  # times the usual mean square of averages, from which a part still
 
 def quiet_stretches(
     time_s: Floats, theta: Floats, sigma_theta: Floats, window_s: float = 0.25
-) -> list[Floats]:
-    """θ about its level in each quiet stretch of a record, as loud as the noise usually is there [rad].
+) -> Iterator[Floats]:
+    """Yield θ about its level in each quiet stretch of a record, as loud as the noise usually is there [rad].
 
     These are its rests and holds (`freerock.rotation.still.stationary_phases`) away from their ends, cut
     where samples are flagged. A rest that follows a motion begins when that has died out: a block in full
@@ -34,25 +34,30 @@ def quiet_stretches(
     """
     step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
     phases = [each for each in stationary_phases(time_s, theta, window_s=window_s) if each.kind != "paused"]
-    alike = theta / relative_noise(sigma_theta)
-    parts = [np.array_split(alike[_core(time_s, phase, window_s)], PARTS) for phase in phases]
-    swings = [_mean_squares(own, max(1, round(BLOCK_S / step))) for own in parts]
+    usual_noise, cores = usual_of(sigma_theta), [_core(time_s, phase, window_s) for phase in phases]
+    alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
+    swings = [_mean_squares(np.array_split(own, PARTS), max(1, round(BLOCK_S / step))) for own in alike]
     usual = float(np.median([np.mean(own[-LAST:]) for own in swings])) if swings else 0.0
-    found: list[Floats] = []
-    for own, swing in zip(parts, swings, strict=True):
+    for own, swing in zip(alike, swings, strict=True):
         loud = np.flatnonzero(swing > SWINGS * usual)
         first = int(loud[-1]) + 1 if len(loud) else 0
-        found += _valid(np.concatenate(own[first:])) if first < PARTS else []
-    return found
+        if first < PARTS:
+            settled = sum(map(len, np.array_split(own, PARTS)[:first]))
+            yield from _valid(own[settled:])
 
 
-def relative_noise(sigma_theta: Floats) -> Floats:
-    """Standard deviation of the noise over what it usually is in a record; 1 where it is not known.
+def usual_of(sigma_theta: Floats) -> float:
+    """What the standard deviation of the noise usually is in a record [rad]; 1 where it is not known."""
+    known = sigma_theta[np.isfinite(sigma_theta) & (sigma_theta > 0)]
+    return np.median(known) if known.size else 1.0
+
+
+def relative_noise(sigma_theta: Floats, usual: float) -> Floats:
+    """Standard deviation of the noise [rad] over what it usually is; 1 where it is not known.
 
     A beam sees the same displacement as another angle where the block is tilted.
     """
     known = np.isfinite(sigma_theta) & (sigma_theta > 0)
-    usual = np.median(sigma_theta[known]) if known.any() else 1.0
     return np.asarray(np.where(known, sigma_theta, usual) / usual, float)
 
 
@@ -64,13 +69,20 @@ def converter_step(recorded: Floats, theta: Floats) -> float:
     recorded, theta : ndarray, shape (n_time,)
         The signal as recorded, in any unit, and the rotation [rad] from it.
     """
-    valid = np.flatnonzero(np.isfinite(theta) & np.isfinite(recorded))
-    some = recorded[valid[:: max(1, len(valid) // STEP_SAMPLES)]]
+    valid = np.isfinite(theta) & np.isfinite(recorded)
+    where = np.flatnonzero(valid)
+    some = recorded[where[:: max(1, len(where) // STEP_SAMPLES)]]
+    del where  # as large as the record
     values = np.unique(some)
     if len(values) < 2 or len(values) > len(some) / 2:
         return 0.0
-    range_rad = np.ptp(theta[valid]) / np.ptp(recorded[valid])
+    range_rad = _range(theta, valid) / _range(recorded, valid)
     return float(np.median(np.diff(values)) * range_rad)
+
+
+def _range(values: Floats, valid: Mask) -> float:
+    least, most = np.min(values, where=valid, initial=np.inf), np.max(values, where=valid, initial=-np.inf)
+    return most - least
 
 
 def _core(time_s: Floats, phase: Phase, window_s: float) -> slice:
@@ -95,8 +107,9 @@ def _block_means(values: Floats, block: int) -> Floats:
         return np.asarray(np.where(valid, blocks, 0.0).sum(axis=1) / valid.sum(axis=1))
 
 
-def _valid(values: Floats) -> Iterable[Floats]:
-    """The stretches between samples that are not finite, each about its own level."""
+def _valid(values: Floats) -> Iterator[Floats]:
+    """The stretches between samples that are not finite, each about its own level; values are overwritten."""
     for first, last in stretches(np.isfinite(values)):
         part = values[first : last + 1]
-        yield part - part.mean()
+        part -= part.mean()
+        yield part

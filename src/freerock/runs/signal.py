@@ -30,8 +30,9 @@ class Signal(NamedTuple):
 
 def signal_of(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike, flags: ArrayLike) -> Signal:
     """θ(t) with the flagged samples left out; a single sigma holds for all samples."""
-    flags = np.asarray(flags)
-    theta = np.where(flags == 0, np.asarray(theta, float), np.nan)
+    flags, theta = np.asarray(flags), np.asarray(theta, float)
+    if not np.isnan(theta[flags != 0]).all():
+        theta = np.where(flags == 0, theta, np.nan)
     sigma = np.broadcast_to(np.asarray(sigma_theta, float), theta.shape)
     return Signal(np.asarray(time_s, float), theta, sigma, flags)
 
@@ -44,6 +45,7 @@ def names_of(flags: Flags) -> str:
 
 def scatter(x: Floats) -> float:
     """Standard deviation, robust against outliers; NaN samples are left out."""
-    x = x[np.isfinite(x)]
+    finite = np.isfinite(x)
+    x = x if finite.all() else x[finite]
     x = x[:: max(1, x.size // NOISE_SAMPLES)]
     return float(1.4826 * np.median(np.abs(x - np.median(x))) or np.std(x)) if x.size else math.nan

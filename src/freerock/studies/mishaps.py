@@ -31,9 +31,9 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.judged import judged_runs
-from freerock.runs.motion import motion_of
+from freerock.runs.motion import loud, motion_of
 from freerock.runs.noise import noise_at_rest
-from freerock.runs.quiet import quiet_stretches, relative_noise
+from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.verdict import Verdict
 from freerock.studies.document import renew
 from freerock.studies.truths import place, table_2
@@ -274,7 +274,8 @@ def judged(
         return measured.verdict, Identified()
     time_s, theta, sigma, _ = signal
     noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), RATE_HZ)
-    motion = motion_of(measured, time_s, theta, noise, relative_noise(sigma), view_of([laser], block))
+    noise = noise and noise.scaled(loud(measured, time_s, sigma, usual_of(sigma)))
+    motion = motion_of(measured, time_s, theta, noise, view_of([laser], block))
     identified = identify_run(block, motion, ladder)
     doubts = doubts_about(measured.verdict, block, motion, identified, ladder)
     return measured.verdict.adding(doubts), identified

@@ -1,0 +1,137 @@
+"""What is drawn of a record over time: samples in single precision, thinned so that no extreme is lost.
+
+They stand in files: the memory is for the fits.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from freerock.arrays import Flags, Floats, extremes
+from freerock.review.remembered import OnDisk
+from freerock.rotation.flags import FLAGS
+from freerock.units import BASE
+
+Json = dict[str, Any]
+BINS = 900  # of a curve, with two samples drawn in each: about as many as it has columns on the screen
+MOST_FLAGGED = 200  # stretches of invalid samples drawn; those that are near each other become one
+
+
+class Channel(NamedTuple):
+    """What was recorded, in its unit; values of shape (n_time,), in single precision."""
+
+    label: str
+    unit: str
+    values: OnDisk
+
+
+@dataclass(frozen=True)
+class Signals:
+    """A record over even time.
+
+    Parameters
+    ----------
+    start_s, step_s : float
+        First instant and sampling interval [s].
+    n : int
+        Samples.
+    channels : list of Channel
+    theta : OnDisk, shape (n,), or None
+        Rotation [rad] in single precision; None where the channels could not become one.
+    flags : OnDisk of uint8, shape (n,), or None
+        As `rotation.flags.FLAGS` has them.
+    """
+
+    start_s: float
+    step_s: float
+    n: int
+    channels: list[Channel]
+    theta: OnDisk | None = None
+    flags: OnDisk | None = None
+
+    @property
+    def span_s(self) -> tuple[float, float]:
+        """First and last instant [s]."""
+        return self.start_s, self.start_s + (self.n - 1) * self.step_s
+
+    def window(self, from_s: float, to_s: float, bins: int = BINS) -> Json:
+        """The signals between two instants.
+
+        Parameters
+        ----------
+        from_s, to_s : float
+            Instants [s].
+        bins : int
+            Lowest and highest sample of each are kept.
+
+        Returns
+        -------
+        dict
+            signals: label, unit, time, value of each channel; theta: time, value [degree]; flags: start, end
+            [s] and what is wrong, of each stretch of invalid samples.
+        """
+        counted = np.ceil((np.array([from_s, to_s]) - self.start_s) / self.step_s)
+        first, last = np.clip(np.nan_to_num(counted), 0, self.n).astype(int).tolist()
+        shown = slice(max(0, first - 1), last + 1)
+        time_s: Floats = self.start_s + self.step_s * np.arange(*shown.indices(self.n), dtype=float)
+        found: Json = {"signals": [], "theta": None, "flags": []}
+        for label, unit, values in self.channels:
+            found["signals"].append({"label": label, "unit": unit} | thin(time_s, values[shown], bins))
+        if self.theta is not None and self.flags is not None:
+            found["theta"] = thin(time_s, np.degrees(self.theta[shown]), bins)
+            found["flags"] = _flagged(time_s, self.flags[shown])
+        return found
+
+
+def signals_of(record: xr.Dataset) -> Signals:
+    """The signals of a record over time [s]: channels, and where it could be processed theta [rad], flags."""
+    time_s = record["time"].values
+    step_s = float(time_s[-1] - time_s[0]) / (len(time_s) - 1) if len(time_s) > 1 else 1.0
+    even = Signals(float(time_s[0]), step_s, len(time_s), [*_channels(record)])
+    if "theta" not in record:
+        return even
+    return replace(even, theta=_single(record["theta"]), flags=OnDisk(record["flags"].values))
+
+
+def _channels(record: xr.Dataset) -> Iterator[Channel]:
+    for name, variable in record.data_vars.items():
+        kind, _, second = str(name).partition("_")
+        if variable.dims == ("time",) and (kind in BASE or "theta" not in record):
+            label = f"{kind} of laser {second}" if second.isdigit() else kind
+            unit = BASE.get(kind) or str(variable.attrs.get("units", ""))
+            yield Channel(label, unit, _single(variable))
+
+
+def _single(variable: xr.DataArray) -> OnDisk:
+    return OnDisk(variable.values.astype(np.float32))
+
+
+def thin(time_s: Floats, values: Floats | NDArray[np.float32], bins: int = BINS) -> Json:
+    """Time [s] and value of the lowest and highest sample in each of so many bins."""
+    kept = extremes(values, bins)
+    return {"t": [round(float(t), 5) for t in time_s[kept]], "v": [on_screen(float(v)) for v in values[kept]]}
+
+
+def on_screen(value: float) -> float | None:
+    """A number with as many digits as a screen shows, None where there is none."""
+    return float(f"{value:.7g}") if math.isfinite(value) else None
+
+
+def _flagged(time_s: Floats, flags: Flags) -> list[list[Any]]:
+    """Start, end [s] and what is wrong, of each stretch of invalid samples."""
+    bad = np.flatnonzero(flags)
+    if not bad.size:
+        return []
+    near = max(1, len(time_s) // MOST_FLAGGED)
+    parts = np.split(bad, np.flatnonzero(np.diff(bad) > near) + 1)
+    found = []
+    for part in parts:
+        seen = int(np.bitwise_or.reduce(flags[part]))
+        told = ", ".join(name.replace("_", " ") for name, bit in FLAGS.items() if seen & bit)
+        found.append([float(time_s[part[0]]), float(time_s[part[-1]]), told])
+    return found
