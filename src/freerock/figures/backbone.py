@@ -64,6 +64,7 @@ def draw(
     for (block, foundation), ax in panels.items():
         scene = of_scene(data, block, foundation)
         _panel(ax, scene, blocks[block], str(recorded(origin)["label"]))
+        ax.margins(x=0.04)
         ax.set_xlim(left=0)
         ax.set_ylim(bottom=0)
     outer_labels(panels, "peak |θ| between two impacts / °", "period / s")

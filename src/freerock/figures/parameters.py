@@ -89,7 +89,7 @@ def draw(
     for i, own in enumerate(stacked):
         shown = names if beside > 1 else [names[i // len(groups)]]
         for ax, name in zip(axes[i], shown, strict=True):
-            _panel(ax, own, name)
+            _panel(ax, own, name, 0.5 / beside)
             ax.set_xlabel(axis_of(name) if name != "r" else "restitution r")
             ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
         axes[i, 0].set_yticks(range(len(own)), [row.name for row in own])
@@ -180,8 +180,8 @@ def _spread(row: Any) -> str:
     return f"{quantity(percent * row.tau, digits=2)} %"
 
 
-def _panel(ax: Axes, rows: list[_Row], name: str) -> None:
-    """One parameter of some rows."""
+def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
+    """One parameter of some rows, in so much of the figure's width."""
     ax.margins(x=0.05)
     for place, (_, numbers) in enumerate(rows):
         for row in numbers[numbers["parameter"] == name].itertuples():
@@ -189,7 +189,7 @@ def _panel(ax: Axes, rows: list[_Row], name: str) -> None:
     ax.grid(axis="y", visible=False)
     low, high = ax.get_xlim()
     if low > 0:
-        number_ticks(ax.xaxis, low, high, 2)
+        number_ticks(ax.xaxis, low, high, 2, room)
     ax.set_xlim(low, high)
 
 

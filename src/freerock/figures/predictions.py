@@ -64,7 +64,7 @@ def draw(
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
     below = -(-len(shown) // beside)
-    figure = Figure(figsize=size(below * (0.8 + 0.33 * max(3, len(scenes)))))
+    figure = Figure(figsize=size(below * (0.8 + 0.33 * max(5, len(scenes)))))
     axes = figure.subplots(below, beside, squeeze=False, sharex=True, sharey=True)
     kinds = {kind: style for kind, style in MARKERS.items() if kind in set(data["basis"].map(_kind))}
     for i, (ax, model) in enumerate(zip(axes.ravel(), shown, strict=False)):

@@ -305,10 +305,13 @@ def legend_on_top(figure: Figure) -> None:
         figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
 
 
-def number_ticks(axis: Any, low: float, high: float, n: int = 4) -> None:
-    """Ticks of an axis of numbers with powers of ten, also of a logarithmic one of less than a decade."""
+def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:
+    """Ticks of an axis of numbers with powers of ten, also of a logarithmic one of less than a decade; as
+    many as stand side by side in so much of the figure's width."""
     ticks = np.array(MaxNLocator(n, steps=[1, 2, 5, 10]).tick_values(low, high))
     ticks = ticks[(low < ticks) & (ticks < high)]
+    beside = room * size(1)[0] * 72 / (10 * CHARACTER * _points("xtick.labelsize"))
+    ticks = ticks[:: -(-len(ticks) // max(2, int(beside)))] if len(ticks) else ticks
     axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
 
 

@@ -32,7 +32,7 @@ from freerock.report.text import counts, facts, free_besides, settings
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.paper import SIMULATED_NOTE, printed_tables
 
-MOST_LISTED = 200  # runs with rows and fits in the page, up to 8 kB each; all stand in the tables
+MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 90 kB each; the others are linked
 CHAPTERS = {"foundation_effect": "results", "models": "results", "restitution": "restitution"}  # of figures

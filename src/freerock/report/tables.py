@@ -142,7 +142,9 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
     heads = ["Record", "Housner r, fitted", "r, first impact", "r, median of impacts", "Range"]
     heads += ["First impact / s", "First impact, rigid / s"]
     caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
-    note = "±: standard error by the scatter of the runs; total uncertainties are in table 2. "
+    note = (
+        "±: standard error by the scatter of the runs; total uncertainties are in the table of parameters. "
+    )
     note += "r, first impact: mean of the runs. Rigid: Housner’s block, released from the same angles."
     return Sortable(heads, rows, caption, [note])
 
