@@ -85,6 +85,12 @@ def test_the_visible_difference_is_seen_four_times_in_five(sizes):
     assert 0.74 < seen / 500 < 0.86
 
 
+@pytest.mark.parametrize("sizes", [(3, 3), (3, 3, 3), (4, 4, 4), (4,) * 6])
+def test_of_any_number_of_runs_and_blocks_there_is_a_visible_difference(sizes):
+    visible = visible_difference([_exact(n) for n in sizes])
+    assert np.all(np.isfinite(visible)) and np.all(visible > 0)
+
+
 def _exact(n):
     """n runs whose scatter within the block is the covariance, with n - 1 degrees of freedom."""
     raw = np.random.default_rng(n).standard_normal((n, 2))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
-from scipy.special import chdtrc, fdtrc, fdtri, ncfdtr
+from scipy.special import chdtrc, fdtrc, fdtri
 
 from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate, transferable
@@ -126,8 +126,10 @@ def _within(blocks: Collection[Floats]) -> Floats:
 
 def _noncentrality(first: float, second: float) -> float:
     """That of an F test which sees it with the probability `POWER`."""
+    from scipy.stats import ncf  # half a second; its namesake in scipy.special fails from λ = 3000 on
+
     critical = fdtri(first, second, 1 - SIGNIFICANT)
-    return float(brentq(lambda lam: 1 - ncfdtr(first, second, lam, critical) - POWER, 1e-6, 1e6))
+    return float(brentq(lambda lam: ncf.sf(critical, first, second, lam) - POWER, 1e-6, 1e6))
 
 
 def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]:
