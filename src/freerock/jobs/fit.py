@@ -42,6 +42,7 @@ def make_fits(
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] | None = None,
     hear: Callable[[Rests, float], Noise | None] = noise_of,
+    packed: bool = True,
 ) -> None:
     """Write the fits of a record.
 
@@ -59,6 +60,8 @@ def make_fits(
         the work on runs that have not changed.
     hear : callable
         What the noise of the record is, as `noise_of` says it; likewise.
+    packed : bool
+        Compress what runs over time.
     """
     runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
@@ -94,7 +97,7 @@ def make_fits(
     for number, own in doubts.items():
         for doubt in own:
             log.info("run %d: %s", number, doubt.text)
-    write_fits(output, fits, attributes, choices, doubts)
+    write_fits(output, fits, attributes, choices, doubts, packed)
 
 
 def _read(

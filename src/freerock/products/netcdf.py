@@ -90,6 +90,7 @@ def write_fits(
     attrs: Attrs,
     choices: Mapping[int, "Choice"] | None = None,
     doubts: Mapping[int, Sequence[Reason]] | None = None,
+    packed: bool = True,
 ) -> None:
     """Write identified models: a group per run, with a group per model in each.
 
@@ -105,6 +106,8 @@ def write_fits(
         Which candidates explain a run, by run number.
     doubts : mapping of int to sequence of Reason, optional
         What the fits of a run say against it, by run number.
+    packed : bool
+        Compress what runs over time.
 
     Raises
     ------
@@ -119,7 +122,7 @@ def write_fits(
         group = f"run_{run}"
         if group in groups:
             groups[f"{group}/{GROUP}"] = choice_dataset(choice)
-    write_groups(path, groups)
+    write_groups(path, groups, packed)
 
 
 def open_record(path: str | Path, samples: bool = True) -> xr.DataTree:

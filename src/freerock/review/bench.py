@@ -162,7 +162,8 @@ class Bench:
             }
             if not needed():
                 raise Superseded
-            make_fits(of_fits, record_file, fits_file, all_runs if near_s is None else nearest, hear)
+            identify = all_runs if near_s is None else nearest
+            make_fits(of_fits, record_file, fits_file, identify, hear, packed=False)
             give_back()
             return Analysed(record, open_fits(fits_file))
 

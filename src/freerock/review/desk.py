@@ -209,7 +209,8 @@ class Desk:
                 self._tried = key, found
                 if not cells:
                     self._keep(test, found)
-        return {"cells": cells, "rows": rows_of(test, found), **self._picture(then, found, run, near_s)}
+        picture = self._picture(then, found, run, near_s, means=whole or key == known)
+        return {"cells": cells, "rows": rows_of(test, found), **picture}
 
     def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
