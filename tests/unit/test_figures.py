@@ -207,6 +207,13 @@ def test_quality_shows_the_noise_on_top_of_the_residual(datasets):
     assert len(drawn) == 3
 
 
+def test_quality_shows_no_noise_where_nothing_was_fitted(datasets):
+    residual = quality.draw(datasets[0][0], datasets[1][0])[0][2].axes[1]
+    assert [text.get_text() for text in residual.texts] == ["not fitted"]
+    assert not residual.lines and not residual.patches and not residual.get_yticks().size
+    assert residual.get_legend() is None
+
+
 def test_quality_of_a_failed_record_tells_the_reason():
     broken = failed_record()
     (page,), data = quality.draw(broken, fits(broken))

@@ -169,12 +169,14 @@ def _page(
     for ax in (volts, angle, motion, residual):
         ax.locator_params(axis="x", nbins=7)
     _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
-    _draw_noise(residual, sigma_deg)
-    if not own["series"].str.startswith("residual").any():
+    if own["series"].str.startswith("residual").any():
+        _draw_noise(residual, sigma_deg)
+        legend_above(residual)
+    else:
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
+        residual.set(yticks=[], ylabel="residual / σ")
     residual.set_xlabel("time since release / s")
     residual.set_xlim(motion.get_xlim())
-    legend_above(residual)
     _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
     for ax in figure.axes:
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
