@@ -140,6 +140,23 @@ def test_sentence_and_table(tmp_path):
     )
 
 
+def test_a_run_without_a_law_and_one_that_was_missed(tmp_path):
+    frame = graded(tmp_path, {"runs": ["mat,1,3.905,fail"], "choice": []}).to_frame().T
+    missed = foreign.grade(
+        {name: foreign.tables_of(tmp_path)[name].iloc[:0] for name in foreign.TABLES},
+        {"mat": {}},
+        {"mat": TRUTH},
+    )
+    both = pd.concat([frame, missed])
+    assert foreign.table(both).splitlines()[2] == (
+        "| `mat` | a mat | fail, missed | 0 of 2 | none |  |  | 1 of 2, 0.002 | +0.0 |  |"
+    )
+    assert foreign.counts(both) == (
+        "1 records, 2 runs: 0 `ok`, 2 not, of which 0 rightly named. 0 are explained, 0 of them by a law "
+        "that is not theirs. An `ok` stands over a wrong number or law in none."
+    )
+
+
 def main(*arguments, cwd=ROOT):
     command = [sys.executable, "-m", "freerock.studies.foreign", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd)

@@ -193,7 +193,7 @@ def table(frame: pd.DataFrame) -> str:
             rows["about"].iloc[0],
             ", ".join(rows["verdict"]),
             f"{int(warned['named'].sum())} of {len(warned)}" if len(warned) else "",
-            "; ".join(dict.fromkeys(f"{row.model or 'none'}, {row.choice}" for row in rows.itertuples())),
+            "; ".join(dict.fromkeys(map(_chosen, rows["model"].fillna(""), rows["choice"]))),
             _off(rows, "k"),
             _off(rows, "lambda"),
             _r(rows),
@@ -202,6 +202,10 @@ def table(frame: pd.DataFrame) -> str:
         ]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def _chosen(model: str, choice: str) -> str:
+    return f"{model}, {choice}" if model else "none"
 
 
 def _off(rows: pd.DataFrame, name: str) -> str:
@@ -218,16 +222,15 @@ def counts(frame: pd.DataFrame) -> str:
     """What is counted over all runs, in a sentence or two; and each ok over a wrong number."""
     ok = frame["verdict"] == "ok"
     given, wrong = frame["choice"] != "none explains", frame["choice"] == "wrong"
+    false = frame[frame["wrong"] != ""]
     lines = [
         f"{frame['test'].nunique()} records, {len(frame)} runs: {int(ok.sum())} `ok`, "
         f"{int((~ok).sum())} not, of which {int(frame['named'].sum())} rightly named. {int(given.sum())} are "
         f"explained, {int(wrong.sum())} of them by a law that is not theirs. "
-        f"An `ok` stands over a wrong number or law in {int((frame['wrong'] != '').sum())}:",
-        "",
+        f"An `ok` stands over a wrong number or law in {f'{len(false)}:' if len(false) else 'none.'}",
     ]
-    for row in frame[frame["wrong"] != ""].itertuples():
-        lines.append(f"- `{row.test}`, run {row.run}: {row.wrong} ({row.model}).")
-    return "\n".join(lines)
+    listed = [f"- `{row.test}`, run {row.run}: {row.wrong} ({row.model})." for row in false.itertuples()]
+    return "\n".join([*lines, "", *listed] if listed else lines)
 
 
 def main(results: str = "results/foreign", document: str = "") -> None:
