@@ -132,6 +132,7 @@ def fit(tree, model, run, failed):
         stderr=stderr,
         ci95_low=value - 1.96 * stderr,
         ci95_high=value + 1.96 * stderr,
+        discrepancy=2 * stderr,
         covariance=np.diag(stderr**2),
         units=tuple(map(unit_of, names)),
         time=since,

@@ -106,6 +106,7 @@ def made_up_fit(model, **changes):
         "stderr": np.full(n, 0.1),
         "ci95_low": np.arange(n) + 0.8,
         "ci95_high": np.arange(n) + 1.2,
+        "discrepancy": np.full(n, 0.3),
         "covariance": 0.01 * np.eye(n),
         "units": tuple(map(unit_of, names)),
         "time": time,
@@ -278,7 +279,7 @@ def test_failed_record_is_a_product(tmp_path):
 
 def test_every_variable_is_described(folder):
     without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
-    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "u_total", "contribution"}
+    without_units |= {"value", "stderr", "ci95_low", "ci95_high", "discrepancy", "u_total", "contribution"}
     without_units |= {"input", "input_owner", "input_u", "input_unit", "input_stated"}
     for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):
         for node in tree.subtree:

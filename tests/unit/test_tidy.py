@@ -74,8 +74,8 @@ def test_runs_are_ordered_by_number():
 def test_parameters_per_run(datasets):
     table = parameters_table(datasets[1])
     assert ",".join(table) == (
-        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,u_total,"
-        "unit,success"
+        "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,discrepancy,"
+        "u_total,unit,success"
     )
     own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
     assert own["run"].tolist() == [1] * 3 + [2] * 3

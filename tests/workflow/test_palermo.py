@@ -23,7 +23,7 @@ CONTRACT = {
     "runs": "campaign test run block foundation origin theta0_deg release_s duration_s n_impacts "
     "n_restitution sigma_theta_deg verdict reasons excluded",
     "parameters": "campaign test run block foundation model parameter value stderr ci95_low ci95_high "
-    "u_total unit success",
+    "discrepancy u_total unit success",
     "epsilon": "campaign test run block foundation model epsilon_theta final_time_s epsilon_holdout "
     "n_parameters aic bic selected success",
     "choice": "campaign test run block foundation model status explains n_freed epsilon_theta "

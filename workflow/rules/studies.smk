@@ -13,6 +13,7 @@ STUDIES = [
     "model_error",
     "choice",
     "confusion",
+    "discrepancy",
     "faults",
     "inputs",
     "scatter",

@@ -17,6 +17,7 @@ from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution
 from freerock.identification.likelihood import Likelihood, likelihood
+from freerock.identification.model_discrepancy import fitted_parts, model_discrepancy
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
@@ -64,6 +65,8 @@ class Fit:
         r_2, r_3 and so on).
     value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
         In the unit of each parameter; all but the value NaN where the data do not determine it.
+    discrepancy : ndarray, shape (n_parameters,)
+        Standard uncertainty as the law does not explain the run (`model_discrepancy`), in the same units.
     covariance : ndarray, shape (n_parameters, n_parameters)
         In the product of the parameters' units.
     units : tuple of str
@@ -107,6 +110,7 @@ class Fit:
     stderr: Floats
     ci95_low: Floats
     ci95_high: Floats
+    discrepancy: Floats
     covariance: Floats
     units: tuple[str, ...]
     time: Floats
@@ -215,12 +219,15 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     lengths, noises = samples.lengths, [motion.noise for motion in motions]
     rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
     likely = likelihood(residual, jacobian[:, ~held], lengths, noises)
+    explained = rest.is_noise and (None not in noises or is_white(residual))
     apart, holdout = None, float("nan")
     if len(motions) == 1:
         x_half, holdout = first_half(problem, x, resolution.m)
-        explained = rest.is_noise and (motions[0].noise is not None or is_white(residual))
         apart = None if explained else x_half - x
     known = uncertainty(problem, x, residual, jacobian, rest, apart)
+    law = np.zeros(len(x))
+    if not explained:
+        law = model_discrepancy(problem.physical(x), fitted_parts(problem, x, residual, jacobian))
 
     times = np.concatenate([m.time_s for m in motions])
     theta = np.concatenate([m.theta for m in motions])
@@ -246,6 +253,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         stderr=known.stderr,
         ci95_low=known.low,
         ci95_high=known.high,
+        discrepancy=np.where(np.isfinite(known.stderr), law, np.nan),
         covariance=known.covariance,
         units=tuple(map(unit_of, problem.names)),
         time=times,

@@ -83,7 +83,12 @@ VARIABLES = {
     "ci95_low": ("", "quality", "lower end of the 95 % confidence interval of the parameter"),
     "ci95_high": ("", "quality", "upper end of the 95 % confidence interval of the parameter"),
     "covariance": ("", "quality", "covariance of the parameters"),
-    "u_total": ("", "quality", "total standard uncertainty of the parameter, of noise and of the inputs"),
+    "discrepancy": (
+        "",
+        "quality",
+        "standard uncertainty of the parameter, as the law does not explain the run",
+    ),
+    "u_total": ("", "quality", "total standard uncertainty of the parameter, of noise, inputs and law"),
     "contribution": ("", "quality", "shift of the parameter for one standard uncertainty of the input"),
     "input": ("", "coordinate", "number of the laboratory that the parameters rest on"),
     "input_owner": ("", "auxiliary", "block, laser or foundation that has the input"),
@@ -144,9 +149,13 @@ EXTRA: dict[str, dict[str, Any]] = {
         "comment": "in the product of the units that the variable unit gives for the two parameters"
     },
     "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
-    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high", "u_total", "contribution"], IN_UNIT),
+    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high", "discrepancy"], IN_UNIT),
+    **dict.fromkeys(["u_total", "contribution"], IN_UNIT),
 }
-BESIDE = {"theta": ("sigma_theta", "flags"), "value": ("stderr", "ci95_low", "ci95_high", "u_total", "unit")}
+BESIDE = {
+    "theta": ("sigma_theta", "flags"),
+    "value": ("stderr", "ci95_low", "ci95_high", "discrepancy", "u_total", "unit"),
+}
 SAMPLES = {"time", "sample"}  # dimensions of what runs over time
 SINGLE_PRECISION = {"sigma_theta", *(f"{name}{n}" for name in ("voltage", "current") for n in ("", "_2"))}
 

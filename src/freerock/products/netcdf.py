@@ -191,7 +191,8 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
             "success": ((), np.int8(fit.success)),
         }
         arrays |= {
-            name: ("parameter", getattr(fit, name)) for name in ("value", "stderr", "ci95_low", "ci95_high")
+            name: ("parameter", getattr(fit, name))
+            for name in ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
         }
         arrays |= {name: ("sample", getattr(fit, name)) for name in ("theta_model", "residual")}
         arrays |= {
@@ -209,7 +210,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         names, beside = list(fit.parameters), {}
         if fit.contributions is not None and fit.contributions.inputs:
             inputs = fit.contributions.inputs
-            arrays["u_total"] = ("parameter", fit.contributions.total(fit.stderr))
+            arrays["u_total"] = ("parameter", fit.contributions.total(fit.stderr, fit.discrepancy))
             arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
             beside = {
                 "input": ("input", [each.name for each in inputs]),

@@ -175,7 +175,7 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
         what = (
-            "total standard uncertainty (one standard deviation)"
+            "total standard uncertainty (one standard deviation), of noise, inputs and law"
             if u == "u_total"
             else "standard error (stderr), of noise and runs"
         )

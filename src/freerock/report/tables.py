@@ -11,6 +11,7 @@ from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
 from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
+from freerock.tables.total import LAW
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 
@@ -178,8 +179,8 @@ def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
     heads = ["Foundation", "Model", "Parameter", "Mean", "u / %", "Largest shares of its square"]
     note = (
         "u: total standard uncertainty (k = 1). Runs: noise and what differs from run to run, or from record "
-        "to record. (d): a default, since the laboratory stated none; see config/README.md. Every share: "
-        "tables/budget.csv."
+        "to record. Law: what it does not explain of its runs; see docs/uncertainty.md. (d): a default, since "
+        "the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
     )
     return Sortable(heads, rows, "Uncertainty budget", [note])
 
@@ -191,9 +192,9 @@ def _largest(parts: pd.DataFrame, labels: Labels) -> str:
     )
     return "; ".join(
         f"{INPUT_LABELS[row.input]}"
-        + ("" if row.input == "runs" else f" of {labels.get(row.input_owner, row.input_owner)}")
+        + ("" if row.input in ("runs", LAW) else f" of {labels.get(row.input_owner, row.input_owner)}")
         + f" {row.share_percent:.0f} %"
-        + (" (d)" if row.input_stated == 0 else "")
+        + (" (d)" if row.input not in ("runs", LAW) and row.input_stated == 0 else "")
         for row in largest.head(4).itertuples()
     )
 

@@ -132,6 +132,7 @@ class Contributions:
     inputs: tuple[Input, ...]
     values: Floats
 
-    def total(self, stderr: Floats) -> Floats:
-        """Combined standard uncertainty with the standard errors of the noise, shape (n_numbers,)."""
-        return np.asarray(np.sqrt(stderr**2 + np.sum(self.values**2, axis=1)))
+    def total(self, *others: Floats) -> Floats:
+        """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""
+        squares = [each**2 for each in others]
+        return np.asarray(np.sqrt(np.sum(squares, axis=0) + np.sum(self.values**2, axis=1)))

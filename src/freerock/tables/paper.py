@@ -14,13 +14,15 @@ from freerock.tables.text import SIMULATED_NOTE as SIMULATED_NOTE
 from freerock.tables.text import between, fixed, quantity, with_unit
 
 RUNS_NOTE = (
-    "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, and what is "
-    "known of block, sensor and clock (table of the budget); τ: spread between runs without their noise, "
+    "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, what is "
+    "known of block, sensor and clock, and what the law does not explain (table of the budget); τ: spread "
+    "between runs without their noise, "
     "below a bound (<) where noise alone may scatter them as much; next run: where it lies with 95 %."
 )
 ONE_RUN_NOTE = (
-    "One run: its own value with its total standard uncertainty (k = 1), of noise and of what is known of "
-    "block, sensor and clock; how much runs differ can't be known from it."
+    "One run: its own value with its total standard uncertainty (k = 1), of noise, of what is known of "
+    "block, sensor and clock, and of what the law does not explain; how much runs differ can't be known from "
+    "it."
 )
 REJECTED = " †"
 REJECTED_NOTE = (

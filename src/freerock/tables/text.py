@@ -8,6 +8,7 @@ CLOSE = 1e-9  # relative difference of two values that are one
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 INPUT_LABELS = {
     "runs": "runs",
+    "law": "law",
     "height_m": "height",
     "width_m": "width",
     "contact_width_m": "contact width",

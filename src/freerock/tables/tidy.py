@@ -16,7 +16,7 @@ from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
-from freerock.tables.total import OF_INPUT
+from freerock.tables.total import LAW, OF_INPUT
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [
@@ -30,8 +30,8 @@ RUNS = [
     "sigma_theta_deg",
 ]
 RUNS += ["verdict", "reasons", "excluded"]
-PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high", "u_total", "unit"]
-PARAMETERS += ["success"]
+PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
+PARAMETERS += ["discrepancy", "u_total", "unit", "success"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
@@ -46,6 +46,7 @@ ENERGIES = {
     "r_energy_u": "restitution_energy_u",
     "impact_speed_m_s": "impact_speed",
 }
+NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
 Trees = Iterable[xr.DataTree]
 
 
@@ -108,15 +109,16 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PARAMETERS`, SI units; stderr is that of the noise, u_total the total standard uncertainty
-        (that of the noise alone where nothing is known of the inputs); success says whether the fit may be
-        used.
+        Columns `PARAMETERS`, SI units; stderr is that of the noise, discrepancy the standard uncertainty as
+        the law does not explain the run, u_total the total (that of noise and law where nothing is known of
+        the inputs); success says whether the fit may be used.
     """
     rows = []
     for tree in fits:
         for run, model, fit in fits_of(tree):
-            numbers = {key: fit[key].values for key in ("value", "stderr", "ci95_low", "ci95_high")}
-            numbers["u_total"] = fit["u_total"].values if "u_total" in fit else numbers["stderr"]
+            numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
+            without = np.hypot(numbers["stderr"], numbers["discrepancy"])
+            numbers["u_total"] = fit["u_total"].values if "u_total" in fit else without
             for i, parameter in enumerate(fit["parameter"].values.astype(str)):
                 rows.append(
                     {
@@ -132,7 +134,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
 
 
 def contributions_table(fits: Trees) -> pd.DataFrame:
-    """One row per identified parameter of a usable fit and input of the laboratory.
+    """One row per identified parameter of a usable fit and input of the laboratory, its law as the last.
 
     Parameters
     ----------
@@ -143,16 +145,19 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `CONTRIBUTIONS`: contribution is the shift of the parameter for one standard uncertainty of
-        the input, in the parameter's unit; input_u in input_unit.
+        the input, in the parameter's unit; input_u in input_unit. What the law does not explain counts as an
+        input `law` that all fits of the law share.
     """
     rows = []
     for tree in fits:
         for run, model, fit in fits_of(tree):
             if "contribution" not in fit:
                 continue
-            inputs = [fit[name].values.tolist() for name in OF_INPUT]
+            inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
+            inputs.append((LAW, model, math.nan, "", pd.NA))
+            shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
             for i, parameter in enumerate(fit["parameter"].values.astype(str)):
-                for j, source in enumerate(zip(*inputs, strict=True)):
+                for j, source in enumerate(inputs):
                     rows.append(
                         {
                             **_identity(tree, run),
@@ -160,7 +165,7 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
                             "parameter": parameter,
                             "value": fit["value"].values[i],
                             **dict(zip(OF_INPUT, source, strict=True)),
-                            "contribution": fit["contribution"].values[i, j],
+                            "contribution": shifts[i, j],
                         }
                     )
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)

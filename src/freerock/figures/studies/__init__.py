@@ -8,6 +8,7 @@ __all__ = [
     "choice",
     "confusion",
     "coverage",
+    "discrepancy",
     "engines",
     "faults",
     "inputs",

@@ -1,0 +1,94 @@
+"""How far a law that does not explain its run may be off: from the parts of the run."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.stats import t
+
+from freerock.identification.fit import fit_run
+from freerock.identification.model_discrepancy import (
+    PARTS,
+    Part,
+    fitted_parts,
+    model_discrepancy,
+    parts_of,
+)
+from freerock.identification.problem import posed
+from freerock.identification.settings import FitSettings
+from freerock.studies.imperfect import on_bed
+from freerock.studies.virtual_run import RATE_HZ, Truth, virtual_motion
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+
+BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
+SOIL = FOUNDATIONS["aerstop"]
+SIGMA = math.radians(0.006)
+TIME_S = np.arange(0.0, 4.0, 1 / RATE_HZ)
+
+
+def measured(sigma=SIGMA, seed=1, **differs):
+    theta = on_bed(BLOCK, SOIL, 0.8 * THETA0, TIME_S, **differs)
+    truth = Truth("hunt_crossley", BLOCK, SOIL, 0.8 * THETA0, sigma)
+    return virtual_motion(truth, np.random.default_rng(seed), (TIME_S, theta), (1.5, 1.5))
+
+
+def parts_fitted(motion):
+    fit = fit_run("hunt_crossley", BLOCK, motion)
+    problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
+    x = problem.start_at(fit.values)
+    samples = problem.samples()
+    residual, jacobian = problem.residual(x, samples), problem.jacobian(x, samples, central=True)
+    return fit, fitted_parts(problem, x, residual, jacobian)
+
+
+def test_parts_have_as_many_swings_and_the_last_one_what_is_lost_in_noise():
+    time = np.linspace(0, 1, 12001)
+    theta = np.where(time < 0.75, 1.0, 1e-3) * np.cos(24 * np.pi * time)  # 18 swings, then 6 low ones
+    parts = parts_of(theta, 0.01)
+    assert len(parts) == PARTS and parts[0].start == 0 and parts[-1].stop == len(theta)
+    assert all(one.stop == other.start for one, other in pairwise(parts))
+    passes = [int(np.sum(theta[part][1:] * theta[part][:-1] < 0)) for part in parts]
+    assert set(passes[:-1]) <= {2, 3} and passes[-1] > 5
+    assert len(parts_of(np.cos(np.linspace(0, 4, 100)), 0.01)) == 1  # one passage: nothing to compare
+
+
+def test_parts_of_a_mat_that_hardens_have_the_stiffness_of_their_time():
+    """k(t) is put into an integration of its own; in the first part it acts at its end, at the impact."""
+    rate = 2e-3
+    fit, parts = parts_fitted(measured(1e-9, hardens_per_s=rate))
+    middle = np.array([(part.start_s + part.end_s) / 2 for part in parts])
+    found = np.array([part.value[0] for part in parts]) / SOIL["k"] - 1
+    known = slice(0, 4)  # the later parts hardly depend on k
+    np.testing.assert_allclose(found[known], rate * middle[known], atol=0.35 * rate)
+    assert found[3] - found[0] == pytest.approx(rate * (middle[3] - middle[0]), rel=0.15)
+    assert [part.start_s for part in parts] == sorted(part.start_s for part in parts)
+    assert fit.values["k"] / SOIL["k"] - 1 == pytest.approx(rate * 0.5, abs=rate)
+
+
+def test_parts_of_the_law_itself_agree_to_within_their_noise():
+    fit, parts = parts_fitted(measured())
+    off = np.array([(part.value - fit.value)[:2] / part.stderr[:2] for part in parts])
+    assert np.abs(off).max() < 4
+    assert np.all(fit.discrepancy == 0)
+
+
+def test_the_uncertainty_is_students_of_the_weighed_parts():
+    value = np.array([10.0, 1.0, 5.0])
+    steps, errors = np.array([0.3, -0.1, 0.2]), np.array([0.1, 0.4, 0.2])
+    parts = [
+        Part(i, i + 1.0, value + step * np.array([1, 1, 0]), np.array([error, math.nan if i else 1.0, 0.0]))
+        for i, (step, error) in enumerate(zip(steps, errors, strict=True))
+    ]
+    found = model_discrepancy(value, parts)
+    rms = math.sqrt(np.sum(steps**2 / errors) / np.sum(1 / errors))
+    assert found[0] == pytest.approx(rms * t.ppf(0.975, 2) / 1.959964, rel=1e-6)
+    assert np.isnan(found[1:]).all()  # known by one part, and by none
+
+
+@pytest.mark.parametrize("differs", [{"power": 0.05, "middle_m": 1e-3}, {"friction_nm": 4e-3}])
+def test_a_law_that_does_not_explain_its_run_is_uncertain_by_more_than_the_noise(differs):
+    fit = fit_run("hunt_crossley", BLOCK, measured(**differs))
+    assert fit.diagnostics["noise"] == 0.0
+    assert fit.discrepancy[1] > fit.stderr[1]
+    assert np.all((fit.discrepancy[:2] > 0) & (fit.discrepancy[:2] < fit.value[:2]))
