@@ -92,3 +92,15 @@ def test_a_law_that_does_not_explain_its_run_is_uncertain_by_more_than_the_noise
     assert fit.diagnostics["noise"] == 0.0
     assert fit.discrepancy[1] > fit.stderr[1]
     assert np.all((fit.discrepancy[:2] > 0) & (fit.discrepancy[:2] < fit.value[:2]))
+
+
+def test_a_restitution_of_each_impact_leaves_the_common_ones_known():
+    """One of each impact can't be told from the release of the part; its own uncertainty stays unknown."""
+    settings = FitSettings(free=("theta0", "t0", "r_per_impact"))
+    theta = on_bed(BLOCK, FOUNDATIONS["marble"], 0.8 * THETA0, TIME_S)
+    truth = Truth("housner", BLOCK, {"r": 0.95}, 0.8 * THETA0, SIGMA)
+    motion = virtual_motion(truth, np.random.default_rng(1), (TIME_S, theta), (1.5, 1.5))
+    fit = fit_run("housner", BLOCK, motion, settings)
+    assert fit.success and fit.diagnostics["noise"] == 0.0 and "r_2" in fit.parameters
+    assert 0 < fit.discrepancy[0] < 0.5
+    assert np.isnan(fit.discrepancy[fit.parameters.index("r_2")])

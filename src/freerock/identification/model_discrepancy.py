@@ -19,7 +19,9 @@ from freerock.identification.estimate import NORMAL_95
 from freerock.identification.problem import Problem
 
 PARTS = 6  # of a run, if it has as many swings; set with the weights on the half "set" of that study
-FARTHEST = 1.0  # by which the logarithm of a number may move in a part: a straight line leads no farther
+FARTHEST = (
+    1.0  # by which a logarithm may move in a part: a straight line leads no farther; others by their span
+)
 SINGULAR = 1e13  # condition of the scaled normal matrix, from which a part does not separate the parameters
 
 
@@ -43,7 +45,7 @@ class Part:
 
 
 def fitted_parts(problem: Problem, x: Floats, residual: Floats, jacobian: Floats) -> list[Part]:
-    """The fits of the parts of all runs.
+    """The fits of the parts of all runs; what a single impact has of its own stays as it is.
 
     Parameters
     ----------
@@ -54,12 +56,15 @@ def fitted_parts(problem: Problem, x: Floats, residual: Floats, jacobian: Floats
         There, of all samples.
     """
     samples, gradient, value = problem.samples(), problem.gradient(x), problem.physical(x)
-    farthest = np.where(problem.is_logarithm, FARTHEST * np.abs(value), np.inf)
+    low, high = np.array(problem.bounds()).T
+    span = (high - low) * np.abs(np.diag(gradient))
+    farthest = np.where(problem.is_logarithm, FARTHEST * np.abs(value), span)
+    of_all = np.array([not name.startswith("r_") for name in problem.names])
     found = []
     for run, motion in zip(samples.runs, problem.motions, strict=True):
         sigma, time_s = motion.sigma_theta, samples.time_s[run]
         for part in parts_of(samples.theta[run] + residual[run], sigma):
-            step, covariance = _step(residual[run][part], jacobian[run][part])
+            step, covariance = _step(residual[run][part], jacobian[run][part] * of_all)
             moved = value + np.clip(gradient @ step, -farthest, farthest)
             stderr = sigma * np.sqrt(np.diag(gradient @ covariance @ gradient.T))
             found.append(Part(float(time_s[part][0]), float(time_s[part][-1]), moved, stderr))
