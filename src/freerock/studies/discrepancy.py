@@ -21,8 +21,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from freerock.identification.candidates import Ladder
 from freerock.identification.estimate import NORMAL_95
-from freerock.identification.ladder import Ladder, identify_run
+from freerock.identification.ladder import identify_run
 from freerock.models.block import GRAVITY, Block
 from freerock.models.laws import LAWS
 from freerock.studies.document import renew
