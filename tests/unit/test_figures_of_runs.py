@@ -154,6 +154,9 @@ def test_the_budget_stacks_shares_and_names_defaults(tables):
     assert [bar.get_width() for bar in bars] == [70.0, 20.0, 10.0]
     assert [bar.get_x() for bar in bars] == [0.0, 70.0, 90.0]
     assert "u = 2 %" in texts(figure)
+    more = pd.DataFrame([*rows, *(row | {"test": "a_2"} for row in rows)])
+    names = budget.draw(more, tables["choice"], "simulated", LABELS)[0].axes[0].get_yticklabels()
+    assert [name.get_text() for name in names] == ["Slender block, mat: a", "Slender block, mat: a_2"]
     assert (
         budget.caption(data)
         == "Law: Hunt–Crossley, named by 7 of 7 runs. Taken by default, not stated: width."

@@ -306,7 +306,7 @@ def test_verification_names_each_product_and_each_foreign_file(lab):
     (lab / "results/lab/x.nc").unlink()
     (lab / "results/lab/y.nc").write_text("cut")
     (lab / "results/lab/figures").mkdir()
-    for path in ("figures/old.pdf", "logs/old.log", ".hidden", "figures/.hidden"):
+    for path in ("figures/old.pdf", "logs/old.log", ".hidden", "figures/.hidden", "quick_look.png"):
         (lab / "results/lab" / path).touch()
     lines, whole = verified(compare([MADE, READ]), Path("results/lab"))
     assert not whole

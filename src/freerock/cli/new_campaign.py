@@ -24,6 +24,7 @@ from freerock.config.record import Record
 from freerock.config.values import LONGEST_NAME, Invalid, check_inside, name_fault
 from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, sha256, write_manifest, write_text
+from freerock.jobs.soundness import QUICK_LOOK
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
@@ -116,7 +117,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
         why = f": {refused[0].where}: {refused[0].what}" if refused else ""
         raise FreerockError(folder, f"holds no record that can be read{why}", remedy)
 
-    picture = root / "results" / name / "quick_look.png"
+    picture = root / "results" / name / QUICK_LOOK
     draw_looks(_first_panels(looks), picture)
     files = [look.path.name for look in looks]
     if not in_place:

@@ -1,5 +1,8 @@
 """Uncertainty budget: what each input adds to the total uncertainty of k, the damping and r."""
 
+from collections import Counter
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
@@ -13,6 +16,7 @@ from freerock.figures.style import (
     label,
     legend_on_top,
     panel,
+    plain,
     printed,
     size,
 )
@@ -87,7 +91,7 @@ def draw(
         ax.set_xlim(0, 100)
     for ax in axes[-1]:
         ax.set_xlabel("share of u² / %")
-    axes[0, 0].set_yticks(range(len(keys)), [_name(labels, *key) for key in keys])
+    axes[0, 0].set_yticks(range(len(keys)), _names(labels, keys))
     axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
     legend_on_top(figure)
     footer(figure, origin)
@@ -122,7 +126,14 @@ def _bar(ax: Axes, place: int, rows: pd.DataFrame, named: list[str]) -> None:
             ax.text(1.02, place, f"u = {relative:.2g} %", **small)
 
 
-def _name(labels: Labels, level: str, test: str, block: str, foundation: str) -> str:
-    if level == "foundation":
-        return f"{label(labels, foundation)}, all records"
-    return f"{label(labels, block)}, {label(labels, foundation)}"
+def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
+    """What the rows are of; with the name of the record where a block has several on a foundation."""
+    records = Counter((block, foundation) for level, _, block, foundation in keys if level == "record")
+    names = []
+    for level, test, block, foundation in keys:
+        if level == "foundation":
+            names.append(f"{label(labels, foundation)}, all records")
+        else:
+            name = f"{label(labels, block)}, {label(labels, foundation)}"
+            names.append(f"{name}: {plain(test)}" if records[block, foundation] > 1 else name)
+    return names

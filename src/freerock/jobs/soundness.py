@@ -10,7 +10,8 @@ from freerock.jobs.contents import Contents, Known, known, noted
 from freerock.jobs.ledger import FOLDER, Entry, entry_path, plain, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
-NOT_PRODUCTS = {FOLDER, "logs", "benchmarks"}  # folders of a campaign's results
+QUICK_LOOK = "quick_look.png"  # what `freerock new-campaign` shows of the records
+NOT_PRODUCTS = {FOLDER, "logs", "benchmarks", QUICK_LOOK}  # in a campaign's folder of results
 SHOWN = 5  # of a list
 State = Literal["missing", "damaged", "stale"]
 Entries = Mapping[str, Entry | None]
@@ -248,6 +249,6 @@ def left_over(folder: Path, products: Collection[str]) -> list[str]:
     found = []
     for above, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if not name.startswith(".") and name not in NOT_PRODUCTS]
-        paths = (Path(above, name) for name in files if not name.startswith("."))
+        paths = (Path(above, name) for name in files if not name.startswith(".") and name not in NOT_PRODUCTS)
         found += [path.relative_to(folder).as_posix() for path in paths if path.as_posix() not in products]
     return sorted(found)
