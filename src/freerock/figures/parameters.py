@@ -183,9 +183,12 @@ def _spread(row: Any) -> str:
 def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
     """One parameter of some rows, in so much of the figure's width."""
     ax.margins(x=0.05)
+    marks: dict[str, list[tuple[int, Any]]] = {}
     for place, (_, numbers) in enumerate(rows):
         for row in numbers[numbers["parameter"] == name].itertuples():
-            _mark(ax, place, row)
+            marks.setdefault("rejected" if row.rejected is True else row.level, []).append((place, row))
+    for kind, marked in marks.items():
+        _mark(ax, kind, marked)
     ax.grid(axis="y", visible=False)
     low, high = ax.get_xlim()
     if low > 0:
@@ -193,21 +196,25 @@ def _panel(ax: Axes, rows: list[_Row], name: str, room: float) -> None:
     ax.set_xlim(low, high)
 
 
-def _mark(ax: Axes, place: int, row: Any) -> None:
-    """A run, or the mean of several with the interval of the next."""
-    look, text = LOOKS["rejected" if row.rejected is True else row.level]
-    bars = np.abs([[row.value - row.low], [row.high - row.value]])
+def _mark(ax: Axes, kind: str, marked: list[tuple[int, Any]]) -> None:
+    """Rows of a kind, each with its place: runs, or means of several with the interval of the next."""
+    look, text = LOOKS[kind]
+    places = np.array([place for place, _ in marked], float)
+    value, low, high = np.array([(row.value, row.low, row.high) for _, row in marked], float).T
     sized = look | {"markersize": scaled(look["markersize"]), "elinewidth": scaled(1.2)}
-    ax.errorbar(row.value, place, xerr=bars, capsize=0, zorder=3, **sized, label=text)
-    if row.level == "run":
+    bars = np.abs([value - low, high - value])
+    ax.errorbar(value, places, xerr=bars, capsize=0, zorder=3, **sized, label=text)
+    if kind not in NEXT:
         return
-    if np.isfinite(row.next_low):
+    spans = np.array([(row.next_low, row.next_high, np.nan) for _, row in marked], float)
+    if np.isfinite(spans[:, 0]).any():
         bar = {
             "color": look["color"],
             "alpha": 0.25,
-            "linewidth": scaled(HIGH[row.level]),
+            "linewidth": scaled(HIGH[kind]),
             "solid_capstyle": "butt",
         }
-        ax.plot((row.next_low, row.next_high), (place, place), **bar, label=NEXT[row.level])
+        ax.plot(spans.ravel(), np.repeat(places, 3), **bar, label=NEXT[kind])
     small = {"va": "center", "fontsize": "small"}
-    ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)
+    for place, row in marked:
+        ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit, ImpactEnergy
@@ -69,9 +70,12 @@ def impact_energy(
     nominal = law.of(block, fit.values)
     columns = []
     for name, value in fit.values.items():
-        step = RELATIVE * abs(value) if name != "t0" and value else 0.0
+        if name == "t0" or not value:
+            columns.append(np.zeros(asked.size))
+            continue
+        step = RELATIVE * abs(value)
         up, down = (law.of(block, {**fit.values, name: value + side * step}) for side in (1, -1))
-        columns.append((up[2] - down[2]) / (2 * step) if step else np.zeros(asked.size))
+        columns.append((up[2] - down[2]) / (2 * step))
     gradient = np.reshape(columns, (len(fit.values), asked.size)).T
     known = np.isfinite(np.diag(fit.covariance))  # one held at a bound has no error
     own = gradient[:, known]
@@ -114,28 +118,31 @@ class _Law:
         time = np.arange(0.0, last + BEYOND * (last - before), STEP_S)
         law = {name: values[name] for name in (*MODELS[candidate.law], "tilt") if name in values}
         motion = simulate(candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=SOLVER)
+        impacts = motion.impacts[motion.impacts < time[-1]]
+        speeds = np.abs(np.interp(impacts, time, motion.theta_rate))
+        at, share = _tops(impacts, time, motion.theta_rate)
         state = (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)
-        left = np.asarray(energy(turning, foundation, *state, rules))
-        at_tops, speeds = _tops(motion.impacts, time, motion.theta_rate, left)
+        left, right = (
+            np.asarray(energy(turning, foundation, *(each[i] for each in state), rules)) for i in (at, at + 1)
+        )
+        at_tops = left + share * (right - left)
         if len(at_tops) < 2:
             return nothing, nothing, nothing
         restitution = np.full(len(speeds), np.nan)
         restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
-        nearest = np.argmin(np.abs(motion.impacts[: len(speeds), None] + t0 - self.asked), axis=0)
-        return motion.impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest]
+        nearest = np.argmin(np.abs(impacts[:, None] + t0 - self.asked), axis=0)
+        return impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest]
 
 
-def _tops(impacts: Floats, time: Floats, rate: Floats, left: Floats) -> tuple[Floats, Floats]:
-    """Energy at the release and at each top after an impact, and |θ̇| at the impacts before the end."""
-    impacts = impacts[impacts < time[-1]]
-    speeds = np.abs(np.interp(impacts, time, rate))
-    tops = [left[0]]
+def _tops(impacts: Floats, time: Floats, rate: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """The release and the top after each impact: the sample before it, its share of the step from there."""
+    tops, shares = [0], [0.0]
     ends = np.searchsorted(time, np.append(impacts, time[-1]))
     for first, last in pairwise(ends.tolist()):
         turned = np.flatnonzero(rate[first : last - 1] * rate[first + 1 : last] <= 0)
         if not len(turned):
             break
         i = first + int(turned[len(turned) // 2])
-        share = rate[i] / (rate[i] - rate[i + 1]) if rate[i] != rate[i + 1] else 0.0
-        tops.append(left[i] + share * (left[i + 1] - left[i]))
-    return np.array(tops), speeds
+        tops.append(i)
+        shares.append(rate[i] / (rate[i] - rate[i + 1]) if rate[i] != rate[i + 1] else 0.0)
+    return np.array(tops), np.array(shares)
