@@ -45,7 +45,7 @@ def least_squares(
         return _line_search(problem, x[0], samples)
     low, high = np.array(problem.bounds()).T
     inside = 1e-3 * (high - low)
-    at = _AtLast(problem, samples, x, jacobian)
+    at = _AtLast(problem, samples, x, jacobian, ftol)
     result = optimize.least_squares(
         at.residual,
         np.clip(x, low + inside, high - inside),
@@ -63,20 +63,33 @@ def least_squares(
 
 class _AtLast:
     """Residual and derivatives, which are asked for where the residual has just been: its curve is theirs,
-    where it is exact enough."""
+    where it is exact enough. SciPy asks for them once more after the step that ends the search, and does not
+    use them: these are those of the step before."""
 
-    def __init__(self, problem: Problem, samples: Samples, start: Floats, at_start: Floats | None) -> None:
-        self.problem, self.samples = problem, samples
+    def __init__(
+        self, problem: Problem, samples: Samples, start: Floats, at_start: Floats | None, ftol: float
+    ) -> None:
+        self.problem, self.samples, self.ftol = problem, samples, ftol
         self.start, self.at_start = start, at_start
         self.rate = np.empty(len(samples.time_s)) if problem.shares_curve else None
-        self.x = self.theta = np.empty(0)
+        self.x = self.theta = self.last = np.empty(0)
+        self.square, self.square_before = np.inf, np.inf
 
     def residual(self, x: Floats) -> Floats:
         self.x = x.copy()
         self.theta = self.problem.curve(x, self.samples, rate=self.rate)
-        return self.samples.averaged(self.theta - self.samples.theta)
+        residual = self.samples.averaged(self.theta - self.samples.theta)
+        self.square = float(residual @ residual)
+        return residual
 
     def jacobian(self, x: Floats) -> Floats:
+        ends = self.square_before - self.square < self.ftol * self.square_before
+        self.square_before = self.square
+        if not ends:
+            self.last = self._jacobian(x)
+        return self.last
+
+    def _jacobian(self, x: Floats) -> Floats:
         if self.at_start is not None and np.array_equal(x, self.start):
             return self.samples.averaged(self.at_start)
         known = None
