@@ -174,8 +174,8 @@ def looks_like_current(volts: Floats, laser: Laser) -> bool:
     More than one in a hundred is beyond the volts of the sensor, none beyond its milliamperes, and those
     beyond the volts are more than one level, which a sensor may have that sees no target.
     """
-    blind = np.abs(volts - laser.error_level_v) <= laser.error_tolerance_v
-    beyond = volts[(volts > laser.valid_high_v) & ~blind]
+    beyond = volts[volts > laser.valid_high_v]
+    beyond = beyond[np.abs(beyond - laser.error_level_v) > laser.error_tolerance_v]
     if beyond.size <= 0.01 * volts.size:
         return False
     low, high = float(np.nanmin(volts)), float(np.nanmax(volts))
