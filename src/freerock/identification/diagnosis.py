@@ -7,7 +7,7 @@ from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.likelihood import Likelihood, likelihood
-from freerock.identification.problem import FINE, Problem
+from freerock.identification.problem import Problem
 from freerock.identification.scan import is_lively
 from freerock.identification.search import is_poor
 from freerock.identification.settings import is_rounded
@@ -40,7 +40,7 @@ def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
 
 
 def added_damping(
-    problem: Problem, x: Floats, residual: Floats, jacobian: Floats, without: Likelihood
+    problem: Problem, x: Floats, exact: Floats, residual: Floats, jacobian: Floats, without: Likelihood
 ) -> float | None:
     """How many standard errors the damping that the law lacks would be away from zero.
 
@@ -53,6 +53,8 @@ def added_damping(
     problem : Problem
     x : ndarray, shape (n_parameters,)
         The fitted numbers at their best.
+    exact : ndarray, shape (n_samples,)
+        The first of `Problem.exact_curve` there.
     residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_free)
         There, of all samples; without the columns of parameters held at a bound.
     without : Likelihood
@@ -66,7 +68,7 @@ def added_damping(
         return None
     # the trough of the misfit is bent: a larger trace gives no derivative
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
-    column = problem.curve(x, samples, FINE, {other: trace}) - problem.curve(x, samples, FINE)
+    column = problem.curve(x, samples, problem.exact_rtol, {other: trace}) - exact
     noises = [motion.noise for motion in problem.motions]
     found = likelihood(residual, np.column_stack([jacobian, column]), samples.lengths, noises)
     gain = max(without.minus_two_log - found.minus_two_log, 0.0)
@@ -93,14 +95,15 @@ def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
 def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
     """By how many standard errors what `asks_for` names would be off zero, with its sign."""
     samples, held = problem.samples(), problem.at_bound(x)
-    residual, jacobian = problem.residual(x, samples), problem.jacobian(x, samples)
+    residual, exact = problem.residual(x, samples), problem.exact_curve(x, samples)
+    jacobian = problem.jacobian(x, samples, known=exact)
     noises = [motion.noise for motion in problem.motions]
 
     def likely(columns: Floats) -> Likelihood:
         return likelihood(residual, columns, samples.lengths, noises)
 
     def beside(value: float, name: str) -> Floats:
-        return problem.curve(x, samples, FINE, {name: value})
+        return problem.curve(x, samples, problem.exact_rtol, {name: value})
 
     free = jacobian[:, ~held]
     found = dict[str, Likelihood]()
@@ -111,7 +114,7 @@ def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
         column = (beside(step, "tilt") - beside(-step, "tilt")) / (2 * step)
         found["tilt"] = likely(np.column_stack([free, column]))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
-        column = beside(EDGE_M, "edge_radius") - problem.curve(x, samples, FINE)
+        column = beside(EDGE_M, "edge_radius") - exact[0]
         edges = likely(np.column_stack([free, column]))
         if edges.step[-1] > 0:
             found["edges"] = edges

@@ -213,8 +213,12 @@ def evidence(fit: Fit) -> Evidence:
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth."""
     x, motions, samples = solution.x, problem.motions, problem.samples()
-    residual = problem.residual(x, samples)
-    jacobian = problem.jacobian(x, samples, central=law_of(problem.model).is_foundation)
+    times = np.concatenate([m.time_s for m in motions])
+    theta = np.concatenate([m.theta for m in motions])
+    theta_model = np.concatenate([problem.motion(x, i, m.time_s) for i, m in enumerate(motions)])
+    counts = np.isfinite(theta) & np.concatenate([m.time_s >= m.fit_start_s for m in motions])
+    residual, exact = theta_model[counts] - samples.theta, problem.exact_curve(x, samples)
+    jacobian = problem.jacobian(x, samples, central=law_of(problem.model).is_foundation, known=exact)
     held = problem.at_bound(x)
     lengths, noises = samples.lengths, [motion.noise for motion in motions]
     rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
@@ -229,9 +233,6 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if not explained:
         law = model_discrepancy(problem.physical(x), fitted_parts(problem, x, residual, jacobian))
 
-    times = np.concatenate([m.time_s for m in motions])
-    theta = np.concatenate([m.theta for m in motions])
-    theta_model = np.concatenate([problem.motion(x, i, m.time_s) for i, m in enumerate(motions)])
     epsilon = epsilon_theta(times, theta_model, theta)
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, residual, known)
@@ -239,7 +240,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if failed:
         known = known.unknown()
     else:
-        lacking = added_damping(problem, x, residual, jacobian[:, ~held], likely)
+        lacking = added_damping(problem, x, exact[0], residual, jacobian[:, ~held], likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)

@@ -121,9 +121,19 @@ class _Law:
         impacts = motion.impacts[motion.impacts < time[-1]]
         speeds = np.abs(np.interp(impacts, time, motion.theta_rate))
         at, share = _tops(impacts, time, motion.theta_rate)
-        state = (motion.z_cb, motion.z_cb_rate, motion.theta, motion.theta_rate)
         left, right = (
-            np.asarray(energy(turning, foundation, *(each[i] for each in state), rules)) for i in (at, at + 1)
+            np.asarray(
+                energy(
+                    turning,
+                    foundation,
+                    motion.z_cb[i],
+                    motion.z_cb_rate[i],
+                    motion.theta[i],
+                    motion.theta_rate[i],
+                    rules,
+                )
+            )
+            for i in (at, at + 1)
         )
         at_tops = left + share * (right - left)
         if len(at_tops) < 2:

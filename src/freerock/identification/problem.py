@@ -303,6 +303,16 @@ class Problem:
             ]
         )
 
+    @property
+    def exact_rtol(self) -> float:
+        """Tolerance of the derivatives."""
+        return min(self.rtol, self.fine)
+
+    def exact_curve(self, x: Floats, samples: Samples) -> tuple[Floats, Floats]:
+        """`curve` and its rate [rad/s], given where t0 is fitted, as exact as derivatives ask for."""
+        rate = np.empty(len(samples.time_s))
+        return self.curve(x, samples, self.exact_rtol, rate=rate), rate
+
     def residual(self, x: Floats, samples: Samples) -> Floats:
         """Modelled minus measured θ [rad]."""
         return samples.averaged(self.curve(x, samples) - samples.theta)
@@ -318,15 +328,11 @@ class Problem:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
-        Those of parameters that are not `wanted` are left 0. `known` are `curve` and its rate at x, where
-        they are that exact.
+        Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x.
         """
-        rtol = min(self.rtol, self.fine)
+        known = known or self.exact_curve(x, samples)
         jacobian = np.zeros((len(samples.time_s), len(x)))
         n_common, n_own = len(self.common), len(self.own)
-        if known is None:
-            rate = np.empty(len(samples.time_s))
-            known = self.curve(x, samples, rtol, rate=rate), rate
         for i, run in enumerate(samples.runs):
             for j, name in enumerate((*self.common, *self.own)):
                 column = j if j < n_common else j + i * n_own
@@ -337,10 +343,10 @@ class Problem:
                     continue
                 up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
                 up[column] += step
-                quotient = self.motion(up, i, samples.time_s[run], rtol)
+                quotient = self.motion(up, i, samples.time_s[run], self.exact_rtol)
                 if central:
                     up[column] -= 2 * step
-                    quotient -= self.motion(up, i, samples.time_s[run], rtol)
+                    quotient -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
                 else:
                     quotient -= known[0][run]
                 jacobian[run, column] = quotient / (2 * step if central else step)
