@@ -9,6 +9,8 @@ from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
+ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
+
 
 @dataclass(frozen=True)
 class Solution:
@@ -72,22 +74,27 @@ class _AtLast:
         self.problem, self.samples, self.ftol = problem, samples, ftol
         self.start, self.at_start = start, at_start
         self.rate = np.empty(len(samples.time_s)) if problem.shares_curve else None
-        self.x = self.theta = self.last = np.empty(0)
-        self.square, self.square_before = np.inf, np.inf
+        self.x = self.theta = self.left = np.empty(0)
+        self.before: tuple[Floats, Floats, Floats] | None = None
 
     def residual(self, x: Floats) -> Floats:
         self.x = x.copy()
         self.theta = self.problem.curve(x, self.samples, rate=self.rate)
-        residual = self.samples.averaged(self.theta - self.samples.theta)
-        self.square = float(residual @ residual)
-        return residual
+        self.left = self.samples.averaged(self.theta - self.samples.theta)
+        return self.left
 
     def jacobian(self, x: Floats) -> Floats:
-        ends = self.square_before - self.square < self.ftol * self.square_before
-        self.square_before = self.square
-        if not ends:
-            self.last = self._jacobian(x)
-        return self.last
+        known = None if self.before is None or not self._ends(x, *self.before) else self.before[2]
+        jacobian = self._jacobian(x) if known is None else known
+        self.before = x.copy(), self.left, jacobian
+        return jacobian
+
+    def _ends(self, x: Floats, before: Floats, left: Floats, jacobian: Floats) -> bool:
+        """Whether the search ends here: the step has gained little, and no less than was foretold."""
+        change = jacobian @ (x - before)
+        square = float(left @ left)
+        gained, foretold = square - float(self.left @ self.left), -float(change @ (2 * left + change))
+        return 0 < ENOUGH * foretold < gained < self.ftol * square
 
     def _jacobian(self, x: Floats) -> Floats:
         if self.at_start is not None and np.array_equal(x, self.start):
