@@ -347,8 +347,8 @@ def save(
     images = []
     for page in pages:
         canvas = FigureCanvasAgg(page)
-        if page.get_layout_engine():
-            page.draw_without_rendering()
+        if engine := page.get_layout_engine():
+            engine.execute(page)
             page.set_layout_engine("none")  # the layout found once serves PNG and PDF
             for ax in page.axes:  # its solver's last digits depend on addresses in memory
                 ax.set_position(np.round(ax.get_position().bounds, 6))
