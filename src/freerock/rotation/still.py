@@ -17,6 +17,9 @@ BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
 PIECE = 1 << 15  # samples at a time: what fits the processor's cache is several times faster
+DECAYED = (
+    0.3  # of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6
+)
 NEAR = 10.0  # in units of the stillness limit: levels this close are one level
 MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
@@ -65,7 +68,8 @@ def stationary_phases(
     `floor_fraction` of the signal's range, whichever is larger; a block without a valid sample is not still.
     A phase is at rest when a free oscillation (at least three peaks of falling height) about its own level
     ends in it, or when it lies at the level of such phases. If no oscillation ends within the record, the
-    phase about which one goes on, else the longest phase, gives the rest level. No time is set by hand.
+    phase about which one goes most evenly to both sides, else the longest phase, gives the rest level. No
+    time is set by hand.
 
     Parameters
     ----------
@@ -177,8 +181,8 @@ def _classify(
     gaps = [signal[j:i:stride] for j, i in zip(ends, starts, strict=True)]  # gap g lies before phase g
 
     at_rest = (
-        [p for p, gap in zip(phases, gaps, strict=False) if _rocks(gap, p.level, limit)]
-        or [p for p in phases if any(_rocks(gap, p.level, limit) for gap in gaps)]
+        [p for p, gap in zip(phases, gaps, strict=False) if _comes_to_rest(gap, p.level, limit)]
+        or _rocked_about(phases, gaps, limit)
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
     )
     middles, levels = zip(*((p.mid_s, p.level) for p in at_rest), strict=True)
@@ -199,8 +203,38 @@ def _classify(
     return named
 
 
+def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list[Phase]:
+    """The phases about whose level an oscillation goes, at that about which it goes most evenly."""
+    found = [
+        (float(np.median(np.abs(np.diff(np.log(_peaks(gap, phase.level, limit)))))), phase)
+        for phase in phases
+        for gap in gaps
+        if _rocks(gap, phase.level, limit)
+    ]
+    if not found:
+        return []
+    level = min(found, key=lambda each: each[0])[1].level
+    every = {phase.mid_s: phase for _, phase in found if abs(phase.level - level) <= NEAR * limit}
+    return list(every.values())
+
+
+def _comes_to_rest(signal: Floats, level: float, limit: float) -> bool:
+    """Whether a signal rocks freely about a level until little is left.
+
+    Swings pass the level of a later hold as well; but from where they end a hand goes there, and that is as
+    far from it as many a peak.
+    """
+    return _rocks(signal, level, limit) and bool(np.all(_peaks(signal, level, limit)[-1:] <= DECAYED))
+
+
 def _rocks(signal: Floats, level: float, limit: float) -> bool:
     """Whether a signal rocks freely about a level: peaks that fall, on each side, between passages of it."""
+    peaks = _peaks(signal, level, limit)[: MIN_PEAKS + 1]  # the two sides may be seen at different scales
+    return peaks.size >= MIN_PEAKS and bool(np.all(peaks[2:] <= peaks[:-2]))
+
+
+def _peaks(signal: Floats, level: float, limit: float) -> Floats:
+    """Largest deviations from a level between passages of it, from the largest on and over it."""
     deviation = signal[np.isfinite(signal)] - level
     away = max(PEAK * np.abs(deviation).max(initial=0), NEAR * limit)
     side = np.where(np.abs(deviation) > away, np.sign(deviation), 0)
@@ -209,9 +243,7 @@ def _rocks(signal: Floats, level: float, limit: float) -> bool:
         telling |= np.abs(deviation) < away / 2  # between the two: no change of excursion
     side, height = side[telling], np.abs(deviation[telling])
     if not side.any():
-        return False
+        return np.empty(0)
     start = np.flatnonzero(np.concatenate(([True], side[1:] != side[:-1])))
-    peaks, side = np.maximum.reduceat(height, start)[side[start] != 0], side[start][side[start] != 0]
-    first = np.argmax(peaks)
-    peaks = peaks[first:][: MIN_PEAKS + 1]  # the two sides may be seen at different scales
-    return peaks.size >= MIN_PEAKS and bool(np.all(peaks[2:] <= peaks[:-2]))
+    peaks = np.maximum.reduceat(height, start)[side[start] != 0]
+    return np.asarray(peaks[np.argmax(peaks) :] / peaks.max())
