@@ -175,7 +175,8 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
         what = (
-            "total standard uncertainty (one standard deviation), of noise, inputs and law"
+            "total standard uncertainty (one standard deviation): scatter of the runs, noise, block, sensor "
+            "and clock, and what the law does not explain"
             if u == "u_total"
             else "standard error (stderr), of noise and runs"
         )

@@ -179,7 +179,7 @@ def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
     heads = ["Foundation", "Model", "Parameter", "Mean", "u / %", "Largest shares of its square"]
     note = (
         "u: total standard uncertainty (k = 1). Runs: noise and what differs from run to run, or from record "
-        "to record. Law: what it does not explain of its runs; see docs/uncertainty.md. (d): a default, as "
+        "to record. Law: what the law does not explain; see docs/uncertainty.md. (d): a default, as "
         "the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
     )
     return Sortable(heads, rows, "Uncertainty budget", [note])
