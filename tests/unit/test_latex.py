@@ -66,8 +66,8 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     assert len(set(names)) == len(names) == 2 + of_records + len(tidy["parameters"]) + 2 * len(epsilon)
     assert r"\newcommand{\frRuns}{9}" in lines
     assert r"\newcommand{\frBOneMarbleHousnerR}{0.957}" in lines
-    assert r"\newcommand{\frBOneMarbleRunOneHousnerR}{0.9570 $\pm$ 0.0012}" in lines
-    k = r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ N m$^{-2}$"
+    assert r"\newcommand{\frBOneMarbleRunOneHousnerR}{0.9570 $\pm$ 0.0027}" in lines
+    k = r"(6.880 $\pm$ 0.027)$\cdot$10$^{6}$ N m$^{-2}$"  # √5 times 0.012, the noise alone
     assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines
     assert r"\newcommand{\frBTwoMatRunOneHousnerR}{failed fit}" in lines
 
