@@ -2,24 +2,27 @@ import json
 import os
 
 import numpy as np
-import xarray as xr
+import pytest
 
+from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256, write_json
 from freerock.products import provenance as made
-from freerock.products.provenance import other_software, provenance
+from freerock.products.netcdf import open_record, write_failure
+from freerock.products.provenance import made_by, other_software, provenance
+from freerock.runs.verdict import Reason
 
 
 def test_provenance_names_inputs_config_and_versions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.tdms").write_bytes(b"volts")
-    made_by = provenance(["a.tdms"], {"window_s": 0.25})
-    assert made_by["inputs"] == {"a.tdms": sha256("a.tdms")}
-    assert made_by["config"] == {"window_s": 0.25}
-    assert made_by["software"]["numpy"] == np.__version__
-    assert set(made_by["software"]) == {"python", *made.SOFTWARE}
-    assert made_by["git"]
-    write_json("provenance.json", made_by)
-    assert json.loads((tmp_path / "provenance.json").read_text()) == made_by
+    found = provenance(["a.tdms"], {"window_s": 0.25})
+    assert found["inputs"] == {"a.tdms": sha256("a.tdms")}
+    assert found["config"] == {"window_s": 0.25}
+    assert found["software"]["numpy"] == np.__version__
+    assert set(found["software"]) == {"python", *made.SOFTWARE}
+    assert found["git"]
+    write_json("provenance.json", found)
+    assert json.loads((tmp_path / "provenance.json").read_text()) == found
 
 
 def test_git_state_is_unknown_without_git(monkeypatch):
@@ -30,19 +33,33 @@ def test_git_state_is_unknown_without_git(monkeypatch):
 
 def test_other_versions_are_told_with_what_they_made():
     now = {"python": "3.11.7", "numpy": "2.0"}
-    trees = {
+    versions = {
         "records/a": now,
         "fits/a": now | {"numpy": "1.26"},
         "fits/b": now | {"numpy": "1.26"},
         "records/b": {"python": "3.11.7"},
     }
-    datasets = {
-        name: xr.DataTree(xr.Dataset(attrs={"provenance": json.dumps({"software": software})}))
-        for name, software in trees.items()
-    }
-    datasets["records/failed"] = xr.DataTree(xr.Dataset())
+    datasets = {name: {"software": software} for name, software in versions.items()} | {"records/failed": {}}
     assert other_software(datasets, now) == [
         {"software": {"numpy": "1.26"}, "datasets": ["fits/a", "fits/b"]},
         {"software": {"numpy": "none"}, "datasets": ["records/b"]},
     ]
     assert other_software({"records/a": datasets["records/a"]}, now) == []
+
+
+@pytest.mark.parametrize("name", ["stone_1.tdms", "λ/Stein_ä.tdms"])
+def test_what_made_a_product_is_read_without_its_groups(tmp_path, name):
+    file, attrs = tmp_path / "a.nc", {"origin": "simulated", "test": "a", "campaign": "c"}
+    known = {"inputs": {name: "00"}, "software": {"numpy": "2.0"}}
+    write_failure(file, Reason("fail", "not_processed", "why"), attrs | {"provenance": known})
+    assert made_by(file) == known == json.loads(open_record(file).attrs["provenance"])
+    write_failure(file, Reason("fail", "not_processed", "why"), attrs)
+    assert made_by(file) == {}
+
+
+def test_a_product_that_is_missing_or_damaged_is_named(tmp_path):
+    with pytest.raises(FreerockError, match="there is no such file"):
+        made_by(tmp_path / "a.nc")
+    (tmp_path / "a.nc").write_bytes(b"no product")
+    with pytest.raises(DamagedProduct, match="is not a readable netCDF file"):
+        made_by(tmp_path / "a.nc")

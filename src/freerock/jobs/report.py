@@ -10,7 +10,7 @@ from freerock.config.history import read_changes
 from freerock.files import write_json, write_text
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, open_record
-from freerock.products.provenance import inputs_of, other_software, provenance
+from freerock.products.provenance import made_by, other_software, provenance
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv
 from freerock.tables.latex import figures_tex
@@ -50,21 +50,18 @@ def make_report(
         return open_record(record), open_fits(fits, samples)
 
     raw: dict[str, str] = {}
-    trees: dict[str, xr.DataTree] = {}
+    known: dict[str, dict[str, Any]] = {}
     for test, (record, fits) in datasets.items():
-        trees |= {
-            f"records/{test}": open_record(record, samples=False),
-            f"fits/{test}": open_fits(fits, False),
-        }
-        raw |= inputs_of(trees[f"records/{test}"])
-    made_by = provenance([], settings["campaign"]) | {"inputs": raw}
-    made_by["other_software"] = other_software(trees, made_by["software"])
-    write_json(output["provenance"], made_by)
+        known |= {f"records/{test}": made_by(record), f"fits/{test}": made_by(fits)}
+        raw |= known[f"records/{test}"].get("inputs", {})
+    own = provenance([], settings["campaign"]) | {"inputs": raw}
+    own["other_software"] = other_software(known, own["software"])
+    write_json(output["provenance"], own)
     captions = {Path(png).stem: read_caption(caption) for caption, png in figures}
     write_text(output["captions"], figures_tex(captions))
     write_report(
         output["html"],
-        provenance=made_by,
+        provenance=own,
         tables={name: read_csv(path) for name, path in tables.items()},
         blocks={name: Block(**block) for name, block in settings["blocks"].items()},
         opened=opened,

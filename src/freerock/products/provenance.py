@@ -11,9 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-import xarray as xr
-
 from freerock.files import sha256
+from freerock.products.storage import root_text
 
 SOFTWARE = ["freerock", "numpy", "scipy", "numba", "lmfit", "xarray", "netCDF4", "snakemake"]
 
@@ -42,13 +41,15 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
     }
 
 
-def other_software(datasets: Mapping[str, xr.DataTree], software: Mapping[str, str]) -> list[dict[str, Any]]:
+def other_software(
+    made_by: Mapping[str, Mapping[str, Any]], software: Mapping[str, str]
+) -> list[dict[str, Any]]:
     """By what else than this software datasets were made.
 
     Parameters
     ----------
-    datasets : mapping of str to xarray.DataTree
-        Records and fits by name.
+    made_by : mapping of str to mapping
+        What made records and fits (`made_by`), by their name.
     software : mapping
         Name to version, as `provenance` gives them.
 
@@ -58,8 +59,8 @@ def other_software(datasets: Mapping[str, xr.DataTree], software: Mapping[str, s
         software (name -> version, those that differ) and datasets (names), for each other set of versions.
     """
     found: dict[str, list[str]] = {}
-    for name, tree in datasets.items():
-        versions = json.loads(tree.attrs.get("provenance", "{}")).get("software", software)
+    for name, each in made_by.items():
+        versions = each.get("software", software)
         differing = {key: versions.get(key, "none") for key in {**versions, **software}}
         differing = {key: version for key, version in differing.items() if version != software.get(key)}
         if differing:
@@ -67,10 +68,16 @@ def other_software(datasets: Mapping[str, xr.DataTree], software: Mapping[str, s
     return [{"software": json.loads(key), "datasets": names} for key, names in found.items()]
 
 
-def inputs_of(record: xr.DataTree) -> dict[str, str]:
-    """SHA-256 by path of the raw files of a record; none where it failed for an unforeseen reason."""
-    made_by = json.loads(record.attrs.get("provenance", '{"inputs": {}}'))
-    return dict(made_by["inputs"])
+def made_by(path: str | Path) -> dict[str, Any]:
+    """What made a record or its fits, as `provenance` has it; empty where it is not known.
+
+    Raises
+    ------
+    FreerockError
+        No such file, or damaged.
+    """
+    found: dict[str, Any] = json.loads(root_text(path, "provenance") or "{}")
+    return found
 
 
 @cache
