@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.choice import RESIDUAL, Evidence
+from freerock.identification.choice import RESIDUAL, TRACE, Evidence
 from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
@@ -229,9 +229,6 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         x_half, holdout = first_half(problem, x, resolution.m)
         apart = None if explained else x_half - x
     known = uncertainty(problem, x, residual, jacobian, rest, apart)
-    law = np.zeros(len(x))
-    if not explained:
-        law = model_discrepancy(problem.physical(x), fitted_parts(problem, x, residual, jacobian))
 
     epsilon = epsilon_theta(times, theta_model, theta)
     failed = failure(problem, solution, known, epsilon)
@@ -242,6 +239,10 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     else:
         lacking = added_damping(problem, x, exact[0], residual, jacobian[:, ~held], likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
+        explained &= lacking is None or lacking <= TRACE
+    law = np.zeros(len(x))
+    if not explained:
+        law = model_discrepancy(problem.physical(x), fitted_parts(problem, x, residual, jacobian))
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
