@@ -7,7 +7,7 @@ kinds, and is shown on the other.
 
     python -m freerock.studies.discrepancy results/studies/discrepancy.csv full docs/uncertainty.md
 
-measures on all cores (`small`: some runs in a minute; `full`: twenty of each kind, half an hour of processor
+measures on all cores (`small`: some runs in a minute; `full`: twenty of each kind, twelve minutes of processor
 time) and renews the table in the documentation, where it is named.
 """
 

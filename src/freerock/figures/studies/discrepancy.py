@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import Labels, headed, legend_on_top, styled
+from freerock.figures.style import Labels, headed, styled
 from freerock.models.laws import SYMBOLS
 
 BEFORE, AFTER = ("inside_stderr", "standard error"), ("inside", "with the discrepancy of the law")
@@ -35,6 +35,6 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
         ax.set(xlim=(-4, 104), xlabel="inside / %")
     axes[0].set_yticks(range(len(kinds)), kinds)
     axes[0].set_ylim(len(kinds) - 0.5, -0.5)
-    legend_on_top(figure)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     headed(figure)
     return figure, rows
