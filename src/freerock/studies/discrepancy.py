@@ -7,7 +7,7 @@ kinds, and is shown on the other.
 
     python -m freerock.studies.discrepancy results/studies/discrepancy.csv full docs/uncertainty.md
 
-measures on all cores (`small`: some runs in a minute; `full`: twenty of each kind, twelve minutes of processor
+measures on all cores (`small`: a run of each kind in a minute; `full`: twenty, in twelve minutes of processor
 time) and renews the table in the documentation, where it is named.
 """
 
