@@ -10,6 +10,7 @@ import xarray as xr
 from freerock.errors import FreerockError
 from freerock.identification.choice import choose
 from freerock.identification.fit import Fit, evidence
+from freerock.identification.model_discrepancy import Part
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
@@ -162,6 +163,9 @@ def fit(tree, model, run, failed):
             "residual_over_sigma": [200.0, 60.0, 1.0][rank],
             "coloured": [1.0, 1.0, 0.0][rank],
         },
+        parts=()
+        if model in failed
+        else (Part(0.0, 1.0, 1.01 * value, stderr), Part(1.0, 4.0, value, stderr)),
     )
 
 

@@ -1,4 +1,4 @@
-"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget."""
+"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget, parts."""
 
 import re
 from dataclasses import asdict
@@ -20,6 +20,7 @@ from freerock.figures import (
     energy,
     evidence,
     parameters,
+    parts,
     phase_portrait,
     residuals,
     restitution,
@@ -82,6 +83,8 @@ def test_nothing_to_draw_is_said():
     assert data.empty and "no run has a fit that may be used" in texts(figure)
     figure, data = evidence.draw(empty["choice"], "simulated", LABELS)
     assert data.empty and "no candidate was fitted" in texts(figure)
+    figure, data = parts.draw(empty["parts"], empty["parameters"], empty["choice"], "simulated", LABELS)
+    assert data.empty and "no run has a fit that may be used" in texts(figure)
     figure, data = budget.draw(empty["budget"], empty["choice"], "simulated", LABELS)
     assert data.empty and "no mean has a budget" in texts(figure)
     for module in (backbone, energy):
@@ -139,6 +142,16 @@ def test_evidence_shows_each_fitted_candidate_of_each_run(tables):
     assert len(data) == tables["choice"]["noise_ratio"].notna().sum() > 0
     assert "Hunt–Crossley" in texts(figure)
     assert evidence.caption(data) == "7 runs of 4 records."
+
+
+def test_parts_of_a_run_are_drawn_over_the_whole(tables):
+    figure, data = parts.draw(tables["parts"], tables["parameters"], tables["choice"], "simulated", LABELS)
+    assert set(data["model"]) == {"hunt_crossley"}
+    k = data[data["parameter"] == "k"]
+    np.testing.assert_allclose(k["change_percent"], np.tile([1.0, 0.0], len(k) // 2), atol=1e-9)
+    np.testing.assert_allclose(k["change_stderr_percent"], 100 * 1.2e4 / 6.88e6)
+    assert figure.axes[0].get_title(loc="left") == "(a) Slender block, Marble"
+    assert parts.caption(data) == "7 runs of 4 records."
 
 
 def test_the_budget_stacks_shares_and_names_defaults(tables):
@@ -236,6 +249,9 @@ def test_at_each_width_nothing_overlaps(tables, target, width_in):
         ),
         "residuals": lambda: residuals.draw(fitted, campaign()[0], "simulated", LABELS, target=target),
         "evidence": lambda: evidence.draw(one["choice"], "simulated", LABELS, target=target),
+        "parts": lambda: parts.draw(
+            one["parts"], one["parameters"], one["choice"], "simulated", LABELS, target=target
+        ),
     }
     for name, draw in drawings.items():
         figure, _ = draw()

@@ -56,6 +56,7 @@ def columns():
         populations.BUDGET,
         plan.COLUMNS,
         plan.RIVALS,
+        tidy.PARTS,
         plan_total.BUDGET,
         plan_total.TOTALS,
         restitution_law.LAW,

@@ -16,6 +16,7 @@ import xarray as xr
 from freerock.errors import FreerockError
 from freerock.files import sha256
 from freerock.identification.fit import ImpactEnergy
+from freerock.identification.model_discrepancy import Part
 from freerock.models.laws import CANDIDATES, MODELS, law_of, unit_of
 from freerock.products import names
 from freerock.products.groups import reasons_in
@@ -125,6 +126,7 @@ def made_up_fit(model, **changes):
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
         "contributions": Contributions(INPUTS, np.full((n, len(INPUTS)), 0.2)),
         "energies": made_up_energies() if law_of(model).is_foundation else None,
+        "parts": [Part(0.0, 0.5, np.full(n, 1.5), np.full(n, 0.2)), Part(0.5, 1.0, np.ones(n), np.ones(n))],
     }
     return SimpleNamespace(**fit | changes)
 
@@ -279,6 +281,7 @@ def test_failed_record_is_a_product(tmp_path):
 
 def test_every_variable_is_described(folder):
     without_units = {"flags", "parameter", "parameter_b", "unit", "covariance", "success"}
+    without_units |= {"part_value", "part_value_stderr"}
     without_units |= {"value", "stderr", "ci95_low", "ci95_high", "discrepancy", "u_total", "contribution"}
     without_units |= {"input", "input_owner", "input_u", "input_unit", "input_stated"}
     for tree in (open_record(folder / "record_a.nc"), open_fits(folder / "fits_a.nc")):

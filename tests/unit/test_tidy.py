@@ -11,7 +11,7 @@ from freerock.tables import tidy as tables
 from freerock.tables.paper import table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2, table3
-from freerock.tables.tidy import epsilon_table, parameters_table, restitution_table, runs_table
+from freerock.tables.tidy import epsilon_table, parameters_table, parts_table, restitution_table, runs_table
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +85,17 @@ def test_parameters_per_run(datasets):
     assert set(table2(populations_table(table), table)["parameter"]) == {"r", "k", "c", "lambda"}
 
 
+def test_parts_hold_the_parameters_of_the_law_from_each_part_of_a_run(datasets):
+    table = parts_table(datasets[1])
+    own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley") & (table["run"] == 2)]
+    assert own["parameter"].tolist() == ["k", "k", "lambda", "lambda"]
+    assert own["part"].tolist() == [1, 2, 1, 2] and own["end_s"].tolist() == [1.0, 4.0, 1.0, 4.0]
+    assert own["value"].tolist() == pytest.approx([1.01 * 6.88e6, 6.88e6, 1.01 * 1.30e8, 1.30e8])
+    assert set(own["unit"]) == {"N m-2", "N s m-3"}
+    failed = record()
+    assert "winkler" not in set(parts_table([fits(failed, failed=["winkler"])])["model"])
+
+
 def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
     table = epsilon_table(datasets[1])
     assert ",".join(table) == (
@@ -127,7 +138,7 @@ def test_campaign_without_any_run():
 @pytest.mark.parametrize(
     "columns",
     [
-        *(tables.RUNS, tables.PARAMETERS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
+        *(tables.RUNS, tables.PARAMETERS, tables.PARTS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
         *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
     ],
     ids="|".join,

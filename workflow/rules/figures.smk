@@ -84,6 +84,13 @@ FIGURES = {
         "the mean at the right); runs, their scatter beyond what the inputs explain.",
         "reads": ["budget", "choice"],
     },
+    "parts": {
+        "title": "Parameters against the fitted part of a run",
+        "caption": "The parameters of the law that the choice names, fitted to each sixth of the swings of a run, over those "
+        "of the whole run; release angle and instant are free in each part. Horizontal: what the part covers; vertical: 95 % by "
+        "white noise. A law that holds for the whole run stays at zero.",
+        "reads": ["parts", "parameters", "choice"],
+    },
 }
 
 

@@ -51,6 +51,7 @@ Figure = Literal[  # in the order of the report; each is a module of freerock.fi
     "residuals",
     "evidence",
     "budget",
+    "parts",
 ]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's

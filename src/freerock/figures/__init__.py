@@ -17,6 +17,7 @@ __all__ = [
     "misfit_map",
     "models",
     "parameters",
+    "parts",
     "phase_portrait",
     "plan",
     "predictions",

@@ -17,7 +17,7 @@ from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution
 from freerock.identification.likelihood import Likelihood, likelihood
-from freerock.identification.model_discrepancy import fitted_parts, model_discrepancy
+from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
@@ -102,6 +102,8 @@ class Fit:
         Of what the laboratory knows to the uncertainty of the parameters (`sensitivity.contributions`).
     energies : ImpactEnergy or None
         Restitution by energy of each of `impacts`, under a foundation's law.
+    parts : tuple of Part
+        The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
     """
 
     model: str
@@ -130,6 +132,7 @@ class Fit:
     epsilon_holdout_runs: float = float("nan")
     contributions: Contributions | None = None
     energies: ImpactEnergy | None = None
+    parts: tuple[Part, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -240,9 +243,8 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         lacking = added_damping(problem, x, exact[0], residual, jacobian[:, ~held], likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
         explained &= lacking is None or lacking <= TRACE
-    law = np.zeros(len(x))
-    if not explained:
-        law = model_discrepancy(problem.physical(x), fitted_parts(problem, x, residual, jacobian))
+    parts = () if failed else tuple(fitted_parts(problem, x, residual, jacobian))
+    law = np.zeros(len(x)) if explained else model_discrepancy(problem.physical(x), parts)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
@@ -271,6 +273,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         success=not failed,
         message=failed or "; ".join(["converged", *notes]),
         diagnostics=diagnostics,
+        parts=parts,
     )
 
 

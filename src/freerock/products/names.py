@@ -88,6 +88,9 @@ VARIABLES = {
         "quality",
         "standard uncertainty of the parameter, as the law does not explain the run",
     ),
+    "part_start": ("s", "auxiliary", "start of a part of the run since release"),
+    "part_end": ("s", "auxiliary", "end of a part of the run since release"),
+    "part_value": ("", "model", "value of the parameter as a part of the run has it"),
     "u_total": ("", "quality", "total standard uncertainty of the parameter, of noise, inputs and law"),
     "contribution": ("", "quality", "shift of the parameter for one standard uncertainty of the input"),
     "input": ("", "coordinate", "number of the laboratory that the parameters rest on"),
@@ -150,7 +153,7 @@ EXTRA: dict[str, dict[str, Any]] = {
     },
     "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
     **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high", "discrepancy"], IN_UNIT),
-    **dict.fromkeys(["u_total", "contribution"], IN_UNIT),
+    **dict.fromkeys(["u_total", "contribution", "part_value", "part_value_stderr"], IN_UNIT),
 }
 BESIDE = {
     "theta": ("sigma_theta", "flags"),

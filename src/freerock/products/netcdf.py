@@ -207,6 +207,13 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
                 "restitution_energy_u": ("impact", fit.energies.u_total),
                 "impact_speed": ("impact", fit.energies.speed_m_s),
             }
+        if fit.parts:
+            arrays |= {
+                "part_start": ("part", [part.start_s for part in fit.parts]),
+                "part_end": ("part", [part.end_s for part in fit.parts]),
+                "part_value": (("part", "parameter"), np.array([part.value for part in fit.parts])),
+                "part_value_stderr": (("part", "parameter"), np.array([part.stderr for part in fit.parts])),
+            }
         names, beside = list(fit.parameters), {}
         if fit.contributions is not None and fit.contributions.inputs:
             inputs = fit.contributions.inputs

@@ -32,6 +32,7 @@ RUNS = [
 RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success"]
+PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
@@ -171,6 +172,36 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
+def parts_table(fits: Trees) -> pd.DataFrame:
+    """One row per parameter of the law, usable fit and part of its run.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `PARTS`, SI units: part from 1, start_s and end_s since the release [s], stderr by white noise
+        (`freerock.identification.model_discrepancy`).
+    """
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            if "part_value" not in fit:
+                continue
+            spans = list(zip(fit["part_start"].values.tolist(), fit["part_end"].values.tolist(), strict=True))
+            names = fit["parameter"].values.astype(str).tolist()
+            for name in MODELS[model]:
+                at = names.index(name)
+                of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
+                for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
+                    known = model, name, unit_of(name), i + 1, *span, value, stderr
+                    rows.append({**_identity(tree, run), **dict(zip(PARTS[5:], known, strict=True))})
+    return pd.DataFrame(rows, columns=PARTS)
+
+
 def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     """One row per fit: how far the model is from the measured θ(t).
 
@@ -293,6 +324,7 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
     return {
         "runs": runs_table(records, fits),
         "parameters": parameters,
+        "parts": parts_table(fits),
         "epsilon": epsilon_table(fits),
         "choice": choice,
         "candidates": candidates_table(choice, parameters),

@@ -1,0 +1,96 @@
+"""Parameters against the part of the run that they are fitted to: whether a law stays the same over a run."""
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    footer,
+    legend_on_top,
+    number_of,
+    of_scene,
+    outer_labels,
+    panel_per_scene,
+    printed,
+    scaled,
+    scenes_in,
+    size,
+)
+from freerock.identification.estimate import NORMAL_95
+from freerock.models.laws import SYMBOLS
+
+LOOKS: dict[str, Style] = {
+    "k": {"marker": "o", "color": "black"},
+    "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},
+    "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
+    "r": {"marker": "^", "color": "#00805e"},
+}
+FIT = ["test", "run", "model"]
+
+
+@printed
+def draw(
+    parts: pd.DataFrame, parameters: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
+) -> tuple[Figure, pd.DataFrame]:
+    """Parameters of the named law from each part of a run, over those of the whole run.
+
+    Parameters
+    ----------
+    parts, parameters, choice : pandas.DataFrame
+        Tidy tables. Of each run the fit that the choice names; parts that do not determine a number are left
+        out.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of the table parts, and whole (the parameter from the whole run), change_percent and
+        change_stderr_percent (of the part over the whole).
+    """
+    named = choice.loc[choice["status"] == "selected", FIT].astype(str)
+    data = parts.astype({"run": str}).merge(named, on=FIT)
+    whole = parameters.astype({"run": str}).rename(columns={"value": "whole"})
+    data = data.merge(whole[[*FIT, "parameter", "whole"]], on=[*FIT, "parameter"])
+    data = data[data["stderr"] > 0]
+    data["change_percent"] = 100 * (data["value"] / data["whole"] - 1)
+    data["change_stderr_percent"] = 100 * data["stderr"] / data["whole"]
+    if data.empty:
+        figure = Figure(figsize=size(0.8))
+        figure.suptitle("no run has a fit that may be used", fontsize="medium")
+        footer(figure, origin)
+        return figure, data
+    figure, panels = panel_per_scene(scenes_in(data), labels, 2.0)
+    for (block, foundation), ax in panels.items():
+        _panel(ax, of_scene(data, block, foundation))
+    outer_labels(panels, "time since release / s", "part over whole / %")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many runs are drawn."""
+    n = len(data[["test", "run"]].drop_duplicates())
+    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+
+
+def _panel(ax: Axes, scene: pd.DataFrame) -> None:
+    ax.axhline(0, color="0.3", linestyle=":")
+    for parameter, look in LOOKS.items():
+        own = scene[scene["parameter"] == parameter]
+        if own.empty:
+            continue
+        half = (own["end_s"] - own["start_s"]) / 2
+        ax.errorbar(
+            own["start_s"] + half,
+            own["change_percent"],
+            xerr=half,
+            yerr=NORMAL_95 * own["change_stderr_percent"],
+            linestyle="",
+            markersize=scaled(3.5),
+            elinewidth=scaled(0.8),
+            label=SYMBOLS[parameter],
+            **look,
+        )
+    ax.margins(x=0.02)
