@@ -44,7 +44,7 @@ def scenes_of(
         here = candidates[(candidates["block"] == block) & (candidates["foundation"] == foundation)]
         summary = {row["model"]: row for row in here.to_dict("records")}
         scene = Scene(own, answers(own), summary, blocks[block])
-        asked = [model for model in summary if scene.asked(model)]
+        asked = [model for model in summary if model in scene.asked]
         left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
         rows = [_row(scene, model) for model in asked]
         used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for row in rows)]

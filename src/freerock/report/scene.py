@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import pandas as pd
@@ -47,17 +48,15 @@ class Scene:
         found = {model for each in self.explained for model in each.possible}
         return [model for model in CANDIDATES if model in found]
 
-    def asked(self, model: str) -> bool:
-        """Whether a candidate was fitted to any run, if only by a quick fit: no smaller one explained it."""
-        own = self.choice[self.choice["model"] == model]
+    @cached_property
+    def asked(self) -> frozenset[str]:
+        """Candidates that were fitted to any run, if only by a quick fit: no smaller one explained it."""
         explaining = self.choice[(self.choice["status"] == "selected") & self.choice["explains"]]
-        enough = own.merge(
+        enough = self.choice.merge(
             explaining[["test", "run", "n_freed"]], "left", ["test", "run"], suffixes=("", "_enough")
         )
-        asked = (enough["status"] != "not_fitted") | ~(enough["n_freed"] > enough["n_freed_enough"]).fillna(
-            False
-        )
-        return bool(asked.any())
+        larger = (enough["n_freed"] > enough["n_freed_enough"]).fillna(False)
+        return frozenset(enough["model"][(enough["status"] != "not_fitted") | ~larger])
 
     def frees_width(self, model: str) -> bool:
         """Whether a candidate's contact width was fitted in runs for which it is possible."""
@@ -157,7 +156,7 @@ def _rigid_or_compliant(scene: Scene) -> list[str]:
         if scene.frees_width(rigid[-1]):
             what = "a rigid block whose edges are not where its width says, as worn corners make it"
         return [f"So this is {what}: {scene.numbers(rigid[-1])}.{_needless(scene)}"]
-    if soft and not rigid and scene.asked("housner_width"):
+    if soft and not rigid and "housner_width" in scene.asked:
         n = scene.summary["housner_width"]["n_explains"]
         if n:
             where = _runs(n, len(scene.answers))
@@ -218,7 +217,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     if not guided:
         return []
     other = "was not fitted; its k would be another"
-    if any(map(scene.asked, PIVOTING)):
+    if scene.asked & {*PIVOTING}:
         other = "does not explain as much with as few numbers"
     return [
         f"k holds for a base whose centre moves up and down only (guided): {_told(scene, guided[0])}. "
