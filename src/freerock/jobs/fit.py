@@ -13,6 +13,7 @@ from freerock.identification.fit import Fit
 from freerock.identification.impact_energy import impact_energy
 from freerock.identification.ladder import Identified, identify_runs
 from freerock.identification.sensitivity import contributions
+from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.products.groups import NotFitted
@@ -42,7 +43,7 @@ def make_fits(
     output: str | Path,
     identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] | None = None,
     hear: Callable[[Rests, float], Noise | None] = noise_of,
-    packed: bool = True,
+    passing: bool = False,
 ) -> None:
     """Write the fits of a record.
 
@@ -60,8 +61,9 @@ def make_fits(
         the work on runs that have not changed.
     hear : callable
         What the noise of the record is, as `noise_of` says it; likewise.
-    packed : bool
-        Compress what runs over time.
+    passing : bool
+        Written to be looked at once: not compressed, without the contributions of the laboratory's inputs and
+        without energies.
     """
     runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
@@ -71,16 +73,15 @@ def make_fits(
     choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
-    fits = {
-        number: {
-            model: _with_energies(
-                _with_impacts(fit, block, limits), block, motions[number], laboratory, ladder
-            )
-            for model, fit in _with_contributions(each, motions[number], laboratory, ladder).items()
-        }
-        for number, each in found.items()
-        if each.fits
-    }
+    fits = {number: _in_order(each) for number, each in found.items() if each.fits}
+    for number, of_run in fits.items():
+        motion, scene = motions[number], ladder.freeing(found[number].scene)
+        for model, fit in of_run.items():
+            fit = _with_impacts(fit, block, limits)
+            if fit.success and not passing:
+                fit = _with_contributions(fit, motion, laboratory, scene.settings(model))
+                fit = _with_energies(fit, block, motion, laboratory, ladder)
+            of_run[model] = fit
     attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
     attributes |= {key: each for key, each in attrs.items() if str(key).startswith("sensor_")}
     if not_fitted:
@@ -97,7 +98,7 @@ def make_fits(
     for number, own in doubts.items():
         for doubt in own:
             log.info("run %d: %s", number, doubt.text)
-    write_fits(output, fits, attributes, choices, doubts, packed)
+    write_fits(output, fits, attributes, choices, doubts, not passing)
 
 
 def _read(
@@ -126,17 +127,14 @@ def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test
     return missed
 
 
-def _with_contributions(
-    found: Identified, motion: Motion, laboratory: Laboratory, ladder: Ladder
-) -> dict[str, Fit]:
-    """The fits of a run in the order of the models, with what the laboratory's inputs contribute."""
-    scene = ladder.freeing(found.scene)
-    fits = {model: found.fits[model] for model in MODELS if model in found.fits}
-    for model, fit in fits.items():
-        if fit.success:
-            known = contributions(fit, motion, laboratory, scene.settings(model))
-            fits[model] = replace(fit, contributions=known)
-    return fits
+def _in_order(found: Identified) -> dict[str, Fit]:
+    """The fits of a run in the order of the models."""
+    return {model: found.fits[model] for model in MODELS if model in found.fits}
+
+
+def _with_contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: FitSettings) -> Fit:
+    """A fit to be used with what the laboratory's inputs contribute."""
+    return replace(fit, contributions=contributions(fit, motion, laboratory, settings))
 
 
 def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
@@ -147,8 +145,8 @@ def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
 
 
 def _with_energies(fit: Fit, block: Block, motion: Motion, laboratory: Laboratory, ladder: Ladder) -> Fit:
-    """The fit with the energies at its impacts, where it is of a foundation's law and may be used."""
-    if not (fit.success and fit.impacts is not None and law_of(fit.model).is_foundation):
+    """A fit to be used with the energies at its impacts, where it is of a foundation's law."""
+    if fit.impacts is None or not law_of(fit.model).is_foundation:
         return fit
     debonding = ladder.settings(fit.model).debonding
     times = fit.impacts.time_s

@@ -163,7 +163,7 @@ class Bench:
             if not needed():
                 raise Superseded
             identify = all_runs if near_s is None else nearest
-            make_fits(of_fits, record_file, fits_file, identify, hear, packed=False)
+            make_fits(of_fits, record_file, fits_file, identify, hear, passing=True)
             give_back()
             return Analysed(record, open_fits(fits_file))
 
