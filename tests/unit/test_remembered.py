@@ -1,11 +1,26 @@
 """What the review desk remembers: the same to the last bit, made once, and the oldest let go."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 import xarray as xr
 
 from freerock.models.block import Block
 from freerock.review.remembered import Remembered, content
+
+
+@dataclass(frozen=True)
+class Some:
+    theta: np.ndarray
+    unit: tuple
+
+
+@dataclass(frozen=True)
+class Identified:
+    fits: dict
+    errors: dict
+    rest: list
 
 
 def test_what_is_remembered_is_the_same_to_the_last_bit_and_each_asker_has_its_own():
@@ -25,6 +40,18 @@ def test_what_is_remembered_is_the_same_to_the_last_bit_and_each_asker_has_its_o
     assert len(times) == 1 and first.identical(second) and first.identical(made)
     second["theta"].values[0] = 5.0
     assert known.get(of, make).identical(made)
+
+
+def test_fits_come_back_as_they_were():
+    found = Identified({"housner": Some(np.arange(4000.0), (1.5, "s"))}, {"winkler": "no"}, [np.zeros(3)])
+    known = Remembered(2)
+    known.get("a", lambda: found)
+    again = known.get("a", lambda: None)
+    assert type(again) is Identified and again.errors == found.errors and again is not found
+    np.testing.assert_array_equal(again.fits["housner"].theta, np.arange(4000.0))
+    assert again.fits["housner"].unit == (1.5, "s")
+    again.rest[0][0] = 1.0
+    assert known.get("a", lambda: None).rest[0][0] == 0.0 == found.rest[0][0]
 
 
 def test_the_one_not_asked_for_longest_is_let_go_and_the_folder_goes_with_the_process(tmp_path, monkeypatch):
@@ -49,8 +76,8 @@ def test_without_space_it_is_made_again(tmp_path, monkeypatch):
     def full(*_):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("freerock.review.remembered.pickle.dump", full)
-    assert [known.get(1, lambda: 7), known.get(1, lambda: 8)] == [7, 8]
+    monkeypatch.setattr("freerock.review.remembered.np.save", full)
+    assert [known.get(1, lambda n=n: np.full(5000, n))[0] for n in (7, 8)] == [7, 8]
     assert [each for each in tmp_path.rglob("*") if each.is_file()] == []
 
 
