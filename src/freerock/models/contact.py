@@ -261,18 +261,29 @@ def _deeper(block: Block, foundation: Foundation, theta: float, depth: float) ->
     """The depth that carries a block with rounded edges, from that of sharp ones.
 
     It is up to ρ deeper; the force grows with the depth, and its slope too, so that Newton's method from
-    there comes down to it.
+    there comes down to it. The slope of the force is k times the length that touches.
     """
-    weight, spring = block.mass_kg * GRAVITY, Foundation(foundation.k)
-    z = depth + block.edge_radius
+    radius, s = block.edge_radius, abs(math.sin(theta))
+    wanted = block.mass_kg * GRAVITY / foundation.k
+    z = depth + radius
     for _ in range(100):
-        force, _ = contact_force(block, spring, State(z, 0.0, theta, 0.0))
-        slope, _ = contact_force(block, Foundation(0.0, foundation.k), State(z, 1.0, theta, 0.0))
-        step = (force - weight) / slope
+        low, high = z - block.flat * s, z + block.flat * s
+        touching = 2 * block.flat if low >= 0 else max(high, 0.0) / s
+        area = touching * (z if low >= 0 else high / 2)
+        for ends, slope in ((low, -s), (high, s)):
+            v0, v1 = _edge_ends(ends, slope, radius)
+            touching += v1 - v0
+            area += (v1 - v0) * (ends + slope * (v0 + v1) / 2) - _risen(v1, radius) + _risen(v0, radius)
+        step = (area - wanted) / touching
         z -= step
         if step <= 1e-14 * block.b:
             break
     return z
+
+
+def _risen(v: float, radius: float) -> float:
+    """Integral from 0 to v of ρ - sqrt(ρ² - v²), by which a rounded edge rises [m²]."""
+    return radius * v - 0.5 * (v * math.sqrt(radius**2 - v**2) + radius**2 * math.asin(v / radius))
 
 
 def _edge_force(block: Block, foundation: Foundation, state: State, side: int) -> tuple[float, float]:
