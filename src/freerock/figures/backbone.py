@@ -27,9 +27,8 @@ from freerock.models.housner import housner_swings
 from freerock.models.laws import LAWS, law_of
 from freerock.tables.swings import first_runs, law_swings
 
-FOUNDATIONS = [
-    model for model in LAWS if law_of(model).is_foundation
-]  # Housner's period depends on no number
+# Housner's period depends on no number.
+FOUNDATIONS = [model for model in LAWS if law_of(model).is_foundation]
 
 
 @printed

@@ -15,6 +15,7 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_on_top,
+    nothing_drawn,
     panel,
     plain,
     printed,
@@ -66,10 +67,7 @@ def draw(
     data = budget[(budget["level"] != "campaign") & (budget["model"] == (models[0] if models else ""))]
     data = data[data["parameter"].isin(MODELS[models[0]] if models else ())]
     if data.empty:
-        figure = Figure(figsize=size(0.8))
-        figure.suptitle("no mean has a budget", fontsize="medium")
-        footer(figure, origin)
-        return figure, data
+        return nothing_drawn("no mean has a budget", origin), data
     names = [name for name in MODELS[models[0]] if name in set(data["parameter"])]
     keys = [*data[OF_MEAN].fillna("").drop_duplicates().to_numpy()][:MOST_ROWS]
     shares = data.groupby([*OF_MEAN, "parameter", "input"], dropna=False)["share_percent"].sum()

@@ -9,14 +9,14 @@ from freerock.figures.style import (
     Style,
     footer,
     legend_on_top,
-    number_of,
+    nothing_drawn,
     of_scene,
     outer_labels,
     panel_per_scene,
     printed,
+    runs_counted,
     scaled,
     scenes_in,
-    size,
 )
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
@@ -50,10 +50,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     """
     data = choice[choice["noise_ratio"].notna() & choice["status"].isin(LOOKS)]
     if data.empty:
-        figure = Figure(figsize=size(0.8))
-        figure.suptitle("no candidate was fitted", fontsize="medium")
-        footer(figure, origin)
-        return figure, data
+        return nothing_drawn("no candidate was fitted", origin), data
     shown = [model for model in CANDIDATES if model in set(data["model"])]
     figure, panels = panel_per_scene(
         scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
@@ -78,8 +75,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs are drawn."""
-    n = len(data[["test", "run"]].astype(str).drop_duplicates())
-    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+    return runs_counted(data)
 
 
 def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:

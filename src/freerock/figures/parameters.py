@@ -17,6 +17,7 @@ from freerock.figures.style import (
     gathered,
     label,
     legend_on_top,
+    nothing_drawn,
     number_of,
     number_ticks,
     printed,
@@ -74,10 +75,7 @@ def draw(
     """
     model = _named_most(parameters, choice)
     if not model:
-        figure = Figure(figsize=size(0.8))
-        figure.suptitle("no run has a fit that may be used", fontsize="medium")
-        footer(figure, origin)
-        return figure, pd.DataFrame(columns=COLUMNS)
+        return nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
     rows = _rows(parameters, populations, choice, model, labels)
     names = [name for name in MODELS[model] if any(name in set(row.numbers["parameter"]) for row in rows)]
     groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]

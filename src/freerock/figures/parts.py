@@ -9,14 +9,14 @@ from freerock.figures.style import (
     Style,
     footer,
     legend_on_top,
-    number_of,
+    nothing_drawn,
     of_scene,
     outer_labels,
     panel_per_scene,
     printed,
+    runs_counted,
     scaled,
     scenes_in,
-    size,
 )
 from freerock.identification.estimate import NORMAL_95
 from freerock.models.laws import SYMBOLS
@@ -56,10 +56,7 @@ def draw(
     data["change_percent"] = 100 * (data["value"] / data["whole"] - 1)
     data["change_stderr_percent"] = 100 * data["stderr"] / data["whole"]
     if data.empty:
-        figure = Figure(figsize=size(0.8))
-        figure.suptitle("no run has a fit that may be used", fontsize="medium")
-        footer(figure, origin)
-        return figure, data
+        return nothing_drawn("no run has a fit that may be used", origin), data
     figure, panels = panel_per_scene(scenes_in(data), labels, 2.0)
     for (block, foundation), ax in panels.items():
         _panel(ax, of_scene(data, block, foundation))
@@ -71,8 +68,7 @@ def draw(
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs are drawn."""
-    n = len(data[["test", "run"]].drop_duplicates())
-    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+    return runs_counted(data)
 
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:

@@ -16,9 +16,10 @@ from freerock.figures.style import (
     footer,
     gathered,
     label,
-    number_of,
+    nothing_drawn,
     panel,
     printed,
+    runs_counted,
     scaled,
     size,
 )
@@ -56,10 +57,7 @@ def draw(
     own = epsilon[epsilon["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
     data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:
-        figure = Figure(figsize=size(0.8))
-        figure.suptitle("nothing to predict: no run has a fit that may be used", fontsize="medium")
-        footer(figure, origin)
-        return figure, data
+        return nothing_drawn("nothing to predict: no run has a fit that may be used", origin), data
     shown = [model for model in MODELS if model in set(epsilon["model"])]
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
@@ -94,8 +92,7 @@ def draw(
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs are drawn."""
-    n = len(data[["test", "run"]].astype(str).drop_duplicates())
-    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+    return runs_counted(data)
 
 
 def _panel(ax: Axes, data: pd.DataFrame, scenes: list[tuple[str, str]], kinds: Mapping[str, Style]) -> None:

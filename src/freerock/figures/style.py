@@ -181,6 +181,12 @@ def number_of(n: int, thing: str) -> str:
     return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
+def runs_counted(data: pd.DataFrame) -> str:
+    """Sentence of a caption: of how many runs the numbers are."""
+    n = len(data[["test", "run"]].astype(str).drop_duplicates())
+    return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."
+
+
 def thin(n_samples: int, n_drawn: int = 1000) -> NDArray[np.intp]:
     """Every so many samples, the last included, so that about `n_drawn` remain.
 
@@ -227,6 +233,14 @@ def footer(figure: Figure, origin: str) -> None:
         if isinstance(engine := figure.get_layout_engine(), ConstrainedLayoutEngine):
             foot = 1.8 * size / 72 / figure.get_figheight()
             engine.set(rect=(0, foot, 1, 1 - foot))
+
+
+def nothing_drawn(why: str, origin: str) -> Figure:
+    """A figure that says why there is nothing in it."""
+    figure = Figure(figsize=size(0.8))
+    figure.suptitle(why, fontsize="medium")
+    footer(figure, origin)
+    return figure
 
 
 def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes, str, pd.DataFrame]]:

@@ -19,9 +19,8 @@ from freerock.identification.estimate import NORMAL_95
 from freerock.identification.problem import Problem
 
 PARTS = 6  # of a run, if it has as many swings; set with the weights on the half "set" of that study
-FARTHEST = (
-    1.0  # by which a logarithm may move in a part: a straight line leads no farther; others by their span
-)
+# By which a logarithm may move in a part: a straight line leads no farther; others by their span.
+FARTHEST = 1.0
 SINGULAR = 1e13  # condition of the scaled normal matrix, from which a part does not separate the parameters
 
 

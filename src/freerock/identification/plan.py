@@ -17,7 +17,7 @@ from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.rivals import BY_DEFAULT, TOLD_APART, best_rival, expected_motion, rivals_of
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, unit_of
+from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS, unit_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
@@ -232,7 +232,7 @@ def _rows(
 ) -> Iterator[tuple[Any, ...]]:
     """Rows of one model on one setup."""
     block, parameters = setup.worn(model), setup.expected[model]
-    names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
+    names = CANDIDATES[model].parameters
     values = {"width": 2 * block.b, **parameters}
     cases = product(setup.release_angles_deg, choices.sampling_rates_hz, choices.durations_s)
     for angle, rate, duration in cases:

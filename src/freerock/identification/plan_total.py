@@ -27,7 +27,7 @@ from freerock.identification.random_effects import LEVEL
 from freerock.identification.rivals import BY_DEFAULT
 from freerock.identification.sensitivity import contributions_at
 from freerock.identification.settings import FitSettings
-from freerock.models.laws import CANDIDATES, MODELS
+from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
@@ -80,7 +80,7 @@ def _budget_rows(
         return
     laboratory = replace(setup.laboratory, block=setup.worn(model))
     values = {**setup.expected[model], "width": 2 * laboratory.block.b}
-    names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
+    names = CANDIDATES[model].parameters
     for duration, angle in product(choices.durations_s, setup.release_angles_deg):
         span_s = choices.finger_s, duration
         motion, _ = expected_of(setup, model, angle, span_s, settings.debonding)
@@ -197,7 +197,7 @@ class _Known:
 
     def u(self, n: int) -> float:
         """Of the mean of n runs."""
-        return math.sqrt(self.own**2 / n + sum(shift**2 for shift in self.shifts.values()))
+        return float(self.row([self], n)["u_total"] / self.value)
 
     def row(self, members: Sequence["_Known"], n: int) -> dict[str, Any]:
         """Of the mean of n runs of each member."""

@@ -208,6 +208,11 @@ class Candidate:
         """Whether it differs from the law as the paper has it."""
         return self.width or self.kinematics != LAWS[self.law].kinematics[0]
 
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Those of its law, and the width where it is freed."""
+        return (*LAWS[self.law].parameters, *(("width",) if self.width else ()))
+
     def rules(self, debonding: str = "geometric") -> Rules:
         """The rules under which it is simulated."""
         return Rules(debonding, self.kinematics)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, PAPER_MODELS, SYMBOLS, law_of
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, SYMBOLS, law_of
 from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, Number, Sentence, Tables, Where, listed
 from freerock.tables.candidates import Answer, answers
@@ -165,7 +165,7 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             without.append((label,))
             continue
         rows = _best_known(known, foundation, model)
-        names = [*MODELS[model], *(["width"] if CANDIDATES[model].width else [])]
+        names = CANDIDATES[model].parameters
         numbers = listed([_number(known, u, {**rows, "parameter": name}) for name in names])
         told.append((f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")."))
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
