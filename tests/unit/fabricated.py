@@ -16,6 +16,7 @@ from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
+from freerock.runs.total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
 
 VALUES = {"r": 0.957, "width": 0.066, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
@@ -88,7 +89,9 @@ def record(test="b1_marble", block="b1", foundation="marble", origin="simulated"
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "record.nc")
-        datasets.write_record(path, volts, runs, found, identity(test, block, foundation, origin))
+        who, n = identity(test, block, foundation, origin), len(found[0].time_s)
+        total = MeasuredTotal(np.radians(0.02), np.full(n, 2e-4), np.full(n, 2e-4), np.full(n, 0.003))
+        datasets.write_record(path, volts, runs, found, who, totals=[total] * len(runs))
         return datasets.open_record(path)
 
 

@@ -32,6 +32,7 @@ from freerock.products.runs import impacts_in, runs_in
 from freerock.rotation.laboratory import Contributions, Input
 from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
+from freerock.runs.total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 
 ATTRS = {
@@ -50,6 +51,10 @@ SAMPLES = 400
 def made_up_impacts(n=5):
     arrays = {field.name: np.linspace(0.1, 0.9, n) for field in fields(Impacts)}
     return Impacts(**arrays | {"theta_uplift": 0.01})
+
+
+def made_up_total(n):
+    return MeasuredTotal(2e-4, *(np.linspace(first, 0.1, n) for first in (0.01, 0.02, 0.03)))
 
 
 def made_up_runs():
@@ -133,9 +138,9 @@ def made_up_fit(model, **changes):
 
 def write(folder, name="a"):
     runs = made_up_runs()
-    write_record(
-        folder / f"record_{name}.nc", made_up_record(), runs, [made_up_impacts(), made_up_impacts(0)], ATTRS
-    )
+    impacts = [made_up_impacts(), made_up_impacts(0)]
+    totals = [made_up_total(len(each.time_s)) for each in impacts]
+    write_record(folder / f"record_{name}.nc", made_up_record(), runs, impacts, ATTRS, totals=totals)
     fits = {number: {model: made_up_fit(model) for model in MODELS} for number in (1, 2)}
     write_fits(folder / f"fits_{name}.nc", fits, ATTRS | {"verdict": "ok", "reasons": []})
 
@@ -169,6 +174,17 @@ def test_runs_and_impacts_come_back(folder):
     assert [tree[name].attrs["verdict"] for name in tree.children] == ["ok", "warn"]
     assert_equal(impacts_in(tree["run_1"]), made_up_impacts())
     assert_equal(impacts_in(tree["run_2"]), made_up_impacts(0))
+
+
+def test_total_uncertainties_stand_beside_what_they_are_of(folder):
+    run, total = open_record(folder / "record_a.nc")["run_1"], made_up_total(5)
+    assert run["theta0_u"].item() == total.theta0
+    for name in ("peak_before", "peak_after", "restitution"):
+        np.testing.assert_array_equal(run[f"{name}_u"].values, getattr(total, name))
+        assert run[f"{name}_u"].attrs.get("units") == run[name].attrs["units"]
+        assert run[name].attrs["ancillary_variables"] == f"{name}_stderr {name}_u"
+    model = open_fits(folder / "fits_a.nc")["run_1/winkler"]
+    assert model["restitution"].attrs["ancillary_variables"] == "restitution_stderr"
 
 
 def test_record_has_the_verdict_of_its_runs(folder):
@@ -307,7 +323,7 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert file["flags"].flag_masks.dtype == file["flags"].dtype == np.uint8
         assert file["theta"].filters()["complevel"] == 4
         assert file["run_2"].excluded == 1
-        assert file["run_1/restitution"].ancillary_variables == "restitution_stderr"
+        assert file["run_1/restitution"].ancillary_variables == "restitution_stderr restitution_u"
         assert "time" not in file["run_1"].variables
 
 

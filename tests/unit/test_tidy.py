@@ -2,6 +2,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fabricated import campaign, failed_record, fits, record
 
@@ -21,8 +22,8 @@ def datasets():
 
 def test_runs_have_the_columns_of_the_contract(datasets):
     assert ",".join(runs_table(datasets[0])) == (
-        "campaign,test,run,block,foundation,origin,theta0_deg,release_s,duration_s,n_impacts,n_restitution,"
-        "sigma_theta_deg,verdict,reasons,excluded"
+        "campaign,test,run,block,foundation,origin,theta0_deg,theta0_u_deg,release_s,duration_s,"
+        "n_impacts,n_restitution,sigma_theta_deg,verdict,reasons,excluded"
     )
 
 
@@ -30,6 +31,7 @@ def test_runs_in_degrees_and_seconds(datasets):
     row = runs_table(datasets[0]).iloc[1]
     assert (row["test"], row["run"], row["origin"], row["n_impacts"]) == ("b1_marble", 2, "simulated", 4)
     assert row["theta0_deg"] == pytest.approx(10.2)
+    assert row["theta0_u_deg"] == pytest.approx(0.02)
     assert (row["release_s"], row["duration_s"]) == pytest.approx((8.0, 4.0))
     assert row["sigma_theta_deg"] == pytest.approx(0.01)
 
@@ -112,11 +114,13 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
 def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
     assert ",".join(table) == (
-        "campaign,test,run,source,impact,time_s,r,r_stderr,block,foundation,peak_before_deg,"
-        "r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s"
+        "campaign,test,run,source,impact,time_s,r,r_stderr,r_u,block,foundation,peak_before_deg,"
+        "peak_before_u_deg,r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s"
     )
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
     assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]
+    of_impacts = first[["r_u", "peak_before_u_deg"]].to_numpy()
+    assert of_impacts[0] == pytest.approx([0.003, np.degrees(2e-4)]) and np.isnan(of_impacts[1:]).all()
     assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]
     assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
     assert set(table["run"]) == {1, 2, 3}

@@ -20,8 +20,8 @@ LABELS = {f"config{n}": f"Configuration #{n}" for n in (1, 2, 3)} | {
 LONGEST = {"config1": "marble", "config2": "marble", "config3": "aerstop"}
 
 CONTRACT = {
-    "runs": "campaign test run block foundation origin theta0_deg release_s duration_s n_impacts "
-    "n_restitution sigma_theta_deg verdict reasons excluded",
+    "runs": "campaign test run block foundation origin theta0_deg theta0_u_deg release_s duration_s "
+    "n_impacts n_restitution sigma_theta_deg verdict reasons excluded",
     "parameters": "campaign test run block foundation model parameter value stderr ci95_low ci95_high "
     "discrepancy u_total unit success",
     "epsilon": "campaign test run block foundation model epsilon_theta final_time_s epsilon_holdout "
@@ -31,8 +31,8 @@ CONTRACT = {
     "reason",
     "candidates": "campaign block foundation model n_freed n_runs n_selected n_also_possible n_rejected "
     "n_not_fitted n_explains epsilon_theta epsilon_holdout r k_n_m2 c_n_s_m2 lambda_n_s_m3 contact_width_m",
-    "restitution": "campaign test run source impact time_s r r_stderr block foundation peak_before_deg "
-    "r_energy r_energy_stderr r_energy_u impact_speed_m_s",
+    "restitution": "campaign test run source impact time_s r r_stderr r_u block foundation peak_before_deg "
+    "peak_before_u_deg r_energy r_energy_stderr r_energy_u impact_speed_m_s",
     "parts": "campaign test run block foundation model parameter unit part start_s end_s value stderr",
     "restitution_law": "campaign block foundation quantity n_runs n_impacts speed_low_m_s speed_high_m_s "
     "speed_m_s r r_stderr slope_s_m slope_stderr slope_low slope_high trend",

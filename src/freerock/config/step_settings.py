@@ -110,6 +110,7 @@ def record_settings(
             "attributes": attributes(campaign, record),
             "block": geometry(campaign, record),
             "lasers": [plain(campaign.lasers[name], "uncertainty") for name in record.lasers],
+            "laboratory": laboratory(campaign, record),
             "overrides": record.overrides,
             "exclusions": record.exclusions,
             "excluded": record.reason if record.excluded else "",

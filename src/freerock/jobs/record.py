@@ -18,6 +18,7 @@ from freerock.products.provenance import provenance
 from freerock.records.read import read_record
 from freerock.rotation.calibration import read_calibration
 from freerock.rotation.faults import listed_faults, signal_quality
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
@@ -26,6 +27,7 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
 from freerock.runs.segment import Run
+from freerock.runs.total import MeasuredTotal, measured_total
 from freerock.runs.verdict import Reason
 
 log = logging.getLogger("freerock")
@@ -44,11 +46,12 @@ class _Channel(NamedTuple):
 
 
 class _Processed(NamedTuple):
-    """θ(t) of a record, its runs, and the impacts of each."""
+    """θ(t) of a record, its runs, and the impacts and total uncertainties of each."""
 
     record: xr.Dataset
     runs: list[Run]
     impacts: list[Impacts]
+    totals: list[MeasuredTotal]
 
 
 def give_up(settings: Settings, output: str | Path, reason: str) -> None:
@@ -67,8 +70,9 @@ def make_record(
     Parameters
     ----------
     settings : mapping
-        raw (folder), file, sha256 (as listed), channels, attributes, block, lasers, rotation, runs, impacts,
-        overrides, exclusions, excluded (a reason, or empty): sections of the configuration as plain values.
+        raw (folder), file, sha256 (as listed), channels, attributes, block, lasers, laboratory, rotation,
+        runs, impacts, overrides, exclusions, excluded (a reason, or empty): sections of the configuration
+        as plain values.
     output : path
         netCDF file to write.
     rotate : callable, optional
@@ -94,7 +98,8 @@ def make_record(
         excluded = Reason("warn", "excluded", f"excluded: {settings['excluded']}")
         write_failure(output, excluded, attributes)
         return
-    write_record(output, *processed, attributes, packed)
+    record, runs, impacts, totals = processed
+    write_record(output, record, runs, impacts, attributes, packed, totals)
     _log(processed)
 
 
@@ -124,7 +129,9 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
     limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
     judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits)
-    return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged])
+    laboratory = Laboratory.of(settings["laboratory"])
+    totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
+    return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged], totals)
 
 
 def rotation_of(settings: Settings) -> xr.Dataset:

@@ -40,6 +40,8 @@ IMPACTS = {
     "theta_uplift": "theta_uplift",
 }
 
+WITH_TOTAL = ("peak_before", "peak_after", "restitution")  # of an impact, with a total uncertainty NAME_u
+
 # Variable -> unit ("" for texts, flags and what has the unit of a parameter), content, long name.
 VARIABLES = {
     "time": ("s", "coordinate", "time"),
@@ -61,11 +63,15 @@ VARIABLES = {
     "fit_start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
     "end": ("s", "measured", "instant of rest"),
     "theta0": ("rad", "measured", "release angle"),
+    "theta0_u": ("rad", "quality", "total standard uncertainty of theta0"),
     "n_impacts": ("1", "measured", "number of sign changes of theta that stand out of the noise"),
     "impact_time": ("s", "measured", "instant of impact"),
     "peak_before": ("rad", "measured", "signed peak rotation before the impact"),
     "peak_after": ("rad", "measured", "signed peak rotation after the impact"),
+    "peak_before_u": ("rad", "quality", "total standard uncertainty of peak_before"),
+    "peak_after_u": ("rad", "quality", "total standard uncertainty of peak_after"),
     "restitution": ("1", "measured", "coefficient of restitution from the peaks before and after the impact"),
+    "restitution_u": ("1", "quality", "total standard uncertainty of restitution"),
     "restitution_rate": ("1", "measured", "coefficient of restitution from the angular rates at the impact"),
     "restitution_energy": (
         "1",
@@ -157,6 +163,7 @@ EXTRA: dict[str, dict[str, Any]] = {
 }
 BESIDE = {
     "theta": ("sigma_theta", "flags"),
+    **{name: (f"{name}_u",) for name in ("theta0", *WITH_TOTAL)},
     "value": ("stderr", "ci95_low", "ci95_high", "discrepancy", "u_total", "unit"),
 }
 SAMPLES = {"time", "sample"}  # dimensions of what runs over time

@@ -11,7 +11,7 @@ from freerock.arrays import Floats
 from freerock.models.laws import CANDIDATES
 from freerock.products.choices import GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
-from freerock.products.names import IMPACTS, RUN, root_attributes
+from freerock.products.names import IMPACTS, RUN, WITH_TOTAL, root_attributes
 from freerock.products.storage import open_product, readable, write_groups
 from freerock.runs.verdict import Level, Reason
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.runs.impacts import Impacts
     from freerock.runs.segment import Run
+    from freerock.runs.total import MeasuredTotal
 
 
 def write_record(
@@ -29,6 +30,7 @@ def write_record(
     impacts: Sequence["Impacts"],
     attrs: Attrs,
     packed: bool = True,
+    totals: Sequence["MeasuredTotal | None"] = (),
 ) -> None:
     """Write what was measured: θ(t) of the whole record and a group per run with its impacts.
 
@@ -47,6 +49,8 @@ def write_record(
         known, start_time (ISO 8601).
     packed : bool
         Compress what runs over time.
+    totals : sequence of MeasuredTotal, optional
+        One per run, where the laboratory's inputs are known.
 
     Raises
     ------
@@ -64,9 +68,11 @@ def write_record(
         | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
     )
     groups = {"/": root}
-    for run, found in zip(runs, impacts, strict=True):
+    for run, found, total in zip(runs, impacts, totals or [None] * len(runs), strict=True):
         groups[f"run_{run.number}"] = xr.Dataset(
-            {name: ((), getattr(run, field)) for field, name in RUN.items()} | _impacts(found),
+            {name: ((), getattr(run, field)) for field, name in RUN.items()}
+            | _impacts(found)
+            | _totals(total),
             attrs={
                 "run": run.number,
                 "verdict": run.verdict.level,
@@ -173,6 +179,13 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
         name: ((), impacts.theta_uplift) if field == "theta_uplift" else ("impact", getattr(impacts, field))
         for field, name in IMPACTS.items()
     }
+
+
+def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
+    if total is None:
+        return {}
+    each = {f"{name}_u": ("impact", getattr(total, name)) for name in WITH_TOTAL}
+    return {"theta0_u": ((), total.theta0), **each}
 
 
 def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr.Dataset]:

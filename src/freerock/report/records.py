@@ -160,15 +160,16 @@ def _section(record: xr.DataTree, line: Mapping[str, Any], provenance: Mapping[s
 def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) -> dict[str, Any]:
     verdict, reasons = found
     known = {name: run.dataset[name].item() for name in ("release", "fit_start", "end")}
-    theta0, stderr, sigma = (
-        math.degrees(run.dataset[name].item()) for name in ("theta0", "theta0_stderr", "sigma_theta")
+    u = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
+    theta0, u_theta0, sigma = (
+        math.degrees(run.dataset[name].item()) for name in ("theta0", u, "sigma_theta")
     )
     return {
         "number": number,
         "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
         "kind": "excluded" if run.attrs["excluded"] else verdict,
         "reasons": reasons,
-        "theta0": quantity(theta0, stderr),
+        "theta0": quantity(theta0, u_theta0),
         "sigma": quantity(sigma, digits=2),
         "impacts": impacts_of(run),
         "instants": [fixed(instant, 3) for instant in known.values()],

@@ -170,7 +170,9 @@ class Bench:
     def _rotation(self, settings: Mapping[str, Any]) -> xr.Dataset:
         from freerock.jobs.record import rotation_of
 
-        own = {key: value for key, value in settings.items() if key not in (*BY_HAND, "attributes")}
+        own = {
+            key: value for key, value in settings.items() if key not in (*BY_HAND, "attributes", "laboratory")
+        }
         look = Path(settings["raw"], settings["file"])
         stamp = (look.stat().st_mtime_ns, look.stat().st_size) if look.is_file() else ()
         with self._rotating:

@@ -15,5 +15,6 @@ __all__ = [
     "quiet",
     "segment",
     "tops",
+    "total",
     "verdict",
 ]

@@ -23,6 +23,7 @@ RUNS = [
     *IDENTITY,
     "origin",
     "theta0_deg",
+    "theta0_u_deg",
     "release_s",
     "duration_s",
     "n_impacts",
@@ -37,8 +38,16 @@ CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribut
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
-RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr"]
-RESTITUTION += ["block", "foundation", "peak_before_deg", "r_energy", "r_energy_stderr", "r_energy_u"]
+RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
+RESTITUTION += [
+    "block",
+    "foundation",
+    "peak_before_deg",
+    "peak_before_u_deg",
+    "r_energy",
+    "r_energy_stderr",
+    "r_energy_u",
+]
 RESTITUTION += ["impact_speed_m_s"]
 
 ENERGIES = {
@@ -65,8 +74,9 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `RUNS`: release_s is on the record's clock [s], duration_s the time from release to
-        rest [s], angles in degrees; n_impacts are seen, n_restitution of them have a restitution. Failed and
-        excluded runs are rows like any other, with their reasons.
+        rest [s], angles in degrees, theta0_u_deg the total uncertainty of theta0_deg; n_impacts are seen,
+        n_restitution of them have a restitution. Failed and excluded runs are rows like any other, with their
+        reasons.
     """
     rows = []
     none = {"n_impacts": 0, "n_restitution": 0}
@@ -81,6 +91,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
                     **_identity(tree, number),
                     "origin": tree.attrs["origin"],
                     "theta0_deg": math.degrees(run["theta0"].item()),
+                    "theta0_u_deg": math.degrees(run["theta0_u"].item()) if "theta0_u" in run else math.nan,
                     "release_s": release,
                     "duration_s": run["end"].item() - release,
                     "n_impacts": run["n_impacts"].item(),
@@ -256,8 +267,8 @@ def choice_table(fits: Trees) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=CHOICE).astype({"explains": bool, "n_freed": "Int64"})
 
 
-def _energies(node: xr.Dataset, name: str) -> Floats:
-    """A variable of the law's energies at the impacts; NaN where there is none."""
+def _of_impacts(node: xr.Dataset, name: str) -> Floats:
+    """A variable of the impacts that not all of them have; NaN where there is none."""
     return np.asarray(node[name].values if name in node else np.full(node.sizes["impact"], np.nan))
 
 
@@ -274,8 +285,9 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns `RESTITUTION`; source is "experiment" or a model, impact counts from 1, time_s is since the
         release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
-        |θ| before it. Of a foundation's law r_energy is the root of the ratio of its true energies,
-        r_energy_u its total uncertainty, impact_speed_m_s that of the corner that comes down.
+        |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
+        foundation's law r_energy is the root of the ratio of its true energies, r_energy_u its total
+        uncertainty, impact_speed_m_s that of the corner that comes down.
     """
     parts: list[tuple[xr.DataTree, int, str, xr.Dataset, float]] = []
     for tree in records:
@@ -293,8 +305,10 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
                 "time_s": node["impact_time"].values - release,
                 "r": node["restitution"].values,
                 "r_stderr": node["restitution_stderr"].values,
+                "r_u": _of_impacts(node, "restitution_u"),
                 "peak_before_deg": np.degrees(np.abs(node["peak_before"].values)),
-                **{column: _energies(node, name) for column, name in ENERGIES.items()},
+                "peak_before_u_deg": np.degrees(_of_impacts(node, "peak_before_u")),
+                **{column: _of_impacts(node, name) for column, name in ENERGIES.items()},
             }
         )
         for tree, run, source, node, release in parts

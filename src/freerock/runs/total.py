@@ -1,0 +1,106 @@
+"""Total uncertainty of what is measured of a run: release angle, peaks, restitution of each impact.
+
+A peak is a reading at its instant, so that an input that moves turns the reading into another angle, and the
+rigid block's energies of two such angles into another restitution. The instants have no part in it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.rotation.laboratory import Contributions, Laboratory
+from freerock.runs.impacts import Impacts
+
+SHARE = 0.1  # of its uncertainty, by which an input is moved to either side
+
+
+@dataclass(frozen=True)
+class MeasuredTotal:
+    """Total standard uncertainties of a run's numbers, with those of noise.
+
+    Parameters
+    ----------
+    theta0 : float
+        Of the release angle [rad].
+    peak_before, peak_after : ndarray, shape (n_impacts,)
+        Of the peaks on either side of each impact [rad].
+    restitution : ndarray, shape (n_impacts,)
+        Of r from these two peaks. NaN where r is.
+    """
+
+    theta0: float
+    peak_before: Floats
+    peak_after: Floats
+    restitution: Floats
+
+
+def measured_total(
+    theta0: float, theta0_stderr: float, impacts: Impacts, laboratory: Laboratory
+) -> MeasuredTotal:
+    """Total standard uncertainties of release angle and impacts of a run.
+
+    Parameters
+    ----------
+    theta0, theta0_stderr : float
+        Release angle and its standard error [rad].
+    impacts : Impacts
+        Of the run.
+    laboratory : Laboratory
+        With whose numbers they were found.
+    """
+    stderr = np.concatenate(
+        [
+            [theta0_stderr],
+            impacts.peak_before_stderr_rad,
+            impacts.peak_after_stderr_rad,
+            impacts.restitution_stderr,
+        ]
+    )
+    u = contributions(theta0, impacts, laboratory).total(stderr)
+    return MeasuredTotal(float(u[0]), *np.split(u[1:], 3))
+
+
+def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Contributions:
+    """What the laboratory's inputs contribute to release angle, peaks and restitutions.
+
+    Rotation counts from the base, so that a base off level moves no peak. It moves where the block balances:
+    leant by β to the right, θ_cr - β on the right and θ_cr + β on the left.
+
+    Parameters
+    ----------
+    theta0 : float
+        Release angle [rad].
+    impacts : Impacts
+        Of the run.
+    laboratory : Laboratory
+        With whose numbers they were found.
+
+    Returns
+    -------
+    Contributions
+        Numbers: θ0 [rad], the peaks before [rad], the peaks after [rad] and the restitutions of all impacts.
+    """
+    angles = np.concatenate([[theta0], impacts.peak_before_rad, impacts.peak_after_rad])
+    columns = []
+    for source in laboratory.inputs:
+        high, low = (_numbers(angles, laboratory, laboratory.moved(source, by)) for by in (SHARE, -SHARE))
+        columns.append((high - low) / (2 * SHARE))
+    n_numbers = 1 + 3 * len(impacts.time_s)
+    return Contributions(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
+
+
+def _numbers(angles: Floats, laboratory: Laboratory, moved: Laboratory) -> Floats:
+    """Angles as another laboratory would have read them, and its restitutions."""
+    with np.errstate(
+        invalid="ignore", divide="ignore"
+    ):  # a peak that is not known, or that the other one takes for overturned
+        read = laboratory.reread(angles, moved)
+        before, after = (_energy(peaks, moved) for peaks in np.split(read[1:], 2))
+        return np.concatenate([read, np.sqrt(after / before)])
+
+
+def _energy(peaks: Floats, laboratory: Laboratory) -> Floats:
+    """cos φ - cos θ_cr of peaks, φ = θ_cr - |θ|: see `impacts.restitution_from_peaks`."""
+    half, critical = np.abs(peaks) / 2, laboratory.block.theta_cr - np.sign(peaks) * laboratory.tilt
+    return np.asarray(2 * np.sin(half) * np.sin(critical - half))
