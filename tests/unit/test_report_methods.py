@@ -48,7 +48,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
         "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]"
         in text
     )
-    assert "Wilks' Λ" in text and "profile likelihood" not in text
+    assert "each block with a spread of its own" in text and "profile likelihood" not in text
     shipped = settings([])
     runs = shipped["processing"]["runs"] | {"finger_s": 0.05, "min_impacts": 5}
     changed = {
@@ -66,7 +66,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
 
 def test_no_test_between_blocks_is_told_where_there_is_one(written):
     one = record(n_runs=1)
-    assert "Wilks" not in written(([one], [fits(one)]))[0]
+    assert "a spread of its own" not in written(([one], [fits(one)]))[0]
 
 
 def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):

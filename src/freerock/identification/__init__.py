@@ -6,6 +6,7 @@ A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `r
 
 __all__ = [
     "as_measured",
+    "between_blocks",
     "candidates",
     "choice",
     "cramer_rao",

@@ -2,22 +2,20 @@
 
 import math
 from collections.abc import Collection, Iterable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import brentq
-from scipy.special import chdtrc, fdtrc, fdtri
+from scipy.special import chdtrc
 
 from freerock.arrays import Floats
+from freerock.identification.between_blocks import SIGNIFICANT, between_blocks, visible_difference
 from freerock.identification.estimate import Estimate, transferable
 from freerock.models.laws import MODELS, law_of
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs", "n_runs_rejected"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent", "by_inputs_percent", "visible_percent"]
 FOUNDATIONS += ["f_ratio", "f_p", "inputs_p", "shared"]
-SIGNIFICANT = 0.05
-POWER = 0.8  # of the difference that is called visible
 
 Fitted = tuple[str, int | str, str]  # record, run, model
 
@@ -28,8 +26,8 @@ def shared_foundation(
     """Do the blocks on one foundation have the same k and damping?
 
     The logarithms of all parameters of a law together: the scatter between the blocks' means against that
-    between the runs of a block, by Wilks' Λ (`between_blocks`). Blocks that differ may do so because their
-    widths and heights are not exact: a second test allows for what the laboratory's inputs may shift them.
+    between the runs of each block (`between_blocks`). Blocks that differ may do so because their widths and
+    heights are not exact: a second test allows for what the laboratory's inputs may shift them.
 
     Parameters
     ----------
@@ -46,9 +44,9 @@ def shared_foundation(
         alone; the smallest difference of this parameter alone, between two blocks, that the test sees with
         80 % probability; F of the joint test, its p-value, and that of the test that allows for the inputs.
         shared is False where both are below 5 %, else True: no difference was seen, of which visible_percent
-        says how large one may be; NA where too few blocks have several runs, so that it can't be known, and
-        for a law that most of the runs reject (n_runs_rejected), as its parameters are no property of the
-        foundation.
+        says how large one may be; NA where it can't be known, as no difference would be seen or a block of a
+        single run may differ from the others, and for a law that most of the runs reject (n_runs_rejected),
+        as its parameters are no property of the foundation.
     """
     scenes: dict[tuple[str, str, str], list[Estimate]] = {}
     for each in transferable(estimates):
@@ -62,74 +60,10 @@ def shared_foundation(
     return pd.DataFrame(rows, columns=FOUNDATIONS).astype({"shared": "boolean"})
 
 
-class Between(NamedTuple):
-    """Blocks against runs: F, its p-value, its degrees of freedom, and the s of Rao's approximation."""
-
-    f_ratio: float
-    p: float
-    dof: tuple[float, float] = (math.nan, math.nan)
-    s: float = math.nan
-
-
-def between_blocks(blocks: Collection[Floats]) -> Between:
-    """Whether blocks differ by more than their runs do, all parameters together.
-
-    Wilks' Λ = |E|/|E + H| of the sums of squares within and between blocks, as F by Rao (1951); exact for
-    one or two parameters, and for two blocks (Hotelling's T²).
-
-    Parameters
-    ----------
-    blocks : collection of ndarray, shapes (n_runs, n_parameters)
-        Logarithms of the parameters of each block.
-
-    Returns
-    -------
-    Between
-        NaN where there are not enough runs beside the blocks.
-    """
-    every, g = np.concatenate(list(blocks)), len(blocks)
-    n, p = every.shape
-    if n - g < p:
-        return Between(math.nan, math.nan)
-    moved = every - every.mean(axis=0)
-    logarithms = np.linalg.slogdet([_within(blocks), moved.T @ moved])[1]
-    if not np.isfinite(logarithms).all():  # runs that are alike to the last digit
-        return Between(math.nan, math.nan)
-    s = math.sqrt((p**2 * (g - 1) ** 2 - 4) / (p**2 + (g - 1) ** 2 - 5)) if p**2 + (g - 1) ** 2 > 5 else 1.0
-    dof = p * (g - 1), s * (n - 1 - (p + g) / 2) - (p * (g - 1) - 2) / 2
-    f_ratio = math.expm1(max(logarithms[1] - logarithms[0], 0.0) / s) * dof[1] / dof[0]
-    return Between(f_ratio, float(fdtrc(*dof, f_ratio)), dof, s)
-
-
-def visible_difference(blocks: Collection[Floats]) -> Floats:
-    """Difference of each parameter alone between two blocks that `between_blocks` sees in 80 %, at 5 %.
-
-    Any other blocks are half way. Its noncentrality is ω = m δ² (Σ⁻¹)_ii/2, with m the harmonic mean of the
-    runs of a block, and that of F as by O'Brien and Shieh N s ((1 + ω/N)^(1/s) - 1), exact for two blocks.
-    Arguments as for `between_blocks`; NaN where that is.
-    """
-    n, g, p = sum(map(len, blocks)), len(blocks), next(iter(blocks)).shape[1]
-    test = between_blocks(blocks)
-    if math.isnan(test.p):
-        return np.full(p, math.nan)
-    precision = np.diag(np.linalg.inv(_within(blocks) / (n - g)))
-    runs = g / sum(1 / len(own) for own in blocks)
-    omega = n * ((1 + _noncentrality(*test.dof) / (n * test.s)) ** test.s - 1)
-    return np.asarray(np.sqrt(2 * omega / (runs * precision)))
-
-
 def _within(blocks: Collection[Floats]) -> Floats:
     """Sums of squares and products of the runs around the means of their blocks."""
     sums: Floats = np.sum([(own - own.mean(axis=0)).T @ (own - own.mean(axis=0)) for own in blocks], axis=0)
     return sums
-
-
-def _noncentrality(first: float, second: float) -> float:
-    """That of an F test which sees it with the probability `POWER`."""
-    from scipy.stats import ncf  # half a second; its namesake in scipy.special fails from λ = 3000 on
-
-    critical = fdtri(first, second, 1 - SIGNIFICANT)
-    return float(brentq(lambda lam: ncf.sf(critical, first, second, lam) - POWER, 1e-6, 1e6))
 
 
 def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]:
@@ -144,8 +78,10 @@ def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]
     found, visible = between_blocks(logs), visible_difference(logs)
     inputs_p, by_inputs = _with_inputs(list(blocks.values()))
     within = np.diag(_within(logs))
-    unknown = math.isnan(found.p) or n_rejected > n_runs / 2
-    differ = found.p < SIGNIFICANT and not inputs_p >= SIGNIFICANT
+    seen = found.p < SIGNIFICANT
+    differ = seen and not inputs_p >= SIGNIFICANT
+    doubtful = math.isnan(visible[0]) or min(map(len, logs)) == 1
+    unknown = (doubtful and not seen) or n_rejected > n_runs / 2
     return [
         {
             "parameter": name,

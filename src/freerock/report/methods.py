@@ -218,7 +218,8 @@ def _uncertainty(config: Mapping[str, Any]) -> Iterator[str]:
     if len(scenes) > len({foundation for foundation, _ in scenes}):
         yield (
             "Whether blocks share the parameters of a foundation was tested by the scatter between blocks "
-            "against that between the runs of a block, all parameters together (Wilks' Λ)."
+            "against that between the runs of each block, all parameters together, each block with a spread "
+            "of its own [@coombs1996; @krishnamoorthy2004]."
         )
 
 
