@@ -168,7 +168,10 @@ def fit(tree, model, run, failed):
         },
         parts=()
         if model in failed
-        else (Part(0.0, 1.0, 1.01 * value, stderr), Part(1.0, 4.0, value, stderr)),
+        else tuple(
+            Part(*span_s, scale * value, stderr, np.diag(stderr**2))
+            for span_s, scale in (((0.0, 1.0), 1.01), ((1.0, 4.0), 1.0))
+        ),
     )
 
 

@@ -7,11 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.stats import t
 
 from freerock.identification.fit import fit_record
 from freerock.identification.impact_energy import impact_energy
+from freerock.identification.model_discrepancy import Part
 from freerock.identification.sensitivity import contributions
 from freerock.identification.settings import FitSettings
+from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
@@ -26,12 +29,16 @@ SIGMA = math.radians(0.01)
 RATE_HZ = 2000.0
 
 
-def by_another_engine(law, span_s=1.2):
-    """θ(t), its impacts and the energies at its tops, by SciPy's DOP853 with the plain law of forces."""
+def by_another_engine(law, span_s=1.2, air_nms2=0.0):
+    """θ(t), its impacts and the energies at its tops, by SciPy's DOP853 with the plain law of forces.
+
+    Air, where there is some, is a moment against turning by the square of the rate.
+    """
     foundation = Foundation.of(law)
 
     def rates(_, state):
-        z_acceleration, acceleration = accelerations(BLOCK, foundation, State(*state))
+        drag = -air_nms2 * state[3] * abs(state[3])
+        z_acceleration, acceleration = accelerations(BLOCK, foundation, State(*state), hand=drag)
         return [state[1], z_acceleration, state[3], acceleration]
 
     def passes(_, state):
@@ -66,6 +73,42 @@ def test_a_motion_of_another_engine(foundation):
     assert np.all(np.abs(found.restitution - exact) < 3 * found.stderr + 1e-6)
     rigid = find_impacts(time_s, theta, 0.0, BLOCK, theta0=THETA0).restitution[: len(exact)]
     assert np.all(rigid > found.restitution + 20 * found.stderr)
+
+
+def test_a_law_that_lacks_something_is_as_uncertain_of_energies_as_its_parts_make_it():
+    """A block in air, which takes from its energy: the law's is off by more than its noise, and says so."""
+    law = TABLE_2["marble"]["hunt_crossley"]
+    air = 0.01 * BLOCK.mass_kg * GRAVITY * BLOCK.b
+    time_s, theta, impacts, exact = by_another_engine(law, 2.5, air)
+    noise = SIGMA * np.random.default_rng(2).standard_normal(len(theta))
+    run = Motion(time_s, theta + noise, SIGMA, THETA0, SIGMA / 30, 2e-4)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    assert fit.diagnostics["noise"] == 0.0
+    found = impact_energy(fit, BLOCK, impacts[: len(exact)])
+    off = np.abs(found.restitution - exact)
+    assert np.mean(off < 1.96 * found.stderr) < 0.5
+    assert np.all(off < 1.96 * found.u_total)
+    explained = replace(fit, discrepancy=np.zeros(len(fit.value)))
+    without = impact_energy(explained, BLOCK, impacts[: len(exact)])
+    np.testing.assert_array_equal(without.u_total, without.stderr)
+    np.testing.assert_array_equal(without.stderr, found.stderr)
+
+
+def test_what_the_parts_say_of_energies_is_what_the_law_has_with_their_numbers():
+    """Six parts that know the numbers alike: the root mean square of their energies, times Student's t."""
+    law = TABLE_2["aerstop"]["hunt_crossley"]
+    run = virtual_motion(Truth("hunt_crossley", BLOCK, law, THETA0, SIGMA), np.random.default_rng(1))
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    impacts = find_impacts(fit.time, fit.theta_model, 0.0, BLOCK, theta0=fit.values["theta0"]).time_s[:4]
+    generator = np.random.default_rng(3)
+    values = [fit.value * (1 + 1e-3 * generator.standard_normal(len(fit.value))) for _ in range(6)]
+    parts = tuple(Part(i, i + 1.0, value, fit.stderr, fit.covariance) for i, value in enumerate(values))
+    rejected = replace(fit, parts=parts, discrepancy=fit.stderr)
+    found = impact_energy(rejected, BLOCK, impacts)
+    ends = [impact_energy(replace(fit, value=value), BLOCK, impacts).restitution for value in values]
+    rms = np.sqrt(np.mean((np.array(ends) - found.restitution) ** 2, axis=0))
+    expected = rms * t.ppf(0.975, 5) / 1.959964
+    np.testing.assert_allclose(np.sqrt(found.u_total**2 - found.stderr**2), expected, rtol=0.02)
 
 
 def test_no_bias_and_honest_errors_over_runs():

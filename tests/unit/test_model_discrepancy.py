@@ -76,14 +76,30 @@ def test_parts_of_the_law_itself_agree_to_within_their_noise():
 def test_the_uncertainty_is_students_of_the_weighed_parts():
     value = np.array([10.0, 1.0, 5.0])
     steps, errors = np.array([0.3, -0.1, 0.2]), np.array([0.1, 0.4, 0.2])
+    stderrs = [np.array([error, math.nan if i else 1.0, 0.0]) for i, error in enumerate(errors)]
     parts = [
-        Part(i, i + 1.0, value + step * np.array([1, 1, 0]), np.array([error, math.nan if i else 1.0, 0.0]))
-        for i, (step, error) in enumerate(zip(steps, errors, strict=True))
+        Part(i, i + 1.0, value + step * np.array([1, 1, 0]), stderr, np.diag(stderr**2))
+        for i, (step, stderr) in enumerate(zip(steps, stderrs, strict=True))
     ]
     found = model_discrepancy(value, parts)
     rms = math.sqrt(np.sum(steps**2 / errors) / np.sum(1 / errors))
     assert found[0] == pytest.approx(rms * t.ppf(0.975, 2) / 1.959964, rel=1e-6)
     assert np.isnan(found[1:]).all()  # known by one part, and by none
+
+
+def test_numbers_that_follow_are_as_uncertain_as_the_parts_make_them():
+    """One of the parameters has its own discrepancy; in a sum what goes together counts so."""
+    value, step = np.array([10.0, 4.0]), np.array([[0.3, -0.3], [-0.2, 0.2], [0.1, -0.1]])
+    covariance = np.array([[0.04, -0.038], [-0.038, 0.04]])
+    stderr = np.sqrt(np.diag(covariance))
+    parts = [Part(i, i + 1.0, value + each, stderr, covariance) for i, each in enumerate(step)]
+    gradient = np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
+    followed = [part.following(value, gradient) for part in parts]
+    assert followed[0].value == pytest.approx([0.3, -0.6, 0.0], abs=1e-12)
+    assert followed[0].stderr == pytest.approx([0.2, 0.4, math.sqrt(0.004)])
+    own = model_discrepancy(value, parts)
+    found = model_discrepancy(np.zeros(3), followed)
+    assert found == pytest.approx([own[0], 2 * own[1], 0.0], abs=1e-12)
 
 
 @pytest.mark.parametrize("differs", [{"power": 0.05, "middle_m": 1e-3}, {"friction_nm": 4e-3}])

@@ -131,7 +131,10 @@ def made_up_fit(model, **changes):
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
         "contributions": Contributions(INPUTS, np.full((n, len(INPUTS)), 0.2)),
         "energies": made_up_energies() if law_of(model).is_foundation else None,
-        "parts": [Part(0.0, 0.5, np.full(n, 1.5), np.full(n, 0.2)), Part(0.5, 1.0, np.ones(n), np.ones(n))],
+        "parts": [
+            Part(0.0, 0.5, np.full(n, 1.5), np.full(n, 0.2), 0.04 * np.eye(n)),
+            Part(0.5, 1.0, np.ones(n), np.ones(n), np.eye(n)),
+        ],
     }
     return SimpleNamespace(**fit | changes)
 

@@ -42,7 +42,8 @@ class ImpactEnergy:
         Of the corner that comes down, about the other one: 2 b |θ̇| [m/s].
     restitution, stderr, u_total : ndarray, shape (n_impacts,)
         √(energy at the top after the impact over that at the top before it), its standard error by the noise
-        and its total uncertainty, with that of the laboratory's inputs. NaN of impacts without a further top.
+        and its total uncertainty, with those of the laboratory's inputs and of the law. NaN of impacts
+        without a further top.
     """
 
     time_s: Floats

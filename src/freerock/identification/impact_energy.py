@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit, ImpactEnergy
+from freerock.identification.model_discrepancy import model_discrepancy
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, energy
 from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
@@ -42,7 +43,8 @@ def impact_energy(
     At a top θ̇ is zero, and the energy is what is left of it: of rising and sinking, of weight, and in the
     foundation (`freerock.models.contact.energy`). Standard errors are to first order those of the fitted
     numbers, through the law; inputs of the laboratory, such as the width, reach it both through these and by
-    themselves.
+    themselves. What a law does not explain reaches it as it does the numbers: by what the parts of the run
+    make of it (`model_discrepancy`).
 
     Parameters
     ----------
@@ -80,7 +82,7 @@ def impact_energy(
     known = np.isfinite(np.diag(fit.covariance))  # one held at a bound has no error
     own = gradient[:, known]
     variance = np.sum(own @ fit.covariance[np.ix_(known, known)] * own, axis=1)
-    total = variance.copy()
+    total = variance + _discrepancy(fit, gradient * known) ** 2
     if laboratory is not None and fit.contributions is not None:
         for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
             moved = {
@@ -92,6 +94,17 @@ def impact_energy(
             there = law.of(laboratory.moved(source, SHARE).block, moved)
             total += ((there[2] - nominal[2]) / SHARE) ** 2
     return ImpactEnergy(*nominal, np.sqrt(variance), np.sqrt(total))
+
+
+def _discrepancy(fit: Fit, gradient: Floats) -> Floats:
+    """Standard uncertainty of the restitutions as the law does not explain the run, shape (n_impacts,).
+
+    `gradient` holds their derivatives by the fitted numbers, shape (n_impacts, n_parameters).
+    """
+    if not np.any(fit.discrepancy > 0):
+        return np.zeros(len(gradient))
+    parts = [part.following(fit.value, gradient) for part in fit.parts]
+    return model_discrepancy(np.zeros(len(gradient)), parts)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ another one they differ by about as much as the whole is off: measured on motion
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -35,12 +35,34 @@ class Part:
     value, stderr : ndarray, shape (n_parameters,)
         Fitted to the part, and the standard error by white noise alone [SI]; stderr is NaN where the part
         does not separate the numbers, 0 where it does not depend on one.
+    covariance : ndarray, shape (n_parameters, n_parameters)
+        By white noise alone [SI]; NaN likewise.
     """
 
     start_s: float
     end_s: float
     value: Floats
     stderr: Floats
+    covariance: Floats
+
+    def following(self, value: Floats, gradient: Floats) -> "Part":
+        """What the part says of numbers that depend on the fitted ones, to first order.
+
+        Parameters
+        ----------
+        value : ndarray, shape (n_parameters,)
+            Of the whole [SI].
+        gradient : ndarray, shape (n_numbers, n_parameters)
+            Derivatives of the numbers there.
+
+        Returns
+        -------
+        Part
+            Its value and errors are of the numbers, less what they are of the whole.
+        """
+        covariance = gradient @ self.covariance @ gradient.T
+        stderr = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        return replace(self, value=gradient @ (self.value - value), stderr=stderr, covariance=covariance)
 
 
 def fitted_parts(problem: Problem, x: Floats, residual: Floats, jacobian: Floats) -> list[Part]:
@@ -65,8 +87,10 @@ def fitted_parts(problem: Problem, x: Floats, residual: Floats, jacobian: Floats
         for part in parts_of(samples.theta[run] + residual[run], sigma):
             step, covariance = _step(residual[run][part], jacobian[run][part] * of_all)
             moved = value + np.clip(gradient @ step, -farthest, farthest)
-            stderr = sigma * np.sqrt(np.diag(gradient @ covariance @ gradient.T))
-            found.append(Part(float(time_s[part][0]), float(time_s[part][-1]), moved, stderr))
+            covariance = gradient @ covariance @ gradient.T
+            stderr = sigma * np.sqrt(np.diag(covariance))
+            first, last = time_s[part][[0, -1]].tolist()
+            found.append(Part(first, last, moved, stderr, sigma**2 * covariance))
     return found
 
 
