@@ -1,5 +1,7 @@
 """What speaks for or against a fit: its held-out discrepancy, the damping it lacks, and why it may fail."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from freerock.arrays import Floats
@@ -20,6 +22,7 @@ ASKED = 4.0
 # records of the squat block on its soft foundation with 0.7 mm 15 and 23 of 33 and 27.
 ASKED_EDGES = 3.5
 LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
+BLUR_S = 5e-4  # of the difference quotient of what a slow sensor does
 EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
 
@@ -126,6 +129,39 @@ def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
         name: float(np.copysign(np.sqrt(gain[name]), found[name].step[-1]))
         for name in sorted(asked, key=lambda name: -gain[name])
     }
+
+
+def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
+    """How much slower the sensor is than stated, as a fit has it that takes its response for known.
+
+    A mean over a time T about each sample adds T² θ̈/24; the derivative by T² is that of a mean of three
+    samples, and as in `off_zero` the ratio of likelihoods is one of linear models.
+
+    Parameters
+    ----------
+    problem, x
+        As of `asks_for`.
+
+    Returns
+    -------
+    off_zero : float
+        By how many standard errors T² is above zero; negative where the sensor would be faster.
+    averaging_s : float
+        T [s]; 0 where it would be negative.
+    """
+    samples, held = problem.samples(), problem.at_bound(x)
+    residual, exact = problem.residual(x, samples), problem.exact_curve(x, samples)
+    free = problem.jacobian(x, samples, known=exact)[:, ~held]
+    beside = [
+        problem.curve(x, replace(samples, time_s=samples.time_s + shift_s), problem.exact_rtol)
+        for shift_s in (BLUR_S, -BLUR_S)
+    ]
+    column = (sum(beside) - 2 * exact[0]) / (24 * BLUR_S**2)
+    noises = [motion.noise for motion in problem.motions]
+    slower = likelihood(residual, np.column_stack([free, column]), samples.lengths, noises)
+    gain = likelihood(residual, free, samples.lengths, noises).minus_two_log - slower.minus_two_log
+    step = float(slower.step[-1])
+    return float(np.copysign(np.sqrt(max(gain, 0.0)), step)), float(np.sqrt(max(step, 0.0)))
 
 
 def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:

@@ -4,7 +4,7 @@ from freerock.identification.candidates import Ladder
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.hints import hints_for
 from freerock.identification.ladder import Identified
-from freerock.identification.scene_notes import notes_on_scene
+from freerock.identification.scene_notes import notes_on_scene, slow_sensor
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
@@ -45,8 +45,9 @@ def doubts_about(
         That of the fits.
     """
     if found.explained:
-        chosen = found.choice(ladder).selected if found.scene else ""
-        return notes_on_scene(found.fits[chosen], block, motion) if chosen else []
+        chosen = found.choice(ladder).selected
+        notes = notes_on_scene(found.fits[chosen], block, motion) if found.scene else []
+        return [*notes, *slow_sensor(found.at_best(chosen, block, motion, ladder), motion)]
     if not found.fits:
         return []
     hints = list(hints_for(block, motion, found.fits, ladder))

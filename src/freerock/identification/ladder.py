@@ -13,15 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.candidates import Ladder, start_for
 from freerock.identification.choice import NEAR, TELLS, Choice, Evidence, choose, plainly
 from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, evidence, fit_record
 from freerock.identification.holdout import of_other_runs
-from freerock.identification.later_swings import asked_later
+from freerock.identification.later_swings import asked_later, law_suffices
 from freerock.identification.noise import hopeless_from, noise_of
-from freerock.identification.problem import posed
+from freerock.identification.problem import Problem, posed
 from freerock.identification.screening import Screening, screen
 from freerock.identification.swings import tilt_of_swings
 from freerock.models.block import Block
@@ -93,6 +94,12 @@ class Identified:
         ladder = ladder.freeing(self.scene)
         return choose([self._evidence(model, ladder) for model in ladder.candidates])
 
+    def at_best(self, model: str, block: Block, motion: Motion, ladder: Ladder) -> tuple[Problem, Floats]:
+        """The problem of the fit of a candidate, at its tolerance, and the fitted numbers."""
+        settings, fit = ladder.freeing(self.scene).settings(model), self.fits[model]
+        problem = replace(posed(model, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
+        return problem, problem.start_at(fit.values)
+
     @property
     def settled(self) -> bool:
         """Whether the best of the candidates that leave only noise has no number at a bound."""
@@ -154,12 +161,13 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
 
 
 def _lasts(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> bool:
-    """Whether the later swings ask for what is freed beside the release, as they do of a base."""
-    lasting = {*found.scene} - {"release"}
-    if "release" not in found.scene or not lasting:
+    """Whether the later swings ask for what is beside a freed release, as they do of base and corners."""
+    if "release" not in found.scene:
         return True
-    chosen = found.choice(ladder).selected
-    return lasting <= asked_later(block, motion, ladder.settings(chosen), found.fits[chosen])
+    chosen, lasting = found.choice(ladder).selected, {*found.scene} - {"release"}
+    if CANDIDATES[chosen].is_rival and law_suffices(block, motion, ladder.settings, found.fits[chosen]):
+        return False
+    return not lasting or lasting <= asked_later(block, motion, ladder.settings(chosen), found.fits[chosen])
 
 
 def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> tuple[str, ...]:
@@ -168,9 +176,7 @@ def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> t
     fit = found.fits.get(chosen)
     if fit is None or not {*PER_RUN} <= {*fit.parameters}:
         return ()
-    settings = ladder.freeing(found.scene).settings(chosen)
-    problem = replace(posed(chosen, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
-    return asks_for(problem, problem.start_at(fit.values))
+    return asks_for(*found.at_best(chosen, block, motion, ladder))
 
 
 def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified | None:

@@ -149,7 +149,7 @@ MISHAPS = {
         "time [s]",
         4e-3,
         lambda value, swing_s, draw: {"faults": [faults.averaged(value)]},
-        ("unexplained",),
+        ("slow_sensor", "unexplained"),
     ),
     "sensor averages and says so": Mishap(
         "time [s]",
