@@ -92,5 +92,5 @@ def test_every_reason_is_documented():
     documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     of_impacts = {f"{how}_restitution" for how in ("no", "alternating", "outlying", "uneven")}
     of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted", "no_rest"}
-    of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges"}
+    of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor"}
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits

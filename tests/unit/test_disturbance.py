@@ -1,6 +1,7 @@
 """A run that something else than the law acted on, told from one under another law."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.doubts import UNEXPLAINED, doubts_about
-from freerock.identification.ladder import Identified
+from freerock.identification.ladder import Identified, identify_run
 from freerock.identification.settings import FitSettings
 from freerock.identification.swings import tops_of
 from freerock.models.contact import Foundation, State, static_depth
@@ -99,8 +100,11 @@ def test_other_causes_are_told_only_where_none_is_known():
 
 
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
-    for whole in (SimpleNamespace(fits={"winkler": None}, explained=True, scene=()), Identified()):
-        assert doubts_about(Verdict(), BLOCK, run(free_rocking), whole, BY_DEFAULT) == []
+    motion, ladder = run(free_rocking), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    explained = identify_run(BLOCK, motion, ladder)
+    assert explained.explained
+    for whole in (explained, Identified()):
+        assert doubts_about(Verdict(), BLOCK, motion, whole, ladder) == []
 
 
 def test_what_is_hardly_more_than_noise_is_not_searched():

@@ -36,6 +36,19 @@ def test_a_mishap_is_warned_of_with_its_name(name, says):
     assert {*row} <= {*COLUMNS}
 
 
+@pytest.mark.parametrize(
+    ("name", "i", "says"),
+    [
+        ("hit during a run, 0.02", 41, "disturbed_release"),
+        ("braked, 0.2", 4, "disturbed_release"),
+        ("sensor averages", 20, "slow_sensor"),
+    ],
+)
+def test_what_passed_for_clean_or_went_without_its_name(name, i, says):
+    row = one(name, i)
+    assert row["level"] == "warn" and row["named"] and says in row["names"].split()
+
+
 def test_half_a_degree_under_the_slender_block_makes_swings_higher_and_is_found():
     row = off_level.one(6)
     assert (row["block"], row["level"], row["scene"]) == ("config1", "warn", "tilt")
@@ -82,8 +95,8 @@ def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     ]
     lines = markdown(pd.DataFrame(known, columns=COLUMNS)).splitlines()
     assert lines[2:] == [
-        "| none |  | 1 | 0% |  | +0.5 … +0.5 | 1.5 |",
-        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7 … +20 | 6.0 |",
+        "| none |  | 1 | 0% |  | +0.5 … +0.5 | 1 of 1 | 1.5 |",
+        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7 … +20 | 0 of 1 | 6.0 |",
     ]
     monkeypatch.setattr("freerock.studies.mishaps.MISHAPS", {"none": MISHAPS["none"]})
     monkeypatch.setitem(SIZES, "small", 1)

@@ -3,21 +3,25 @@
 import math
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
 from freerock.identification.candidates import BY_DEFAULT
-from freerock.identification.diagnosis import asks_for
+from freerock.identification.diagnosis import asks_for, blur_of
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
 from freerock.identification.ladder import BOTH, identify_run, identify_runs
-from freerock.identification.later_swings import asked_later
+from freerock.identification.later_swings import asked_later, law_suffices
 from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
+from freerock.rotation.response import moments
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
 from freerock.virtual_lab import mishaps
@@ -249,3 +253,60 @@ def test_later_swings_that_are_not_there_ask_for_nothing():
     motion = replace(motion, time_s=motion.time_s[short], theta=motion.theta[short])
     fit = fit_record("hunt_crossley", BLOCK, [motion], PLAIN.settings("hunt_crossley"))
     assert asked_later(BLOCK, motion, PLAIN.settings("hunt_crossley"), fit) == set()
+
+
+def blurred(response_ms, stated_ms=0.0, seed=3):
+    """A run by a sensor that averages over some milliseconds, and what of it is stated."""
+    at, weights = moments(response_ms / 1e3)
+
+    def moves(scene, since, start):
+        seen = [mishaps.pushed(0.0)(scene, since + shift, start).theta for shift in at]
+        return SimpleNamespace(theta=weights @ seen)
+
+    motion = run(moves, "marble", seed)
+    return replace(motion, view=View(BLOCK, Laser(units="rad", response_ms=stated_ms)) if stated_ms else None)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 5])
+def test_a_sensor_slower_than_stated_is_told_with_its_time(seed):
+    motion = blurred(4.0, seed=seed)
+    note = notes(motion, identify_run(BLOCK, motion, PLAIN))[-1]
+    assert (note.verdict, note.name) == ("warn", "slow_sensor")
+    told = re.fullmatch(
+        r"blurred as by a sensor that averages over ([\d.]+) ms, beside the 0 ms stated: "
+        r"find out, and set the laser's response_ms",
+        note.text,
+    )
+    assert float(told[1]) == pytest.approx(4.0, abs=0.6)
+    stated = blurred(4.0, 4.0, seed)
+    assert notes(stated, identify_run(BLOCK, stated, PLAIN)) == []
+
+
+def test_the_blur_is_that_of_the_mean_to_first_order():
+    motion = blurred(3.0)
+    found = identify_run(BLOCK, motion, PLAIN)
+    problem, x = found.at_best("hunt_crossley", BLOCK, motion, PLAIN)
+    slow = replace(motion, view=View(BLOCK, Laser(units="rad", response_ms=3.0)))
+    seen = replace(problem, motions=(slow,)).motion(x, 0, motion.time_s)
+    off_zero, averaging_s = blur_of(replace(problem, motions=(replace(motion, theta=seen),)), x)
+    assert off_zero > 0
+    assert averaging_s == pytest.approx(3e-3, rel=0.02)
+    sharpened = 2 * problem.motion(x, 0, motion.time_s) - seen
+    off_zero, averaging_s = blur_of(replace(problem, motions=(replace(motion, theta=sharpened),)), x)
+    assert off_zero < 0 == averaging_s
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_law_alone_suffices_to_later_swings_of_a_brake_and_not_of_worn_corners(seed):
+    def suffices(motion):
+        freeing = PLAIN.freeing(("release",))
+        fit = fit_record("hunt_crossley_width", BLOCK, [motion], freeing.settings("hunt_crossley_width"))
+        return law_suffices(BLOCK, motion, PLAIN.settings, fit)
+
+    worn = replace(BLOCK, contact_width_m=0.97 * BLOCK.width_m)
+
+    def of_worn_corners(scene, since, start):
+        return mishaps.pushed(0.05)(replace(scene, block=worn), since, start)
+
+    assert suffices(run(mishaps.braked(0.04, 0.2), "marble", seed))
+    assert not suffices(run(of_worn_corners, "marble", seed))
