@@ -126,3 +126,22 @@ def test_what_is_not_known_of_an_impact_stays_unknown():
     assert math.isfinite(known.theta0) and np.isfinite(known.peak_after).all()
     none = find_impacts(time_s[:20], theta[:20], 1e-4, BLOCK, theta0=THETA0)
     assert measured_total(THETA0, 1e-5, none, laboratory).restitution.shape == (0,)
+
+
+def test_it_holds_where_the_inputs_are_wrong_by_what_is_stated_of_them():
+    """A rigid block of other sides under another beam than stated: true r and θ₀ inside ± 1.96 u in 95 %."""
+    time_s, generator, inside = np.arange(0, 1.5, 5e-4), np.random.default_rng(7), []
+    known = tuple(INPUTS[name] for name in ("height_m", "width_m", "position_m", "scale_fraction"))
+    for _ in range(300):
+        stated = true = Laboratory(BLOCK, {"l": NEAR}, known)
+        for source in known:
+            true = true.moved(source, float(generator.standard_normal()))
+        theta, _ = simulate_theta("housner", true.block, {"r": 0.9}, time_s, theta0=THETA0)
+        theta = true.reread(theta, stated) + 1e-4 * generator.standard_normal(theta.size)
+        held = float(true.reread(np.array([THETA0]), stated)[0])
+        impacts = find_impacts(time_s, theta, 1e-4, BLOCK, theta0=held, theta0_stderr=1e-6)
+        total = measured_total(held, 1e-6, impacts, stated)
+        scores = np.append((impacts.restitution - 0.9) / total.restitution, (held - THETA0) / total.theta0)
+        inside.append(np.abs(scores[[0, 1, -1]]) < 1.96)
+        assert total.restitution[0] > 5 * impacts.restitution_stderr[0]
+    assert np.all(np.abs(np.mean(inside, axis=0) - 0.95) < 0.038)  # three standard deviations of 300 draws
