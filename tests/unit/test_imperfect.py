@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from freerock.models.contact import Foundation, energy
 from freerock.models.laws import Rules
-from freerock.models.simulate import Solver, simulate_theta
-from freerock.studies.imperfect import base_of, on_bed, rigid
+from freerock.models.simulate import Solver, simulate, simulate_theta
+from freerock.studies.imperfect import base_of, on_bed, rigid, tops_on_bed
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 TIME_S = np.arange(0.0, 2.0, 1 / 2000)
@@ -89,3 +90,37 @@ def test_restitution_by_the_side_is_told_the_sign_of_the_rate():
     _, impacts = rigid(block, lambda rate: 0.95 + math.copysign(0.01, rate), theta0, TIME_S)
     np.testing.assert_allclose(impacts[:, 1], 0.95 + 0.01 * np.sign(impacts[:, 0]))
     assert set(np.sign(impacts[:4, 0])) == {-1.0, 1.0}
+
+
+@pytest.mark.parametrize(("configuration", "foundation"), CASES)
+def test_tops_have_the_energies_of_the_law_where_nothing_is_besides(configuration, foundation):
+    (block, theta0, _), soil = CONFIGURATIONS[configuration], FOUNDATIONS[foundation]
+    theta, impacts, heights, energies = tops_on_bed(block, soil, theta0, TIME_S)
+    np.testing.assert_array_equal(theta, on_bed(block, soil, theta0, TIME_S))
+    assert len(heights) == len(energies) == len(impacts) + 1
+    law = simulate("hunt_crossley", block, soil, TIME_S, theta0=theta0, solver=Solver(1e-10))
+    state = law.z_cb, law.z_cb_rate, law.theta, law.theta_rate
+    left = energy(block, Foundation.of(soil), *state)
+    assert energies[0] == pytest.approx(left[0], rel=1e-4)
+    first, second = np.searchsorted(TIME_S, impacts[:2])
+    top = first + np.argmax(np.abs(law.theta[first:second]))
+    assert energies[1] == pytest.approx(left[top], rel=1e-3)
+    assert heights[1] == pytest.approx(abs(law.theta[top]), abs=CLOSE)
+
+
+@pytest.mark.parametrize(
+    "differs",
+    [
+        {"power": 0.2, "middle_m": 1e-4},
+        {"base": {"hollow_m": 5e-5}},
+        {"base": {"radius_m": 2e-3}},
+        {"base": {"feet": 0.3}},
+        {"off_m": 4e-4},
+    ],
+)
+def test_a_bed_without_damping_gives_all_energy_back(differs):
+    block, theta0, _ = CONFIGURATIONS["config2"]
+    soil = {"k": FOUNDATIONS["aerstop"]["k"], "lambda": 0.0}
+    _, impacts, heights, energies = tops_on_bed(block, soil, theta0, TIME_S[TIME_S < 1.2], **differs)
+    assert len(impacts) > 1 and np.ptp(heights[:-1]) > 0
+    assert energies[:-1] == pytest.approx(energies[0], rel=3e-3)

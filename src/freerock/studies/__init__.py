@@ -10,6 +10,7 @@ __all__ = [
     "confusion",
     "coverage",
     "discrepancy",
+    "energies",
     "engines",
     "faults",
     "foreign",

@@ -149,7 +149,7 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     time_s = np.arange(0.0, LASTS_S, 1 / RATE_HZ)
     restitution = kind.restitution or _as_it_is
     if kind.restitution is None:
-        law, true = "hunt_crossley", _scattered(FOUNDATIONS[foundation], generator)
+        law, true = "hunt_crossley", scattered(FOUNDATIONS[foundation], generator)
         theta = on_bed(block, true, theta0, time_s, **kind.differs(block, true["k"], abs(theta0)))
     else:
         law, r = "housner", generator.uniform(*R)
@@ -170,7 +170,8 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     return [key | _judged(fit.values[each], fit, each, true[each]) for each in true]
 
 
-def _scattered(soil: Mapping[str, float], generator: Any) -> dict[str, float]:
+def scattered(soil: Mapping[str, float], generator: Any) -> dict[str, float]:
+    """k and lambda somewhat off those of a foundation."""
     return {name: value * (1 + generator.uniform(-SCATTER, SCATTER)) for name, value in soil.items()}
 
 

@@ -6,6 +6,9 @@ midpoint rule in steps of 50 µs. A rigid block is integrated from impact to imp
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -131,9 +134,9 @@ def _rates(y, t, body, soil, base, extra, slid, peak):  # type: ignore[no-untype
 
 @compiled()
 def _march(start, n, every, dt, body, soil, base, extra):  # type: ignore[no-untyped-def]
-    """θ and the shift of the base's centre at each sample, shape (n, 2)."""
-    y, slid, peak, found = start.copy(), 0.0, 1.0, np.zeros((n, 2))
-    found[0] = y[1], 0.0
+    """Depth and rotation of the base's centre and their rates at each sample, shape (n, 4)."""
+    y, slid, peak, found = start.copy(), 0.0, 1.0, np.zeros((n, 4))
+    found[0] = y[0], y[1], y[3], y[4]
     grip, side_k, side_c = extra[9:]
     for i in range(1, (n - 1) * every + 1):
         t = (i - 1) * dt
@@ -147,7 +150,7 @@ def _march(start, n, every, dt, body, soil, base, extra):  # type: ignore[no-unt
         if grip > 0.0 and abs(held) > abs(side) and held * side > 0.0:
             slid = y[2] + (side + side_c * y[5]) / side_k
         if i % every == 0:
-            found[i // every] = y[1], y[2]
+            found[i // every] = y[0], y[1], y[3], y[4]
     return found
 
 
@@ -176,21 +179,95 @@ def on_bed(
     **extra : float
         What differs from `NOTHING`.
     """
-    assert {*extra} <= {*NOTHING}, extra
-    cells = base_of(block, **(base or {}))
-    step = time_s[1] - time_s[0]
-    every = round(step / STEP_S)
-    body = np.array([block.mass_kg, block.inertia_cm, block.h])
-    values = np.array([*(NOTHING | extra).values()], float)
-    law = np.array([soil["k"], soil["lambda"]])
+    bed = _Bed(block, soil, base_of(block, **(base or {})), NOTHING | extra)
+    return np.asarray(bed.states(theta0, time_s)[:, 1])
 
-    def excess(z: float) -> float:
-        held = np.array([z, theta0, 0.0, 0.0, 0.0, 0.0])
-        return float(_on_base(held, 0.0, law, cells, values, 1.0)[0]) - block.mass_kg * GRAVITY
 
-    deepest = static_depth(block, Foundation(soil["k"]), theta0) + block.b / 2
-    start = np.array([brentq(excess, -block.b, deepest, xtol=1e-12), theta0, 0.0, 0.0, 0.0, 0.0])
-    return np.asarray(_march(start, len(time_s), every, step / every, body, law, cells, values)[:, 0])
+def tops_on_bed(
+    block: Block,
+    soil: Mapping[str, float],
+    theta0: float,
+    time_s: Floats,
+    *,
+    base: Mapping[str, float] | None = None,
+    **extra: float,
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """The motion of `on_bed` and what is left of its energy at the release and at the top after each impact.
+
+    Arguments as those of `on_bed`; the base does not slip.
+
+    Returns
+    -------
+    theta, impacts_s, heights, energies : ndarray
+        θ(t), shape (n_time,) [rad]; instants of the impacts, shape (n_impacts,) [s]; |θ| [rad] and energy [J]
+        of the tops above rest, upright, shape (n_impacts + 1,).
+    """
+    bed = _Bed(block, soil, base_of(block, **(base or {})), NOTHING | extra)
+    states = bed.states(theta0, time_s)
+    theta, passes = states[:, 1], np.flatnonzero(states[1:, 1] * states[:-1, 1] < 0)
+    tops = [0, *(i + int(np.argmax(np.abs(theta[i:j]))) for i, j in pairwise([*passes + 1, len(theta)]))]
+    heights, energies = np.abs(theta[tops]), [bed.energy(states[i], time_s[i]) for i in tops]
+    at_rest = bed.energy(np.array([bed.depth(0.0), 0.0, 0.0, 0.0]), 0.0)
+    return theta, time_s[passes], heights, np.array(energies) - at_rest
+
+
+@dataclass(frozen=True)
+class _Bed:
+    """A block, k and lambda of the bed, cells of the base, and what differs."""
+
+    block: Block
+    soil: Mapping[str, float]
+    cells: Floats
+    extra: Mapping[str, float]
+
+    @cached_property
+    def _law(self) -> tuple[Floats, Floats]:
+        """Soil and extra as compiled functions take them."""
+        return np.array([self.soil["k"], self.soil["lambda"]]), np.array([*self.extra.values()], float)
+
+    def depth(self, theta: float) -> float:
+        """Of the base's centre, of a block held at an angle [m]."""
+        law, values = self._law
+
+        def excess(z: float) -> float:
+            held = np.array([z, theta, 0.0, 0.0, 0.0, 0.0])
+            weight = self.block.mass_kg * GRAVITY
+            return float(_on_base(held, 0.0, law, self.cells, values, 1.0)[0]) - weight
+
+        deepest = static_depth(self.block, Foundation(self.soil["k"]), theta) + self.block.b / 2
+        return float(brentq(excess, -self.block.b, deepest, xtol=1e-12))
+
+    def states(self, theta0: float, time_s: Floats) -> Floats:
+        """Depth, rotation and their rates over time, shape (n_time, 4) [m, rad, m/s, rad/s]."""
+        assert {*self.extra} == {*NOTHING}, self.extra
+        step, block = time_s[1] - time_s[0], self.block
+        every = round(step / STEP_S)
+        body = np.array([block.mass_kg, block.inertia_cm, block.h])
+        start = np.array([self.depth(theta0), theta0, 0.0, 0.0, 0.0, 0.0])
+        return np.asarray(
+            _march(start, len(time_s), every, step / every, body, self._law[0], self.cells, self._law[1])
+        )
+
+    def energy(self, state: Floats, time_s: float) -> float:
+        """Of a block that does not turn [J]: of sinking, weight and what the bed has stored."""
+        z, theta, z_rate, _ = state
+        m, power = self.block.mass_kg, self.extra["power"]
+        sin, cos = math.sin(theta), math.cos(theta)
+        u, half, height, slope, touches = self.cells.T
+        depth, deeper = z + u * sin - height, half * (sin - slope)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            edge = np.where(np.abs(depth) < np.abs(deeper), -depth / deeper, np.nan)
+        low = np.where(np.isfinite(edge) & (deeper > 0), edge, -1.0)
+        high = np.where(np.isfinite(edge) & (deeper < 0), edge, 1.0)
+        stored = 0.0
+        for node in (-GAUSS, GAUSS):
+            below = np.maximum(depth + deeper * (0.5 * (low + high) + 0.5 * (high - low) * node), 0.0)
+            each = 0.5 * half * (high - low) * below ** (2 + power)
+            stored += float(np.sum(np.where(touches > 0, each, 0.0)))
+        stiffness = self.soil["k"] * (1 + self.extra["hardens_per_s"] * time_s)
+        stored *= stiffness / (2 + power) / self.extra["middle_m"] ** power
+        rise = self.block.h * cos - self.extra["off_m"] * sin - z
+        return float(stored + m * z_rate**2 / 2 + m * GRAVITY * rise)
 
 
 def rigid(
