@@ -10,7 +10,7 @@ from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats
 from freerock.identification.noise import SINGULAR, of_runs
-from freerock.runs.noise import Indices, Noise
+from freerock.runs.noise import Indices, Noise, smoothed
 
 SETTLED = 1e-3  # excess of an innovation's variance over that of a long run, below which there is none
 
@@ -144,9 +144,9 @@ def _innovations(columns: Floats, noise: Noise) -> tuple[Floats, float]:
         Sum of the logarithms of their variances.
     """
     n, phi = len(columns), math.exp(-2 * math.pi * noise.corner)
-    slow = noise.slow * (1 - phi) ** 2
-    # white (1 - 2 φ cos ω + φ²) + slow = variance (1 + 2 θ cos ω + θ²)
-    middle, side = noise.white * (1 + phi**2) + slow, noise.white * phi
+    slow, less = noise.slow * (1 - phi) ** 2, smoothed(noise.averaged) / 2
+    # white (1 - 2 φ cos ω + φ²) + slow (1 - less + less cos ω) = variance (1 + 2 θ cos ω + θ²)
+    middle, side = noise.white * (1 + phi**2) + slow * (1 - less), noise.white * phi - slow * less / 2
     variance = (middle + math.sqrt(max(middle**2 - 4 * side**2, 0.0))) / 2
     theta = -side / variance
     r = [(1 + 2 * theta * phi + theta**2) / (1 - phi**2)]

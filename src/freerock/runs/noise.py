@@ -74,7 +74,7 @@ class Noise:
 
     def density(self, frequency: Floats) -> Floats:
         """Spectral density [rad²] at frequencies in cycles per sample."""
-        law = slow_and_white(frequency, self.white, self.slow, self.corner)
+        law = slow_and_white(frequency, self.white, self.slow, self.corner, self.averaged)
         return np.asarray(law * self.ratio[self.band(frequency)])
 
     def band(self, frequency: Floats) -> Indices:
@@ -189,7 +189,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
         return alone
     where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
     power = [tapered_power(each)[1:] for each in still]
-    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE)
+    white, slow, corner = fit_law(np.concatenate(where), np.concatenate(power), longest, LINE, m)
     law = replace(alone, white=white, slow=slow, corner=corner)
     total, count, dof = np.zeros((3, n_bands))
     for each, frequency, own in zip(still, where, power, strict=True):
@@ -259,17 +259,27 @@ def _mean_square(values: Sequence[Floats]) -> float:
     return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
 
 
-def slow_and_white(frequency: Floats, white: float, slow: float, corner: float) -> Floats:
+def slow_and_white(frequency: Floats, white: float, slow: float, corner: float, m: int = 1) -> Floats:
     """Density of white noise with a slow part, which is autoregressive of the first order.
 
-    Frequencies and the corner in cycles per sample.
+    Frequencies and the corner in cycles per sample, each of which is the mean of m measured ones, times √m.
     """
     away = -math.expm1(-2 * math.pi * corner)
-    beyond = 4 * (1 - away) * np.sin(np.pi * frequency) ** 2 / away**2
-    return np.asarray(white + slow / (1 + beyond))
+    squared = np.sin(np.pi * frequency) ** 2
+    return np.asarray(white + slow * (1 - smoothed(m) * squared) / (1 + 4 * (1 - away) * squared / away**2))
 
 
-def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[float, float, float]:
+def smoothed(m: int) -> float:
+    """What means of m samples lack of the power of slow noise at half their rate.
+
+    Of a random walk they have the share 1 - 2/3 (1 - 1/m²) sin²πf of the density that it has when it is only
+    looked at as often: its increments have the variance (2m² + 1)/3m² and the neighbours' covariance
+    (m² - 1)/6m² (Working 1960, doi:10.2307/1907574).
+    """
+    return 2 / 3 * (1 - 1 / m**2)
+
+
+def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -> tuple[float, float, float]:
     """White, slow and corner of `slow_and_white`, by Whittle's likelihood of a measured power.
 
     Whittle 1953, doi:10.1007/BF02590998.
@@ -283,6 +293,8 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[floa
     line : float
         Power over the median of its neighbours, above which it is a line, such as that of the mains, and left
         out.
+    m : int
+        Samples averaged into one.
     """
     order = np.argsort(frequency)
     frequency, power = frequency[order], power[order]
@@ -301,7 +313,7 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[floa
         return float(level * a), float(level * b), float(f_0)
 
     def misfit(x: Floats) -> float:
-        expected = slow_and_white(frequency, *law(x))
+        expected = slow_and_white(frequency, *law(x), m)
         return float(number @ (np.log(expected) + power / expected))
 
     starts = [
@@ -310,7 +322,8 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float) -> tuple[floa
         for f_0 in (2 / n, 20 / n, 200 / n)
     ]
     best = min(starts, key=misfit)
-    options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1}
+    simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
+    options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
     return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
 
 
