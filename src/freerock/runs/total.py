@@ -17,7 +17,7 @@ SHARE = 0.1  # of its uncertainty, by which an input is moved to either side
 
 @dataclass(frozen=True)
 class MeasuredTotal:
-    """Total standard uncertainties of a run's numbers, with those of noise.
+    """Total standard uncertainties of a run's numbers: of noise and inputs together.
 
     Parameters
     ----------
@@ -92,9 +92,8 @@ def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Co
 
 def _numbers(angles: Floats, laboratory: Laboratory, moved: Laboratory) -> Floats:
     """Angles as another laboratory would have read them, and its restitutions."""
-    with np.errstate(
-        invalid="ignore", divide="ignore"
-    ):  # a peak that is not known, or that the other one takes for overturned
+    # a peak may be unknown, or overturned to the other laboratory
+    with np.errstate(invalid="ignore", divide="ignore"):
         read = laboratory.reread(angles, moved)
         before, after = (_energy(peaks, moved) for peaks in np.split(read[1:], 2))
         return np.concatenate([read, np.sqrt(after / before)])
