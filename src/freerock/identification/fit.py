@@ -5,7 +5,7 @@ The objective is the paper's: the mean square error between measured and modelle
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -235,6 +235,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     known = uncertainty(problem, x, residual, jacobian, rest, apart)
 
     epsilon = epsilon_theta(times, theta_model, theta)
+    solution = replace(solution, mean_square=float(np.mean(residual**2)))  # of samples that are not averaged
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, residual, known)
     diagnostics |= _against_noise(residual, rest, likely)
