@@ -217,7 +217,8 @@ def test_a_joint_fit_has_one_tilt_for_all_its_runs():
     joint = fit_record("hunt_crossley", BLOCK, motions, settings, start=alone[0].values)
     assert joint.parameters == ("k", "lambda", "tilt", "theta0_1", "t0_1", "theta0_2", "t0_2")
     assert abs(joint.value[2] - math.radians(0.1)) < 4 * joint.stderr[2]
-    assert joint.stderr[2] == pytest.approx(alone[0].stderr[2] / math.sqrt(2), rel=0.1)
+    both = 1 / math.sqrt(sum(1 / fit.stderr[2] ** 2 for fit in alone))
+    assert joint.stderr[2] == pytest.approx(both, rel=0.1)
 
 
 def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():

@@ -134,8 +134,10 @@ def test_earlier_results_put_back_after_a_change(finished, checkout):
     assert checkout.planned(RECORD) == {"record": 1}
     shutil.copy2(finished / entry, checkout / entry)
     done = checkout.snakemake("--dry-run", RECORD)
-    told = "was made by other settings (records.squat_mat.attributes.block_mass_kg 2.98, now 2.97, "
-    assert f"\n{RECORD} {told}records.squat_mat.block.mass_kg 2.98, now 2.97): made again\n" in done.stderr
+    masses = ("attributes.block_mass_kg", "block.mass_kg", "laboratory.block.mass_kg")
+    told = [f"records.squat_mat.{name} 2.98, now 2.97" for name in masses]
+    told.append("records.squat_mat.laboratory.inputs.3.u 0.00298, now 0.00297")  # a thousandth by default
+    assert f"\n{RECORD} was made by other settings ({', '.join(told)}): made again\n" in done.stderr
 
 
 def test_a_record_put_back_with_its_own_time(finished, checkout):

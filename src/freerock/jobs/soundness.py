@@ -170,8 +170,16 @@ def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:
     if isinstance(then, dict) and isinstance(now, dict):
         for key in dict.fromkeys([*then, *now]):
             yield from differences(then.get(key), now.get(key), f"{name}.{key}" if name else key)
+    elif _are_sections(then) and _are_sections(now) and len(then) == len(now):
+        for i, (before, after) in enumerate(zip(then, now, strict=True), 1):
+            yield from differences(before, after, f"{name}.{i}")
     elif then != now:
-        yield " ".join(f"{name} {then}, now {now}".split())[:120]
+        before, after = (f"{value:.12g}" if isinstance(value, float) else value for value in (then, now))
+        yield " ".join(f"{name} {before}, now {after}".split())[:120]
+
+
+def _are_sections(value: Any) -> bool:
+    return isinstance(value, list) and all(isinstance(each, dict) for each in value)
 
 
 def some(words: Sequence[str]) -> str:
