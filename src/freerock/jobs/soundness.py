@@ -174,7 +174,7 @@ def differences(then: Any, now: Any, name: str = "") -> Iterator[str]:
         for i, (before, after) in enumerate(zip(then, now, strict=True), 1):
             yield from differences(before, after, f"{name}.{i}")
     elif then != now:
-        before, after = (f"{value:.12g}" if isinstance(value, float) else value for value in (then, now))
+        before, after = (float(f"{each:.12g}") if isinstance(each, float) else each for each in (then, now))
         yield " ".join(f"{name} {before}, now {after}".split())[:120]
 
 
