@@ -95,33 +95,43 @@ def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
     return tuple(off_zero(problem, x))
 
 
+class _Linear:
+    """A fit at its best, and the likelihood of linear models of what it leaves."""
+
+    def __init__(self, problem: Problem, x: Floats) -> None:
+        self.samples, self.held = problem.samples(), problem.at_bound(x)
+        self.residual, exact = problem.residual(x, self.samples), problem.exact_curve(x, self.samples)
+        self.curve, self.jacobian = exact[0], problem.jacobian(x, self.samples, known=exact)
+        self.free = self.jacobian[:, ~self.held]
+        self.noises = [motion.noise for motion in problem.motions]
+
+    def likely(self, columns: Floats) -> Likelihood:
+        return likelihood(self.residual, columns, self.samples.lengths, self.noises)
+
+    def adding(self, column: Floats) -> Likelihood:
+        """Of what is free and one number more."""
+        return self.likely(np.column_stack([self.free, column]))
+
+
 def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
     """By how many standard errors what `asks_for` names would be off zero, with its sign."""
-    samples, held = problem.samples(), problem.at_bound(x)
-    residual, exact = problem.residual(x, samples), problem.exact_curve(x, samples)
-    jacobian = problem.jacobian(x, samples, known=exact)
-    noises = [motion.noise for motion in problem.motions]
-
-    def likely(columns: Floats) -> Likelihood:
-        return likelihood(residual, columns, samples.lengths, noises)
+    best = _Linear(problem, x)
 
     def beside(value: float, name: str) -> Floats:
-        return problem.curve(x, samples, problem.exact_rtol, {name: value})
+        return problem.curve(x, best.samples, problem.exact_rtol, {name: value})
 
-    free = jacobian[:, ~held]
     found = dict[str, Likelihood]()
-    if held.any() and not problem.settings.loose_release:
-        found["release"] = likely(jacobian)
+    if best.held.any() and not problem.settings.loose_release:
+        found["release"] = best.likely(best.jacobian)
     if "tilt" not in problem.names:
         step = PARAMETERS["tilt"].step
         column = (beside(step, "tilt") - beside(-step, "tilt")) / (2 * step)
-        found["tilt"] = likely(np.column_stack([free, column]))
+        found["tilt"] = best.adding(column)
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
-        column = beside(EDGE_M, "edge_radius") - exact[0]
-        edges = likely(np.column_stack([free, column]))
+        edges = best.adding(beside(EDGE_M, "edge_radius") - best.curve)
         if edges.step[-1] > 0:
             found["edges"] = edges
-    without = likely(free).minus_two_log
+    without = best.likely(best.free).minus_two_log
     gain = {name: without - each.minus_two_log for name, each in found.items()}
     least = {"edges": ASKED_EDGES}
     asked = [name for name in found if gain[name] > least.get(name, ASKED) ** 2]
@@ -149,17 +159,13 @@ def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
     averaging_s : float
         T [s]; 0 where it would be negative.
     """
-    samples, held = problem.samples(), problem.at_bound(x)
-    residual, exact = problem.residual(x, samples), problem.exact_curve(x, samples)
-    free = problem.jacobian(x, samples, known=exact)[:, ~held]
+    best = _Linear(problem, x)
     beside = [
-        problem.curve(x, replace(samples, time_s=samples.time_s + shift_s), problem.exact_rtol)
+        problem.curve(x, replace(best.samples, time_s=best.samples.time_s + shift_s), problem.exact_rtol)
         for shift_s in (BLUR_S, -BLUR_S)
     ]
-    column = (sum(beside) - 2 * exact[0]) / (24 * BLUR_S**2)
-    noises = [motion.noise for motion in problem.motions]
-    slower = likelihood(residual, np.column_stack([free, column]), samples.lengths, noises)
-    gain = likelihood(residual, free, samples.lengths, noises).minus_two_log - slower.minus_two_log
+    slower = best.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
+    gain = best.likely(best.free).minus_two_log - slower.minus_two_log
     step = float(slower.step[-1])
     return float(np.copysign(np.sqrt(max(gain, 0.0)), step)), float(np.sqrt(max(step, 0.0)))
 
