@@ -15,7 +15,6 @@ import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,11 +25,10 @@ from freerock.identification.estimate import NORMAL_95
 from freerock.identification.ladder import identify_run
 from freerock.models.block import GRAVITY, Block
 from freerock.models.laws import LAWS
-from freerock.studies.document import renew
+from freerock.studies.document import publish
 from freerock.studies.imperfect import on_bed, rigid
 from freerock.studies.truths import ANGLES, place
 from freerock.studies.virtual_run import RATE_HZ, SEED, Row, Truth, rows_of_all, virtual_motion
-from freerock.tables.csvfile import write_csv
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 SIZES = {"small": 1, "full": 20}  # runs of each kind; six make a round of blocks and foundations
@@ -243,10 +241,7 @@ def markdown(frame: pd.DataFrame) -> str:
 
 def main(product: str, size: str, document: str = "") -> None:
     """Measure, write the product, and renew the table of a document."""
-    frame = run(size)
-    write_csv(frame, Path(product))
-    if document:
-        renew(document, MARK, markdown(frame))
+    publish(run(size), product, document, MARK, markdown)
 
 
 if __name__ == "__main__":

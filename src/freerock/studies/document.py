@@ -1,6 +1,24 @@
-"""The table of a study where the documentation has it."""
+"""The product of a study, and its table where the documentation has it."""
 
+from collections.abc import Callable
 from pathlib import Path
+
+import pandas as pd
+
+from freerock.tables.csvfile import write_csv
+
+
+def publish(
+    frame: pd.DataFrame,
+    product: str,
+    document: str,
+    mark: tuple[str, str],
+    markdown: Callable[[pd.DataFrame], str],
+) -> None:
+    """Write what a study measured, and renew its table in a document, where one is named."""
+    write_csv(frame, Path(product))
+    if document:
+        renew(document, mark, markdown(frame))
 
 
 def renew(document: str | Path, mark: tuple[str, str], table: str) -> None:

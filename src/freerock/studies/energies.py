@@ -11,7 +11,6 @@ in the documentation, where it is named.
 """
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,11 +20,10 @@ from freerock.identification.fit import fit_run
 from freerock.identification.impact_energy import impact_energy
 from freerock.runs.impacts import find_impacts
 from freerock.studies.discrepancy import KINDS, LASTS_S, SIGMA, STILL_S, scattered
-from freerock.studies.document import renew
+from freerock.studies.document import publish
 from freerock.studies.imperfect import tops_on_bed
 from freerock.studies.truths import ANGLES, place
 from freerock.studies.virtual_run import RATE_HZ, SEED, Row, Truth, rows_of_all, virtual_motion
-from freerock.tables.csvfile import write_csv
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
 SIZES = {"small": 1, "full": 12}  # runs of each kind; six make a round of blocks and foundations
@@ -126,10 +124,7 @@ def markdown(frame: pd.DataFrame) -> str:
 
 def main(product: str, size: str, document: str = "") -> None:
     """Measure, write the product, and renew the table of a document."""
-    frame = run(size)
-    write_csv(frame, Path(product))
-    if document:
-        renew(document, MARK, markdown(frame))
+    publish(run(size), product, document, MARK, markdown)
 
 
 if __name__ == "__main__":

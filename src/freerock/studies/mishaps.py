@@ -14,7 +14,6 @@ import math
 import sys
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,10 +35,9 @@ from freerock.runs.motion import loud, motion_of
 from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.verdict import Verdict
-from freerock.studies.document import renew
+from freerock.studies.document import publish
 from freerock.studies.truths import place, table_2
 from freerock.studies.virtual_run import Row, rows_of_all
-from freerock.tables.csvfile import write_csv
 from freerock.virtual_lab import faults, mishaps
 from freerock.virtual_lab.noise import Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
@@ -310,10 +308,7 @@ def markdown(frame: pd.DataFrame) -> str:
 
 def main(product: str, size: str, document: str = "") -> None:
     """Measure, write the product, and renew the table of a document."""
-    frame = run(size)
-    write_csv(frame, Path(product))
-    if document:
-        renew(document, MARK, markdown(frame))
+    publish(run(size), product, document, MARK, markdown)
 
 
 if __name__ == "__main__":
