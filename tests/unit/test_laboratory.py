@@ -81,6 +81,24 @@ def test_inputs_are_stated_or_defaults(tmp_path):
     assert "levelled_deg" not in known and "contact_width_m" not in known
 
 
+@pytest.mark.parametrize(
+    ("sensor", "u", "stated"),
+    [("", 2.9, False), (", response_ms: 4", 0.4, False), (", uncertainty: {response_ms: 0.1}", 0.1, True)],
+)
+def test_a_sensors_response_is_known_as_stated_or_by_default(tmp_path, sensor, u, stated):
+    known = of_record(tmp_path, "range_m: 0.05}", f"range_m: 0.05{sensor}}}")
+    assert known["response_ms"]["u"] == pytest.approx(u) and known["response_ms"]["stated"] is stated
+
+
+def test_lasers_of_a_record_get_slower_together_and_no_faster_than_at_once():
+    laboratory = Laboratory(BLOCK, {"high": HIGH, "low": LOW})
+    response = Input("high", "response_ms", 2.0, False)
+    assert [each.response_ms for each in laboratory.moved(response, 1.0).lasers.values()] == [2.0, 2.0]
+    assert laboratory.moved(response, -1.0) == laboratory
+    moved = laboratory.moved(response, 1.0)
+    np.testing.assert_allclose(laboratory.reread(THETA, moved), THETA, atol=1e-15)
+
+
 def test_a_levelled_base_lies_evenly_within_its_bound(tmp_path):
     known = of_record(tmp_path, "marble: {}", "marble: {levelled_deg: 0.03}")
     assert known["levelled_deg"]["u"] == pytest.approx(0.03 / math.sqrt(3))

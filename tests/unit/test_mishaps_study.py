@@ -74,7 +74,14 @@ def test_a_caught_block_is_fitted_from_where_it_is_let_go_again():
 def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     some = {"none": MISHAPS["none"], "braked, 0.5": MISHAPS["braked, 0.5"]}
     rows = [
-        {"mishap": "none", "level": "ok", "k_error_percent": 0.5, "k_error_stderrs": -1.5, "named": False},
+        {
+            "mishap": "none",
+            "level": "ok",
+            "k_error_percent": 0.5,
+            "k_error_stderrs": -2.5,
+            "k_error_us": -1.5,
+            "named": False,
+        },
         {
             "mishap": "braked, 0.5",
             "level": "warn",
@@ -95,8 +102,8 @@ def test_the_table_says_what_stands_under_an_ok(monkeypatch, tmp_path):
     ]
     lines = markdown(pd.DataFrame(known, columns=COLUMNS)).splitlines()
     assert lines[2:] == [
-        "| none |  | 1 | 0% |  | +0.5 … +0.5 | 1 of 1 | 1.5 |",
-        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7 … +20 | 0 of 1 | 6.0 |",
+        "| none |  | 1 | 0% |  | +0.5 … +0.5 | 0 of 1 | 2.5 | 1 of 1 | 1.5 |",
+        "| braked | share of the rate 0.5 | 2 | 50% | 50% | -7 … +20 | 0 of 1 | 6.0 |  |  |",
     ]
     monkeypatch.setattr("freerock.studies.mishaps.MISHAPS", {"none": MISHAPS["none"]})
     monkeypatch.setitem(SIZES, "small", 1)

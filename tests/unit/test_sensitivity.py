@@ -95,6 +95,29 @@ def test_a_contribution_is_that_of_a_fit_with_the_input_moved(fits, law, name):
     np.testing.assert_allclose(known.values[:n, 0], expected[:n], rtol=0.02, atol=2e-3 * fit.stderr[:n].max())
 
 
+@pytest.mark.parametrize("stated_ms", [0.0, 3.0])
+@pytest.mark.parametrize("law", LAWS)
+def test_a_response_contributes_what_a_fit_finds_with_a_sensor_that_is_slower_by_all_of_its_uncertainty(
+    fits, law, stated_ms
+):
+    """Its effect grows with the square of the time, so that its derivative at 0 would tell nothing; r of a
+    rigid block, told by the times between impacts, hardly knows it."""
+    laser, more_ms = replace(LASER, response_ms=stated_ms), 2.9
+    motion = replace(fits[law][0], view=view_of([laser], BLOCK))
+    slow = replace(motion, view=view_of([replace(laser, response_ms=stated_ms + more_ms)], BLOCK))
+    ends = []
+    for each in (motion, slow):
+        problem = replace(posed(law, (BLOCK,), (each,), FitSettings()), rtol=1e-8)
+        start = problem.start_at(fits[law][1].values)
+        ends.append(problem.physical(least_squares(problem, start, problem.samples(), 1e-13).x))
+    fit = replace(fits[law][1], value=ends[0])
+    source = Input("l", "response_ms", more_ms, False)
+    known = contributions(fit, motion, Laboratory(BLOCK, {"l": laser}, (source,)), FitSettings())
+    n, expected = len(LAWS[law]), ends[1] - ends[0]
+    assert np.any(np.abs(expected[:n]) > 0.1 * fit.stderr[:n]) == (law == "hunt_crossley")
+    np.testing.assert_allclose(known.values[:n, 0], expected[:n], rtol=0.05, atol=0.02 * fit.stderr[:n].max())
+
+
 def test_an_exact_input_contributes_nothing_and_the_total_is_a_root_sum_of_squares(fits):
     motion, fit = fits["hunt_crossley"]
     inputs = (INPUTS["width_m"], replace(INPUTS["height_m"], u=0.0), INPUTS["mass_kg"])

@@ -9,7 +9,7 @@ from typing import Any
 
 from freerock.config.campaign import Campaign
 from freerock.config.record import Record
-from freerock.config.uncertainty import DEFAULTS
+from freerock.config.uncertainty import DEFAULTS, response_u_ms
 from freerock.config.values import Section
 
 Settings = dict[str, Any]
@@ -29,15 +29,17 @@ def geometry(campaign: Campaign, record: Record) -> Settings:
 def inputs(campaign: Campaign, record: Record) -> list[Settings]:
     """What a record's numbers rest on, as `freerock.rotation.laboratory.Input` takes it: stated or default.
 
-    A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock, its first laser's.
+    A base that was levelled to ±a lies within, evenly: u = a/√3. A record has one clock and one response, its
+    first laser's.
     """
     block, own = campaign.blocks[record.block], plain(campaign.blocks[record.block].uncertainty)
     default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
+    default |= {"response_ms": response_u_ms(campaign.lasers[record.lasers[0]].response_ms)}
     known = [(record.block, name, own[name]) for name in own if getattr(block, name) is not None]
     for i, laser in enumerate(record.lasers):
         section = campaign.lasers[laser]
         without = {"position_m"} if section.beam is None else set()
-        without |= {"sampling_rate_fraction"} if i else set()
+        without |= {"sampling_rate_fraction", "response_ms"} if i else set()
         stated = plain(section.uncertainty, *without)
         known += [(laser, name, stated[name]) for name in stated]
     found: list[Settings] = [

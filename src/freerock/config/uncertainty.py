@@ -2,7 +2,8 @@
 
 The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
 1 mm/√12; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
-is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3.
+is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3. What a sensor's time
+does to a motion grows with its square, the mean of which over all times up to 5 ms is that of 5 ms/√3.
 """
 
 from typing import Any
@@ -19,7 +20,14 @@ DEFAULTS = {
     "position_m": 6e-4,
     "scale_fraction": 1e-3,
     "sampling_rate_fraction": 6e-5,
+    "response_ms": 2.9,
+    "response_fraction": 0.1,
 }
+
+
+def response_u_ms(response_ms: float) -> float:
+    """Default uncertainty of a sensor's response [ms], of one that is given or of 0."""
+    return DEFAULTS["response_fraction"] * response_ms or DEFAULTS["response_ms"]
 
 
 def _known(of: str, key: str, instrument: str, lt: float | None = None) -> Any:
@@ -59,4 +67,12 @@ class LaserUncertainty(Section):
         "sampling_rate_fraction",
         "a quartz of ±100 ppm, over √3",
         lt=1,
+    )
+    response_ms: Number | None = Field(
+        None,
+        ge=0,
+        le=100,
+        description="the uncertainty of its response_ms in milliseconds; left out, "
+        f"{DEFAULTS['response_ms']:g}, a default (anything up to 5 ms, over √3), or "
+        f"{100 * DEFAULTS['response_fraction']:g} % of it where one is given",
     )

@@ -41,6 +41,7 @@ LOOKS: dict[str, Style] = {
     "levelled_deg": {"color": "0.7", "hatch": "xxxx"},
     "contact_width_m": {"color": "#0072b2", "hatch": "||||"},
     "sampling_rate_fraction": {"color": "white", "hatch": "----"},
+    "response_ms": {"color": "0.5", "hatch": "****"},
 }
 OTHERS: Style = {"color": "0.9"}
 SHOWN = 1.0  # per cent of a square, from which an input is named

@@ -17,7 +17,7 @@ from freerock.identification.problem import COARSE, Problem, Samples, posed
 from freerock.identification.settings import FitSettings
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
-from freerock.rotation.view import View
+from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 
 SHARE = 0.01  # of its uncertainty, by which an input is moved
@@ -81,6 +81,8 @@ class _Minimum:
         if source.name == "levelled_deg":  # the motions of either tilt are much alike
             ends = [self._end(self.laboratory.moved(source, share)) for share in (TILTS, -TILTS)]
             return np.asarray((ends[0] - ends[1]) / (2 * TILTS))
+        if source.name == "response_ms":  # what it does grows with its square
+            return np.asarray(self._end(self.laboratory.moved(source, 1.0)) - self.problem.physical(self.x))
         end = self._end(self.laboratory.moved(source, SHARE))
         return np.asarray((end - self.problem.physical(self.x)) / SHARE)
 
@@ -111,12 +113,7 @@ class _Minimum:
     def _posed(self, moved: Laboratory) -> Problem:
         """The problem that another laboratory would have posed."""
         (motion,) = self.problem.motions
-        clock, view = moved.clock / self.laboratory.clock, motion.view
-        if view is not None:
-            laser = view.laser
-            if laser.beam is not None:
-                laser = replace(laser, position_m=next(iter(moved.lasers.values())).position)
-            view = View(moved.block, laser)
+        clock, view = moved.clock / self.laboratory.clock, view_of([*moved.lasers.values()], moved.block)
         read = self.laboratory.reread(np.append(motion.theta, motion.theta0), moved)
         motion = replace(
             motion,

@@ -14,7 +14,8 @@ from freerock.rotation.sensor import Laser
 
 OF_BLOCK = ("height_m", "width_m", "contact_width_m", "mass_kg")
 UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "position_m"), "m")
-UNITS |= {"mass_kg": "kg", "scale_fraction": "1", "sampling_rate_fraction": "1", "levelled_deg": "deg"}
+UNITS |= {"mass_kg": "kg", "scale_fraction": "1", "sampling_rate_fraction": "1", "response_ms": "ms"}
+UNITS |= {"levelled_deg": "deg"}
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,12 @@ class Laboratory:
             return replace(self, tilt=self.tilt + math.radians(by))
         if name == "sampling_rate_fraction":
             return replace(self, clock=self.clock / (1 + by))
+        if name == "response_ms":
+            slower = {
+                key: replace(each, response_ms=max(each.response_ms + by, 0.0))
+                for key, each in self.lasers.items()
+            }
+            return replace(self, lasers=slower)
         laser = self.lasers[source.owner]
         if name == "position_m":
             moved = replace(laser, position_m=laser.position + by)

@@ -54,7 +54,7 @@ def one(i: int) -> Row:
     tilt = math.radians(draw.uniform(-MOST_DEG, MOST_DEG)) if i // 6 % 4 else 0.0
     how = {"moves": mishaps.off_level(tilt)} if tilt else {}
     record = spoiled(block, laser, truth, angle, how, i)
-    verdict, found = judged(record, laser, block, LADDER)
+    verdict, found, _ = judged(record, laser, block, LADDER)
     row: Row = {
         "block": configuration,
         "foundation": foundation,

@@ -16,6 +16,7 @@ INPUT_LABELS = {
     "position_m": "beam position",
     "scale_fraction": "scale",
     "sampling_rate_fraction": "sampling rate",
+    "response_ms": "sensor response",
     "levelled_deg": "levelling",
 }
 
