@@ -32,15 +32,16 @@ BLOCK, ANGLE, _ = CONFIGURATIONS["config3"]
 SIGMA = math.radians(0.006)
 SINCE = np.arange(0, 2.5, 1e-3)
 PLAIN = replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+WIDTH = replace(PLAIN, kinematics=("guided",))  # and another contact width
 
 
-def run(moves, foundation="aerstop", seed=3, theta0=ANGLE, hold=ANGLE):
+def run(moves, foundation="aerstop", seed=3, theta0=ANGLE, hold=ANGLE, sigma=SIGMA, block=BLOCK):
     """A measured run that began with these moves, and the hold from which it was let go."""
     parameters = FOUNDATIONS[foundation]
-    start = State(static_depth(BLOCK, Foundation.of(parameters), theta0), 0.0, theta0, 0.0)
-    theta = moves(Scene("hunt_crossley", BLOCK, parameters), SINCE, start).theta
-    noise = SIGMA * np.random.default_rng(seed).standard_normal(SINCE.size)
-    return Motion(SINCE, theta + noise, SIGMA, hold, 1e-5, 2e-4)
+    start = State(static_depth(block, Foundation.of(parameters), theta0), 0.0, theta0, 0.0)
+    theta = moves(Scene("hunt_crossley", block, parameters), SINCE, start).theta
+    noise = sigma * np.random.default_rng(seed).standard_normal(SINCE.size)
+    return Motion(SINCE, theta + noise, sigma, hold, 1e-5, 2e-4)
 
 
 def tilted(degrees, **how):
@@ -143,12 +144,15 @@ def test_a_tilt_is_found_under_worn_corners_too():
         assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
 
 
-def rounded(radius, foundation="marble", seed=3):
+def rounded(radius, foundation="marble", seed=3, sigma=SIGMA):
     """A run of a block with rounded edges, let go in balance on them."""
     law = Foundation.of(FOUNDATIONS[foundation])
     depth = static_depth(replace(BLOCK, edge_radius_m=radius), law, ANGLE)
-    moves = mishaps.rounded(radius)
-    return run(lambda scene, since, start: moves(scene, since, start._replace(z=depth)), foundation, seed)
+
+    def moves(scene, since, start):
+        return mishaps.rounded(radius)(scene, since, start._replace(z=depth))
+
+    return run(moves, foundation, seed, sigma=sigma)
 
 
 @pytest.mark.parametrize("radius", [7e-4, 2e-3])
@@ -168,6 +172,48 @@ def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation,
     error = max(1e3 * fit.stderr[fit.parameters.index("edge_radius")], 0.01)
     told = f"edges rounded by {1e3 * fit.values['edge_radius']:.2f} ± {error:.2f} mm, and fitted so"
     assert note.text == f"{told}: measure them"
+
+
+def test_rounded_edges_are_not_taken_for_another_contact_width():
+    """Under this noise the law fails and passes with a narrower contact, k 4 to 6 standard errors off."""
+    for louder in (8, 12):
+        motion = rounded(1e-3, sigma=louder * SIGMA)
+        narrower = fit_run("hunt_crossley_width", BLOCK, motion)
+        assert not evidence(fit_run("hunt_crossley", BLOCK, motion)).explains
+        assert evidence(narrower).explains and narrower.values["k"] < 0.96 * FOUNDATIONS["marble"]["k"]
+        found = identify_run(BLOCK, motion, WIDTH)
+        assert (found.choice(WIDTH).selected, found.scene) == ("hunt_crossley", ("edges",))
+        fit = found.fits["hunt_crossley"]
+        for name, value in {**FOUNDATIONS["marble"], "edge_radius": 1e-3}.items():
+            at = fit.parameters.index(name)
+            assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+        (note,) = notes(motion, found, WIDTH)
+        assert (note.verdict, note.name) == ("warn", "rounded_edges")
+
+
+def test_where_neither_does_better_width_and_edges_are_both_told():
+    motion = rounded(1e-3, sigma=24 * SIGMA)
+    found = identify_run(BLOCK, motion, WIDTH)
+    of_edges, of_both = notes(motion, found, WIDTH)
+    assert of_edges.name == of_both.name == "rounded_edges"
+    assert of_both.verdict == "warn"
+    assert of_both.text == (
+        "another contact width and rounded edges explain the run alike, each with its own k: measure both"
+    )
+
+
+@pytest.mark.parametrize("fraction", [0.97, 0.99])
+@pytest.mark.parametrize("louder", [1, 8])
+def test_a_narrower_contact_is_not_taken_for_rounded_edges(fraction, louder):
+    worn = replace(BLOCK, contact_width_m=fraction * BLOCK.width_m)
+    motion = run(free_rocking, "marble", sigma=louder * SIGMA, block=worn)
+    found = identify_run(BLOCK, motion, WIDTH)
+    assert (found.choice(WIDTH).selected, found.scene) == ("hunt_crossley_width", ())
+    assert notes(motion, found, WIDTH) == []
+    fit = found.fits["hunt_crossley_width"]
+    for name, value in {**FOUNDATIONS["marble"], "width": worn.contact_width_m}.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
 
 
 def test_with_sharp_edges_the_law_would_be_far_off_and_pass_for_noise():

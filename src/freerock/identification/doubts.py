@@ -18,6 +18,7 @@ NO_REST = (
     "no rest or hold is long enough to show the noise of the sensor: the standard errors know the noise from "
     "what the fit leaves alone"
 )
+EITHER = "another contact width and rounded edges explain the run alike, each with its own k: measure both"
 ALWAYS = "alternating_restitution"  # its cause acts all through the run: no part of it is undisturbed
 
 
@@ -47,6 +48,7 @@ def doubts_about(
     if found.explained:
         chosen = found.choice(ladder).selected
         notes = notes_on_scene(found.fits[chosen], block, motion) if found.scene else []
+        notes += [Reason("warn", "rounded_edges", EITHER)] * found.width_or_edges
         return [*notes, *slow_sensor(found.at_best(chosen, block, motion, ladder), motion)]
     if not found.fits:
         return []
