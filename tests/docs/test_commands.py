@@ -10,11 +10,11 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 import yaml
+from warm import commands
 
 from freerock.config.campaign import load_campaign
 from freerock.config.record import Record
@@ -112,9 +112,8 @@ def copy(tmp_path_factory):
 
 
 def run(command, folder):
-    bin_folder = Path(sys.executable).parent
     environment = os.environ | {"PYTHONPATH": str(folder / "src")}
-    environment["PATH"] = os.pathsep.join([str(bin_folder), environment["PATH"]])
+    environment["PATH"] = os.pathsep.join([str(commands()), environment["PATH"]])
     environment["COLUMNS"] = "100"
     done = subprocess.run(
         ["bash", "-c", command],

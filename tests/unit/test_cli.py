@@ -1,5 +1,6 @@
 """The command `freerock`: what it answers, in which time, and its exit codes."""
 
+import math
 import os
 import resource
 import subprocess
@@ -31,10 +32,13 @@ def small(tmp_path):
     return tmp_path
 
 
-def least_time_of(*arguments):
-    """Least processor time of five calls [s], on an idle machine the time one waits; and the last answer."""
+def least_time_of(*arguments, enough):
+    """Least processor time of calls [s], on an idle machine the time one waits; and the last answer.
+
+    Of five at the most; one in a time that is short enough is the last.
+    """
     spent = []
-    for _ in range(5):
+    while len(spent) < 5 and min(spent, default=math.inf) > enough:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         done = freerock(*arguments)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -44,13 +48,13 @@ def least_time_of(*arguments):
 
 
 def test_help_answers_at_once_and_documents_the_exit_codes():
-    spent, answer = least_time_of("--help")
+    spent, answer = least_time_of("--help", enough=0.3)
     assert cli.EXIT_CODES in answer
     assert spent <= 0.3
 
 
 def test_check_of_the_shipped_campaign_takes_a_moment():
-    spent, answer = least_time_of("check", "palermo_virtual")
+    spent, answer = least_time_of("check", "palermo_virtual", enough=1.5)
     assert answer == "palermo_virtual: 6 records, 3 blocks, 2 foundations: nothing to correct\n"
     assert spent <= 1.5
 

@@ -21,10 +21,10 @@ def strike(source):
     if ACCIDENT == "kill job":
         os.kill(os.getpid(), signal.SIGKILL)
     elif ACCIDENT.startswith("kill run"):  # its job outlives it, until the mark is taken away
-        os.kill(os.getsid(0), signal.SIGKILL)
+        os.kill(int(os.environ["RUN"]), signal.SIGKILL)
     end = time.monotonic() + 600
     while os.path.exists(MARK) and time.monotonic() < end:
-        time.sleep(0.05)
+        time.sleep(0.01)
 
 
 def replace(source, target):
@@ -34,6 +34,8 @@ def replace(source, target):
 
 
 of_a_job = any(".snakemake/scripts" in word for word in sys.orig_argv)
+if not of_a_job:
+    os.environ["RUN"] = str(os.getpid())
 if ACCIDENT in ("kill job", "kill run", "wait"):
     os.replace = replace
 if ACCIDENT == "kill run early" and of_a_job:

@@ -10,6 +10,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from warm import commands
+
 from freerock.models.block import Block
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.record import Recording, Release, simulate_record
@@ -69,9 +71,10 @@ class Checkout:
     def __truediv__(self, path) -> Path:
         return self.folder / path
 
-    def snakemake(self, *arguments, **environment) -> subprocess.CompletedProcess:
+    def snakemake(self, *arguments, warm=True, **environment) -> subprocess.CompletedProcess:
         environment = os.environ | {"PYTHONPATH": str(self.folder / "src")} | environment
-        command = [sys.executable, "-m", "snakemake", "--cores", "2", *map(str, arguments)]
+        python = commands() / "python" if warm else sys.executable
+        command = [python, "-m", "snakemake", "--cores", "2", *map(str, arguments)]
         return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
 
     def planned(self, *targets) -> dict:

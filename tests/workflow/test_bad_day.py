@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from small_campaign import ROOT, simulated
+from warm import commands
 
 from freerock.files import sha256
 from freerock.jobs.contents import look
@@ -52,7 +53,7 @@ def seen():
 
 
 class Run:
-    """Snakemake under way, as a session of its own, its output in a file that no orphan holds up."""
+    """Snakemake under way, its output in a file that no orphan holds up."""
 
     def __init__(self, checkout, *targets, accident="", wrap=()):
         hook = checkout / "accident"
@@ -61,21 +62,21 @@ class Run:
         self.mark, self.out = checkout / "mark", checkout / f"out_{time.monotonic_ns()}"
         path = os.pathsep.join(str(checkout / part) for part in ("src", "accident"))
         environment = {"PYTHONPATH": path, "ACCIDENT": accident, "MARK": str(self.mark), "AT": targets[0]}
+        python = sys.executable if wrap else commands() / "python"
         with open(self.out, "w") as out:
             self.process = subprocess.Popen(
-                [*wrap, sys.executable, "-m", "snakemake", "--cores", "2", *targets],
+                [*wrap, python, "-m", "snakemake", "--cores", "2", *targets],
                 cwd=checkout.folder,
                 env=os.environ | environment,
                 stdout=out,
                 stderr=out,
-                start_new_session=True,
             )
 
     def wait_for(self, condition):
         end = time.monotonic() + 300
         while not condition():
             assert time.monotonic() < end, self.told
-            time.sleep(0.05)
+            time.sleep(0.01)
 
     @property
     def told(self):

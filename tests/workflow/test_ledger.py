@@ -4,12 +4,12 @@ import json
 import os
 import shutil
 import subprocess
-import sys
 
 import pytest
 from small_campaign import simulated
 from test_bad_day import FIT, RAW, RECORD, Run, raw, run
 from test_reruns import CSV, EVERYTHING, OF_ONE_RECORD, PAGES, REPORT, YAML
+from warm import commands
 
 from freerock.files import sha256
 from freerock.jobs.contents import look
@@ -23,7 +23,7 @@ OLD = (1e9, 1e9)  # a time long before
 
 
 def freerock(checkout, *arguments):
-    command = [sys.executable, "-m", "freerock.cli", *arguments]
+    command = [commands() / "freerock", *arguments]
     environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
     return subprocess.run(command, cwd=checkout.folder, env=environment, capture_output=True, text=True)
 

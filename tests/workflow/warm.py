@@ -1,0 +1,140 @@
+"""A Python that is warm: forked from one that has imported the libraries, which takes longer than most jobs.
+
+`commands()` is a folder with the executables `python`, `snakemake` and `freerock`. They serve for what a test
+starts and waits for, and for the jobs of a Snakemake so started; they end as what they stand for, pass on no
+signal and see no mounts of their own. Nothing of freerock is imported before the fork: each process takes its
+copy, by PYTHONPATH.
+"""
+
+import atexit
+import contextlib
+import functools
+import gc
+import importlib
+import io
+import json
+import os
+import runpy
+import select
+import shutil
+import signal
+import site
+import socket
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+CLIENT = """\
+#!{python} -IS
+import json, os, socket, sys
+
+server = socket.socket(socket.AF_UNIX)
+server.connect({address!r})
+socket.send_fds(server, [b"!"], [0, 1, 2])
+with server.makefile("rw") as file:
+    print(json.dumps([{before} + sys.argv[1:], os.getcwd(), dict(os.environ)]), file=file, flush=True)
+    code = int(file.readline() or 1)
+if code < 0:
+    os.kill(os.getpid(), -code)
+sys.exit(code)
+"""
+COMMANDS = {"python": [], "snakemake": ["-m", "snakemake"], "freerock": ["-m", "freerock.cli"]}
+LIBRARIES = (  # of Snakemake and of its jobs, also those that they import late
+    *("snakemake.cli", "snakemake.script", "snakemake.report.html_reporter", "snakemake.notebook"),
+    *("snakemake.benchmark", "snakemake.storage", "docutils.core", "jsonschema", "nbformat", "smart_open"),
+    *("h5py", "jinja2", "lmfit", "netCDF4", "nptdms", "pandas", "pydantic", "ruamel.yaml", "xarray", "yte"),
+    *("matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf", "matplotlib.style"),
+    *("scipy.fft", "scipy.integrate", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats"),
+)
+
+
+@functools.cache
+def commands() -> Path:
+    """The folder of the executables; what they ask ends with this process."""
+    folder = Path(tempfile.mkdtemp(prefix="warm"))
+    for name, before in COMMANDS.items():
+        text = CLIENT.format(python=sys.executable, address=str(folder / "socket"), before=before)
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    server = subprocess.Popen(
+        [sys.executable, __file__, folder],
+        env=os.environ | {"OMP_NUM_THREADS": "1"},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    atexit.register(shutil.rmtree, folder)
+    atexit.register(server.communicate)
+    assert server.stdout.readline() == b"warm\n"
+    return folder
+
+
+def serve(folder: Path):
+    """Fork for each client until stdin is closed; returns in the forked process."""
+    listening = socket.socket(socket.AF_UNIX)
+    listening.bind(str(folder / "socket"))
+    listening.listen()
+    signal.signal(signal.SIGCHLD, forget)
+    print("warm", flush=True)
+    while listening in select.select([listening, sys.stdin], [], [])[0]:
+        client = listening.accept()[0]
+        if os.fork() == 0:  # waits for the process and tells its end
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            listening.close()
+            if (process := os.fork()) == 0:
+                return as_asked(client, folder)
+            client.sendall(b"%d\n" % os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]))
+            os._exit(0)
+        client.close()
+    os._exit(0)
+
+
+def forget(*_):
+    """Of a forked process that has ended nothing is left."""
+    with contextlib.suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
+def as_asked(client, folder: Path):
+    """Take over the client's standard files, folder, environment and arguments."""
+    _, files, *_ = socket.recv_fds(client, 1, 3)
+    for number, file in enumerate(files):
+        os.dup2(file, number)
+        os.close(file)
+    with client, client.makefile() as text:
+        arguments, here, environment = json.loads(text.readline())
+    os.chdir(here)
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.argv, sys.orig_argv = arguments, [sys.executable, *arguments]
+    sys.executable = str(folder / "python")
+    sys.path[1:1] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
+    site.execsitecustomize()
+
+
+def warm_up():
+    """Import the libraries; have numba and matplotlib load what they load at first use."""
+    for name in LIBRARIES:
+        importlib.import_module(name)
+    import numba
+    from matplotlib.figure import Figure
+
+    numba.njit(lambda x: x + 1.0)(1.0)
+    figure = Figure()
+    figure.text(0, 0, "$x$")
+    for suffix in ("png", "pdf"):
+        figure.savefig(io.BytesIO(), format=suffix)
+    gc.freeze()
+
+
+if __name__ == "__main__":
+    warm_up()
+    serve(Path(sys.argv[1]))
+    if sys.argv[0] == "-m":
+        del sys.argv[0]
+        sys.path[0] = ""
+        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+    else:
+        sys.path[0] = str(Path(sys.argv[0]).resolve().parent)
+        runpy.run_path(sys.argv[0], run_name="__main__")
