@@ -12,6 +12,7 @@ from freerock.identification.fit import fit_run
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
 from freerock.identification.problem import posed
+from freerock.identification.pursuit import FINEST
 from freerock.identification.scan import scan
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -116,3 +117,5 @@ def test_a_block_that_rattles_and_leaves_more_than_noise_has_no_standard_error()
     known = Uncertainty(np.eye(len(x)), *np.ones((3, len(x))), coloured=False, widened=1.0)
     assert failure(problem, end, known, 1e-3).endswith("possibly another minimum")
     assert failure(problem, replace(end, mean_square=other.sigma_theta**2), known, 1e-3) == ""
+    beyond = replace(problem, fine=FINEST)
+    assert "beyond precision" in failure(beyond, replace(end, mean_square=other.sigma_theta**2), known, 1e-3)

@@ -1,6 +1,6 @@
 """Runs to parameters: fits, how well they are known, which law a run needs, what they predict, and plans.
 
-A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `resolution`) → `noise` →
+A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `pursuit`, `resolution`) → `noise` →
 `likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
 """
 

@@ -10,8 +10,9 @@ from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.likelihood import Likelihood, likelihood
 from freerock.identification.problem import Problem
+from freerock.identification.pursuit import is_beyond, multiplies_errors
 from freerock.identification.scan import is_lively
-from freerock.identification.search import is_poor
+from freerock.identification.search import LEFT, is_poor
 from freerock.identification.settings import is_rounded
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
@@ -21,7 +22,6 @@ ASKED = 4.0
 # Rounded edges can't be less than sharp, and the derivative sees half of what a fit with them gains: of two
 # records of the squat block on its soft foundation with 0.7 mm 15 and 23 of 33 and 27.
 ASKED_EDGES = 3.5
-LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
 BLUR_S = 5e-4  # of the difference quotient of what a slow sensor does
 EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
@@ -48,8 +48,8 @@ def added_damping(
     """How many standard errors the damping that the law lacks would be away from zero.
 
     By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
-    is negative where the damping would have to drive the block. None where the law lacks no damping, or
-    debonding is not worked out for two.
+    is negative where the damping would have to drive the block. None where the law lacks no damping, where
+    debonding is not worked out for two, and of a motion that multiplies errors (`pursuit`).
 
     Parameters
     ----------
@@ -67,7 +67,9 @@ def added_damping(
     if wider is None:
         return None
     (model, other), samples = wider, problem.samples()
-    if not law_of(model).allows(problem.settings.debonding, len(law_of(model).dampings)):
+    if problem.directions is not None or not law_of(model).allows(
+        problem.settings.debonding, len(law_of(model).dampings)
+    ):
         return None
     # the trough of the misfit is bent: a larger trace gives no derivative
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
@@ -114,7 +116,12 @@ class _Linear:
 
 
 def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
-    """By how many standard errors what `asks_for` names would be off zero, with its sign."""
+    """By how many standard errors what `asks_for` names would be off zero, with its sign.
+
+    Nothing of a motion that multiplies errors (`pursuit`): these are no derivatives there.
+    """
+    if multiplies_errors(problem, x):
+        return {}
     best = _Linear(problem, x)
 
     def beside(value: float, name: str) -> Floats:
@@ -186,6 +193,8 @@ def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: f
         and is_poor(problem, LEFT * solution.mean_square)
     ):
         return "the block is hardly damped and more than noise is left: possibly another minimum"
+    if is_beyond(problem):
+        return "the block is hardly damped and multiplies errors beyond precision: possibly another minimum"
     if epsilon >= 1:
         return "worse than a block at rest (ε_θ ≥ 1)"
     return ""

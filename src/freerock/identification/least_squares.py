@@ -9,6 +9,7 @@ from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
+XTOL = 1e-9  # relative step at which a search ends; less where the difference quotients' steps are less
 ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
 
 
@@ -55,7 +56,7 @@ def least_squares(
         (low, high),
         x_scale="jac",
         ftol=ftol,
-        xtol=1e-9,
+        xtol=XTOL * min(problem.stride, 1.0),
         gtol=None,
         max_nfev=60,
     )

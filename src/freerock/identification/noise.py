@@ -65,6 +65,11 @@ def noise_of(motion: Motion) -> Noise:
     return white_noise(motion.sigma_theta, (len(motion.time_s) - 1) / float(np.ptp(motion.time_s)))
 
 
+def least_mean_square(motion: Motion) -> float:
+    """Mean square of a residual that is noise [rad²]: of that at rest, or of sigma_theta if it is more."""
+    return max(motion.sigma_theta**2, noise_of(motion).variance)
+
+
 def hopeless_from(motions: Sequence[Motion]) -> float:
     """Mean square of a quick fit [rad²] from which a full one won't do.
 

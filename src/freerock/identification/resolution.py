@@ -9,6 +9,7 @@ from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
 
 FINEST = 1e-12  # least rtol
+EXACT = 1e-15  # least rtol with which one is compared
 WORTH = 0.02  # largest share of a standard error that averaging of samples may cost
 LEAST = 20  # averaged samples per parameter
 
@@ -52,12 +53,13 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
     jacobian = derivatives / np.maximum(np.sqrt(np.mean(derivatives**2, axis=0)), 1e-300)
     inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     spread = np.sqrt(np.diag(inverse))
-    m = _averaging(samples, jacobian, spread)
+    m = _averaging(samples, jacobian, spread) if problem.directions is None else 1
     if not law_of(problem.model).is_foundation:
         return Resolution(problem.rtol, m, 0.0, derivatives)
     rtol = problem.rtol
     while True:
-        exact = known[0] if rtol / 100 == problem.exact_rtol else problem.curve(x, samples, rtol / 100)
+        finer = max(rtol / 100, EXACT)
+        exact = known[0] if finer == problem.exact_rtol else problem.curve(x, samples, finer)
         shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
         shift = float(np.max(shifts, initial=0.0))
         if not shift > problem.settings.integrator_error or rtol <= FINEST:

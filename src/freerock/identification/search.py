@@ -7,8 +7,9 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.noise import noise_of
+from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem
+from freerock.identification.pursuit import multiplies_errors, pursue, resolved, settle
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.rigid import first_impact_s
 from freerock.identification.scan import finer_scan, is_lively, scan
@@ -19,8 +20,8 @@ GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
 PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
 SAME = 3e-3  # of the first fitted number, in which two ends of a horizon are one
 ALIKE = 1.1  # times the mean square, likewise
-LIVELY_RTOL = 1e-10  # of a motion that multiplies errors
 POOR = 1.1  # times the noise: a start that ends above it may be in a false minimum
+LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
 HEAD, SLOWLY, FOLLOWED = 0.4, 1.4, 6  # of low dampings: share of the first horizon, growth, ends kept
 
 
@@ -41,15 +42,17 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     Solution
     Resolution
     """
-    x = approach(problem, start).x
+    near = approach(problem, start)
+    x = near.x
+    if _is_single(problem) and is_lively(problem, x) and not is_poor(problem, LEFT * near.mean_square):
+        problem = resolved(replace(problem, rtol=FINE), x, problem.samples())
     resolution = find_resolution(problem, x)
     exact = resolution.rtol >= min(problem.rtol, problem.fine)
     problem, jacobian = replace(problem, rtol=resolution.rtol), resolution.jacobian if exact else None
-    end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
-    if len(problem.motions) == 1 and is_poor(problem, end.mean_square) and is_lively(problem, end.x):
-        problem = replace(problem, rtol=min(resolution.rtol, LIVELY_RTOL))
-        resolution = replace(resolution, rtol=problem.rtol, m=1)
-        end = least_squares(problem, end.x, problem.samples())
+    if problem.directions is None:
+        end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
+    else:
+        problem, end = settle(problem, x)
     return problem, end, resolution
 
 
@@ -72,34 +75,52 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
     ends = []
     if start is not None:
         ends = [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:], beyond)]
-    single = len(problem.motions) == 1 and not law_of(problem.model).cases
-    if not ends or (single and np.isinf(beyond) and is_poor(problem, ends[0].mean_square)):
+    in_full = _is_single(problem) and np.isinf(beyond)
+    if not ends or (in_full and is_poor(problem, ends[0].mean_square)):
         ends += _scanned(problem, horizons, beyond)
     best = min(ends, key=lambda end: end.mean_square)
-    if single and np.isinf(beyond) and is_poor(problem, best.mean_square) and is_lively(problem, best.x):
+    if (
+        in_full
+        and is_lively(problem, best.x)
+        and (is_poor(problem, best.mean_square) or multiplies_errors(problem, best.x))
+    ):
         ends = [best, *_scanned_finely(replace(problem, fine=FINE, stride=1.0), horizons)]
     return min(ends, key=lambda end: end.mean_square)
 
 
+def _is_single(problem: Problem) -> bool:
+    """Whether it is one run under a law without cases."""
+    return len(problem.motions) == 1 and not law_of(problem.model).cases
+
+
 def is_poor(problem: Problem, mean_square: float) -> bool:
     """Whether the mean square [rad²] of a fit of a single run is more than its noise."""
-    motion = problem.motions[0]
-    return mean_square > POOR**2 * max(motion.sigma_theta**2, noise_of(motion).variance)
+    return mean_square > POOR**2 * least_mean_square(problem.motions[0])
 
 
 def _scanned_finely(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
-    """Ends of the starts of a finer scan of low dampings, over horizons that grow more slowly."""
+    """The end of the first start of a finer scan of low dampings that can be pursued to the last horizon; of
+    all starts over horizons that grow more slowly, where none can be."""
     spans = [HEAD * horizons[0]]
     while spans[-1] < horizons[-1]:
         spans.append(SLOWLY * spans[-1])
     ends = [
         follow(problem, problem.start(values), spans[:1]) for values in finer_scan(problem.alone(), spans[0])
     ]
+    near = _followed(ends)
+    for end in near:
+        pursued = pursue(problem, end.x, spans[0])
+        if pursued:
+            return [pursued]
     for span in spans[1:]:
-        ends = _different(sorted(ends, key=lambda end: end.mean_square))
-        near = [end for end in ends if end.mean_square <= PROMISING**2 * ends[0].mean_square]
-        ends = [follow(problem, end.x, [span]) for end in near[:FOLLOWED]]
-    return ends
+        near = _followed([follow(problem, end.x, [span]) for end in near])
+    return near
+
+
+def _followed(ends: Sequence[Solution]) -> list[Solution]:
+    """Ends of starts of a finer scan that are followed on, the best first."""
+    ends = _different(sorted(ends, key=lambda end: end.mean_square))
+    return [end for end in ends if end.mean_square <= PROMISING**2 * ends[0].mean_square][:FOLLOWED]
 
 
 def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list[Solution]:

@@ -14,6 +14,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit
 from freerock.identification.problem import COARSE, Problem, Samples, posed
+from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.settings import FitSettings
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
@@ -39,9 +40,15 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
         Whose block was fitted.
     settings : FitSettings
         Those of the fit.
+
+    Returns
+    -------
+    Contributions
+        NaN of a motion that multiplies errors (`pursuit`), for which first order is too little.
     """
     problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
-    if problem.names != fit.parameters:  # an impact more or less: no such fit
+    unlike = problem.names != fit.parameters  # an impact more or less: no such fit
+    if unlike or multiplies_errors(problem, problem.start_at(fit.values)):
         return Contributions(
             laboratory.inputs, np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)
         )

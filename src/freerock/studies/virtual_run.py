@@ -54,6 +54,8 @@ class Truth:
         with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms; "mains and
         drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s; "white and
         slow", white with 0.25 σ correlated over 50 ms; keys of `STEP_SIGMAS`, white before a converter.
+    rtol : float
+        Of the integrator that gives the true motion.
     """
 
     model: str
@@ -62,6 +64,7 @@ class Truth:
     theta0: float
     sigma_theta: float
     noise: str = "white"
+    rtol: float = 1e-10
 
     @property
     def nominal(self) -> Block:
@@ -78,7 +81,7 @@ class Truth:
             time_s,
             theta0=self.theta0,
             rules=candidate.rules(),
-            solver=Solver(1e-10),
+            solver=Solver(self.rtol),
         )
 
 

@@ -1,0 +1,176 @@
+"""Fit of a motion that multiplies errors: horizons, steps and tolerances as fine as it asks for.
+
+The motion of a block that is hardly damped parts from its neighbours exponentially. Each horizon ends where
+what the last one left open of the numbers would move the curve by `REACH` times the noise: so the next fit
+starts near its minimum.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.noise import least_mean_square
+from freerock.identification.problem import FINE, STRIDE, Problem, Samples
+from freerock.identification.scan import is_lively
+from freerock.models.laws import parameter_of
+
+MOVED = 0.1  # times the noise: how far a step of a difference quotient moves the curve
+WITHIN = 3.0  # factor of that which will do
+ROUNDS = 8  # of finding these steps: too long a step moves the curve by less than its derivative says
+FINEST = 5e-13  # rtol: a motion that asks for less has minima beside minima
+REACH = 10.0  # times the noise
+LEAST, MOST = 1.03, 2.0  # growth of a horizon
+LOST = 2.0  # times the mean square of the noise: a start that leaves more is in another basin
+SAMPLES = 1000  # of a horizon
+FTOL, LAST_FTOL = 1e-4, 1e-6  # of these, and of the whole run
+TRIES, SHORTER = 4, 0.3  # of the whole run, and steps of the next one
+PROMISE = 2.0  # times the variance of the noise: gain of the sum of squares that a last step may promise
+
+
+def resolved(problem: Problem, x: Floats, samples: Samples) -> Problem:
+    """The same problem with derivatives by steps that move the curve by no more than the noise does.
+
+    They are taken along the singular directions of the derivatives: an error of the one that moves the curve
+    most would else hide what the samples tell of the others. The tolerance of the integrator follows the
+    shortest step. A problem whose steps are short enough is left as it is, and so is one without noise.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a single run.
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers, near their best.
+    samples : Samples
+    """
+    noise, steps = _noise(problem), _usual_steps(problem)
+    for _ in range(ROUNDS):
+        jacobian = problem.jacobian(x, samples)
+        if noise == 0 or _are_apt(problem, jacobian):
+            break
+        directions = _directions(jacobian, steps, MOVED * noise)
+        stride = float(np.min(np.linalg.norm(directions / steps[:, None], axis=0)))
+        fine = max(FINEST, FINE * stride)
+        problem = replace(
+            problem, directions=directions, stride=stride, fine=fine, rtol=min(problem.rtol, fine)
+        )
+    return problem
+
+
+def multiplies_errors(problem: Problem, x: Floats) -> bool:
+    """Whether the usual steps are too long for the derivatives of a run: of a block that is hardly damped."""
+    if not is_lively(problem, x) or _noise(problem) == 0:
+        return False
+    usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
+    return not _are_apt(usual, usual.jacobian(x, problem.samples(most=SAMPLES)))
+
+
+def _noise(problem: Problem) -> float:
+    """Of the run [rad]."""
+    return math.sqrt(least_mean_square(problem.motions[0]))
+
+
+def _usual_steps(problem: Problem) -> Floats:
+    """Of the fitted numbers."""
+    return np.abs([parameter_of(name).step for name in problem.names])
+
+
+def _are_apt(problem: Problem, jacobian: Floats) -> bool:
+    """Whether the steps move the curve as they ought to, or may be the usual ones."""
+    noise, steps = _noise(problem), _usual_steps(problem)
+    if problem.directions is None:
+        quotients = np.array([name != "t0" for name in problem.names])
+        return bool(np.all((problem.stride * steps * _size(jacobian))[quotients] <= WITHIN * MOVED * noise))
+    moved = _size(jacobian @ problem.directions)
+    longest = np.linalg.norm(problem.directions / steps[:, None], axis=0) > 0.99 * STRIDE
+    return bool(np.all((moved <= WITHIN * MOVED * noise) & (longest | (moved >= MOVED / WITHIN * noise))))
+
+
+def _directions(jacobian: Floats, steps: Floats, moved: float) -> Floats:
+    """Singular directions, each as long as moves the curve so much [rad], but at most STRIDE usual steps."""
+    _, size, directions = np.linalg.svd(
+        jacobian * steps / moved / np.sqrt(len(jacobian)), full_matrices=False
+    )
+    return np.asarray(steps[:, None] * directions.T * np.minimum(1 / size, STRIDE))
+
+
+def _size(columns: Floats) -> Floats:
+    """Root mean square of each column."""
+    return np.asarray(np.sqrt(np.mean(columns**2, axis=0)))
+
+
+def is_beyond(problem: Problem) -> bool:
+    """Whether the motion multiplies errors by more than the integrator can follow."""
+    return problem.fine <= FINEST
+
+
+def pursue(problem: Problem, x: Floats, span_s: float) -> Solution | None:
+    """Least squares over horizons that grow as far as the numbers are known, by less where they lose them.
+
+    None where they do so all the same, or where the motion multiplies errors by more than can be followed.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a single run.
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers, from a fit of the first horizon.
+    span_s : float
+        The first horizon [s].
+    """
+    problem, evaluations = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None), 0
+    last, noise = problem.motions[0].time_s[-1], least_mean_square(problem.motions[0])
+    known_s = 0.0
+    while True:
+        samples = problem.samples(span_s, SAMPLES)
+        finer = resolved(problem, x, samples)
+        end = least_squares(finer, x, samples, ftol=FTOL)
+        evaluations += end.evaluations
+        if end.mean_square > LOST * noise:
+            if span_s < LEAST**2 * known_s or known_s == 0:
+                return None
+            span_s = float(np.sqrt(span_s * known_s))  # from where the motion is still known
+            continue
+        problem, x, known_s = finer, end.x, span_s
+        if is_beyond(problem):
+            return None
+        if span_s >= last:
+            return replace(end, evaluations=evaluations)
+        span_s = _next_span(problem, x, span_s)
+
+
+def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
+    """Least squares of a whole run, begun anew with shorter steps while these promise a further gain.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a single run, as `resolved` gives it.
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers to start from.
+    """
+    samples, noise, evaluations = problem.samples(), least_mean_square(problem.motions[0]), 0
+    for _ in range(TRIES):
+        end = least_squares(problem, x, samples, ftol=LAST_FTOL)
+        x, evaluations = end.x, evaluations + end.evaluations
+        if problem.directions is not None:
+            problem = replace(problem, directions=SHORTER * problem.directions)
+        basis, _ = np.linalg.qr(problem.jacobian(x, samples)[:, ~problem.at_bound(x)])
+        gain = float(np.sum((basis.T @ problem.residual(x, samples)) ** 2))
+        if gain <= PROMISE * noise or end.mean_square > LOST * noise:
+            return problem, replace(end, evaluations=evaluations)
+    return problem, replace(end, evaluations=evaluations, success=False, message="least squares creep")
+
+
+def _next_span(problem: Problem, x: Floats, span_s: float) -> float:
+    """How far the numbers that a horizon gives are known to follow the motion [s]."""
+    low, high = LEAST * span_s, MOST * span_s
+    samples = problem.samples(high, 2 * SAMPLES)
+    jacobian, known = problem.jacobian(x, samples), samples.time_s <= span_s
+    jacobian /= np.sqrt(np.mean(jacobian[known] ** 2, axis=0))
+    _, size, directions = np.linalg.svd(jacobian[known], full_matrices=False)
+    spread = np.linalg.norm(jacobian @ directions.T / size, axis=1)  # times the noise
+    beyond = samples.time_s[spread > REACH]
+    return float(max(low, beyond[0])) if len(beyond) else high
