@@ -47,7 +47,7 @@ def least_squares(
     if len(x) == 1:
         return _line_search(problem, x[0], samples)
     low, high = np.array(problem.bounds()).T
-    inside = 1e-3 * (high - low)
+    inside = 1e-3 * min(problem.stride, 1.0) * (high - low)
     at = _AtLast(problem, samples, x, jacobian, ftol)
     result = optimize.least_squares(
         at.residual,
