@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem
-from freerock.identification.pursuit import multiplies_errors, pursue, resolved, settle
+from freerock.identification.pursuit import FINEST, multiplies_errors, pursue, resolved, settle
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.rigid import first_impact_s
 from freerock.identification.scan import finer_scan, is_lively, scan
@@ -84,8 +84,16 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
         and is_lively(problem, best.x)
         and (is_poor(problem, best.mean_square) or multiplies_errors(problem, best.x))
     ):
-        ends = [best, *_scanned_finely(replace(problem, fine=FINE, stride=1.0), horizons)]
+        problem = replace(problem, fine=FINE, stride=1.0)
+        ends = [_as_exact(problem, end) for end in (best, *_scanned_finely(problem, horizons))]
     return min(ends, key=lambda end: end.mean_square)
+
+
+def _as_exact(problem: Problem, end: Solution) -> Solution:
+    """An end, with what the motion itself leaves there: at a looser tolerance one that multiplies errors is
+    another motion, whose minimum lies elsewhere and may be the lower one."""
+    residual = replace(problem, rtol=FINEST).residual(end.x, problem.samples(most=GROWTH_SAMPLES))
+    return replace(end, mean_square=float(np.mean(residual**2)))
 
 
 def _is_single(problem: Problem) -> bool:

@@ -9,59 +9,60 @@ import numpy as np
 import pandas as pd
 
 from freerock.identification.fit import Fit, fit_record, fit_run
-from freerock.models.laws import PAPER_MODELS
+from freerock.models.laws import LAWS, PAPER_MODELS
 from freerock.studies.virtual_run import Row, Truth, draw_truth, drawn_run, rows_of_all
-from freerock.virtual_lab.palermo import CONFIGURATIONS
 
+FOUNDATIONS = [model for model in PAPER_MODELS if LAWS[model].is_foundation]
 RUNS = {"full": 1000, "small": 4}  # random truths of each law
-HARDLY_DAMPED = {"full": 120, "small": 1}  # further ones of Winkler's
-LEAST_DAMPED_S = (1e-4, 1e-3)  # c/k of these
+DEMANDING = {"full": 500, "small": 1}  # further ones of each law of a foundation
+LEAST_TO_MOST = {"c": (1e-4, 2e-2), "lambda": (0.4, 50.0)}  # ratio to k of these [s, s/m]
 RELEASES = (0.3, 0.95)  # of the critical angle
 FINEST = 1e-14  # rtol of their truths
 EXCESS = 1.0  # of the squared residual over σ², up to which two fits are in one minimum: a standard error
 
 
 def run(size: str = "full") -> pd.DataFrame:
-    """Whether fits from the automatic start end in the minimum that a fit from the truth ends in.
+    """Whether fits from the automatic start end in the minimum.
 
     Returns
     -------
     pandas.DataFrame
-        One row per case: the truth (SI units, sigma_deg in degrees), hardly_damped (of `hardly_damped`),
-        overturned (draws thrown away before it), excess (of the squared residual over that from the truth,
-        of hardly damped blocks over that of the truth, in σ²), reached (no excess), reported (the program
-        itself says that the fit failed), error_k (of k, in standard errors) and fit_s, the time of the fit
-        [s].
+        One row per case: the truth (SI units, sigma_deg in degrees), release (over the critical angle),
+        demanding (drawn by `demanding`), overturned (draws thrown away before it), excess (of the squared
+        residual over that of a fit from the truth, of a demanding case over that of the truth itself, in σ²),
+        reached (no excess), reported (the program itself says that the fit failed), error_k (of k, in
+        standard errors) and fit_s, the time of the fit [s].
     """
     cases = [(model, i, False) for model in PAPER_MODELS for i in range(RUNS[size])]
-    cases += [("winkler", i, True) for i in range(HARDLY_DAMPED[size])]
+    cases += [(model, i, True) for model in FOUNDATIONS for i in range(DEMANDING[size])]
     return pd.DataFrame(rows_of_all(success, cases))
 
 
-def hardly_damped(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
-    """A squat block that rattles: c/k from 1e-4 s, releases up to 0.95 of the critical angle.
+def demanding(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
+    """Any block, hardly damped or not, released from any angle up to 0.95 of the critical one.
 
-    Its motion multiplies errors; the truth is integrated as exactly as double precision allows.
+    The least λ/k damps about as much as the least c/k, at the depths of an impact. Some of these motions
+    multiply errors; the truth is integrated as exactly as double precision allows.
     """
     truth = draw_truth(model, noises, generator)
-    block, _, _ = CONFIGURATIONS["config3"]
-    k, share = truth.parameters["k"], 10 ** generator.uniform(*np.log10(LEAST_DAMPED_S))
-    angle = generator.uniform(*RELEASES) * math.atan(block.b / block.h)
-    return replace(truth, block=block, parameters={"k": k, "c": k * share}, theta0=angle, rtol=FINEST)
+    (damping,) = LAWS[model].dampings
+    k, ratio = truth.parameters["k"], 10 ** generator.uniform(*np.log10(LEAST_TO_MOST[damping]))
+    angle = generator.uniform(*RELEASES) * truth.block.theta_cr
+    return replace(truth, parameters={"k": k, damping: k * ratio}, theta0=angle, rtol=FINEST)
 
 
 def success(case: tuple[str, int, bool]) -> list[Row]:
-    """The row of a case: law, number, and whether it is hardly damped."""
-    model, i, low = case
+    """The row of a case: law, number, and whether it is a demanding one."""
+    model, i, demands = case
     noises, key = ("white", "coloured"), (1, PAPER_MODELS.index(model), i)
-    if low:
-        truth, motion, overturned = drawn_run(model, noises, (*key, 1), hardly_damped)
+    if demands:
+        truth, motion, overturned = drawn_run(model, noises, (*key, 1), demanding)
     else:
         truth, motion, overturned = drawn_run(model, noises, key)
     begin = clock.perf_counter()
     fit = fit_run(model, truth.block, motion)
     elapsed = clock.perf_counter() - begin
-    if low:
+    if demands:
         best = truth.motion(motion.time_s - motion.time_s[0])[0] - motion.theta
     else:
         best = fit_record(model, truth.block, [motion], start=list(truth.parameters.values())).residual
@@ -74,7 +75,8 @@ def success(case: tuple[str, int, bool]) -> list[Row]:
             "height_m": truth.block.height_m,
             "sigma_deg": math.degrees(truth.sigma_theta),
             **{name: truth.parameters.get(name, math.nan) for name in ("r", "k", "c", "lambda")},
-            "hardly_damped": low,
+            "release": truth.theta0 / truth.block.theta_cr,
+            "demanding": demands,
             "overturned": overturned,
             "excess": excess,
             "reached": bool(excess < EXCESS),
