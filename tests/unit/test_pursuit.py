@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from freerock.identification.fit import fit_run
-from freerock.identification.problem import FINE, posed
+from freerock.identification.problem import COARSE, FINE, posed
 from freerock.identification.pursuit import MOVED, WITHIN, pursue, resolved
+from freerock.identification.search import as_exact, follow
 from freerock.identification.settings import FitSettings
 from freerock.models.laws import MODELS
 from freerock.studies.virtual_run import Truth, virtual_motion
@@ -55,6 +56,14 @@ def test_derivatives_along_directions_are_those_by_each_number():
     by_number = problem.jacobian(x, samples, central=True)
     scale = np.sqrt(np.mean(by_number**2, axis=0))
     np.testing.assert_allclose(along / scale, by_number / scale, atol=3e-3)
+
+
+def test_a_minimum_at_a_coarse_tolerance_is_none_of_the_motion_itself():
+    problem, x = posed_at(RATTLING)
+    noise = RATTLING.sigma_theta**2
+    coarse = follow(replace(problem, rtol=COARSE).rough(), x, [problem.motions[0].time_s[-1]])
+    assert coarse.mean_square < 1.2 * noise
+    assert as_exact(problem, coarse).mean_square > 100 * noise
 
 
 def test_it_gives_up_a_motion_that_no_law_has():

@@ -21,7 +21,7 @@ MOVED = 0.1  # times the noise: how far a step of a difference quotient moves th
 WITHIN = 3.0  # factor of that which will do
 ROUNDS = 8  # of finding these steps: too long a step moves the curve by less than its derivative says
 FINEST = 5e-13  # rtol: a motion that asks for less has minima beside minima
-REACH = 10.0  # times the noise
+REACH, AGAIN = 10.0, 3.0  # times the noise, at first and to see whether it comes to the same end
 LEAST, MOST = 1.03, 2.0  # growth of a horizon
 LOST = 2.0  # times the mean square of the noise: a start that leaves more is in another basin
 SAMPLES = 1000  # of a horizon
@@ -106,7 +106,7 @@ def is_beyond(problem: Problem) -> bool:
     return problem.fine <= FINEST
 
 
-def pursue(problem: Problem, x: Floats, span_s: float) -> Solution | None:
+def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> Solution | None:
     """Least squares over horizons that grow as far as the numbers are known, by less where they lose them.
 
     None where they do so all the same, or where the motion multiplies errors by more than can be followed.
@@ -119,6 +119,9 @@ def pursue(problem: Problem, x: Floats, span_s: float) -> Solution | None:
         The fitted numbers, from a fit of the first horizon.
     span_s : float
         The first horizon [s].
+    reach : float
+        By how much what a horizon leaves open may move the curve until the end of the next one, times the
+        noise.
     """
     problem, evaluations = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None), 0
     last, noise = problem.motions[0].time_s[-1], least_mean_square(problem.motions[0])
@@ -138,7 +141,20 @@ def pursue(problem: Problem, x: Floats, span_s: float) -> Solution | None:
             return None
         if span_s >= last:
             return replace(end, evaluations=evaluations)
-        span_s = _next_span(problem, x, span_s)
+        span_s = _next_span(problem, x, span_s, reach)
+
+
+def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
+    """Whether two ends of a single run lie within a standard error of `SAMPLES` samples, at both."""
+    samples = problem.samples(most=SAMPLES)
+    usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
+
+    def spread(x: Floats) -> Floats:
+        jacobian = resolved(usual, x, samples).jacobian(x, samples)
+        size = np.linalg.norm(jacobian, axis=0)
+        return np.asarray(_noise(problem) * np.linalg.norm(np.linalg.pinv(jacobian / size), axis=1) / size)
+
+    return all(bool(np.all(np.abs(x - other) <= spread(end))) for end in (x, other))
 
 
 def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
@@ -164,7 +180,7 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
     return problem, replace(end, evaluations=evaluations, success=False, message="least squares creep")
 
 
-def _next_span(problem: Problem, x: Floats, span_s: float) -> float:
+def _next_span(problem: Problem, x: Floats, span_s: float, reach: float) -> float:
     """How far the numbers that a horizon gives are known to follow the motion [s]."""
     low, high = LEAST * span_s, MOST * span_s
     samples = problem.samples(high, 2 * SAMPLES)
@@ -172,5 +188,5 @@ def _next_span(problem: Problem, x: Floats, span_s: float) -> float:
     jacobian /= np.sqrt(np.mean(jacobian[known] ** 2, axis=0))
     _, size, directions = np.linalg.svd(jacobian[known], full_matrices=False)
     spread = np.linalg.norm(jacobian @ directions.T / size, axis=1)  # times the noise
-    beyond = samples.time_s[spread > REACH]
+    beyond = samples.time_s[spread > reach]
     return float(max(low, beyond[0])) if len(beyond) else high

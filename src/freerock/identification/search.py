@@ -9,7 +9,15 @@ from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem
-from freerock.identification.pursuit import FINEST, multiplies_errors, pursue, resolved, settle
+from freerock.identification.pursuit import (
+    AGAIN,
+    FINEST,
+    are_one,
+    multiplies_errors,
+    pursue,
+    resolved,
+    settle,
+)
 from freerock.identification.resolution import Resolution, find_resolution
 from freerock.identification.rigid import first_impact_s
 from freerock.identification.scan import finer_scan, is_lively, scan
@@ -22,6 +30,7 @@ SAME = 3e-3  # of the first fitted number, in which two ends of a horizon are on
 ALIKE = 1.1  # times the mean square, likewise
 POOR = 1.1  # times the noise: a start that ends above it may be in a false minimum
 LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
+APART = "two searches end apart"
 HEAD, SLOWLY, FOLLOWED = 0.4, 1.4, 6  # of low dampings: share of the first horizon, growth, ends kept
 
 
@@ -53,6 +62,8 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
         end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
     else:
         problem, end = settle(problem, x)
+        if near.message == APART:
+            end = replace(end, success=False, message=APART)
     return problem, end, resolution
 
 
@@ -85,11 +96,20 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
         and (is_poor(problem, best.mean_square) or multiplies_errors(problem, best.x))
     ):
         problem = replace(problem, fine=FINE, stride=1.0)
-        ends = [_as_exact(problem, end) for end in (best, *_scanned_finely(problem, horizons))]
+        ends = [as_exact(problem, end) for end in (best, *_scanned_finely(problem, horizons, best))]
+        return _reached_twice(problem, sorted(ends, key=lambda end: end.mean_square))
     return min(ends, key=lambda end: end.mean_square)
 
 
-def _as_exact(problem: Problem, end: Solution) -> Solution:
+def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
+    """The first of some ends; it says so where the motion multiplies errors and no other has come to it."""
+    best, *others = ends
+    if not multiplies_errors(problem, best.x) or any(are_one(problem, best.x, end.x) for end in others):
+        return best
+    return replace(best, success=False, message=APART)
+
+
+def as_exact(problem: Problem, end: Solution) -> Solution:
     """An end, with what the motion itself leaves there: at a looser tolerance one that multiplies errors is
     another motion, whose minimum lies elsewhere and may be the lower one."""
     residual = replace(problem, rtol=FINEST).residual(end.x, problem.samples(most=GROWTH_SAMPLES))
@@ -106,9 +126,10 @@ def is_poor(problem: Problem, mean_square: float) -> bool:
     return mean_square > POOR**2 * least_mean_square(problem.motions[0])
 
 
-def _scanned_finely(problem: Problem, horizons: Sequence[float]) -> list[Solution]:
-    """The end of the first start of a finer scan of low dampings that can be pursued to the last horizon; of
-    all starts over horizons that grow more slowly, where none can be."""
+def _scanned_finely(problem: Problem, horizons: Sequence[float], best: Solution) -> list[Solution]:
+    """The end of the first start of a finer scan of low dampings that can be pursued to the last horizon, and
+    where it isn't the best one so far, of another pursuit of it; of all starts over horizons that grow more
+    slowly, where none can be."""
     spans = [HEAD * horizons[0]]
     while spans[-1] < horizons[-1]:
         spans.append(SLOWLY * spans[-1])
@@ -119,7 +140,9 @@ def _scanned_finely(problem: Problem, horizons: Sequence[float]) -> list[Solutio
     for end in near:
         pursued = pursue(problem, end.x, spans[0])
         if pursued:
-            return [pursued]
+            known = are_one(problem, pursued.x, best.x)
+            again = None if known else pursue(problem, end.x, spans[0], AGAIN)
+            return [pursued] if again is None else [pursued, again]
     for span in spans[1:]:
         near = _followed([follow(problem, end.x, [span]) for end in near])
     return near
