@@ -21,6 +21,7 @@ MOVED = 0.1  # times the noise: how far a step of a difference quotient moves th
 WITHIN = 3.0  # factor of that which will do
 ROUNDS = 8  # of finding these steps: too long a step moves the curve by less than its derivative says
 FINEST = 5e-13  # rtol: a motion that asks for less has minima beside minima
+NEAR = 2.0  # standard errors of SAMPLES samples: between ends of one minimum, where least squares stop early
 REACH, AGAIN = 10.0, 3.0  # times the noise, at first and to see whether it comes to the same end
 LEAST, MOST = 1.03, 2.0  # growth of a horizon
 LOST = 2.0  # times the mean square of the noise: a start that leaves more is in another basin
@@ -145,7 +146,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> 
 
 
 def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
-    """Whether two ends of a single run lie within a standard error of `SAMPLES` samples, at both."""
+    """Whether two ends of a single run lie as near as those of one minimum do, in standard errors at both."""
     samples = problem.samples(most=SAMPLES)
     usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
 
@@ -154,7 +155,7 @@ def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
         size = np.linalg.norm(jacobian, axis=0)
         return np.asarray(_noise(problem) * np.linalg.norm(np.linalg.pinv(jacobian / size), axis=1) / size)
 
-    return all(bool(np.all(np.abs(x - other) <= spread(end))) for end in (x, other))
+    return all(bool(np.all(np.abs(x - other) <= NEAR * spread(end))) for end in (x, other))
 
 
 def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
