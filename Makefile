@@ -32,13 +32,16 @@ $(READY): requirements.lock pyproject.toml
 	touch $@
 
 # What a job asks of compiled code is compiled once here, before two jobs do so at the same time.
-$(KERNEL): src/freerock/models/kernel.py src/freerock/models/housner.py src/freerock/rotation/beam_kernel.py $(READY)
+$(KERNEL): src/freerock/models/kernel.py src/freerock/models/housner.py src/freerock/rotation/beam_kernel.py \
+		src/freerock/runs/impact_kernel.py $(READY)
 	python -c 'import numpy as np; from freerock.identification.as_measured import as_measured; \
 		from freerock.models.block import Block; from freerock.rotation.sensor import Laser; \
-		from freerock.rotation.view import View; block, time = Block(1, 0.2, 1), np.array([0, 0.01]); \
+		from freerock.rotation.view import View; from freerock.runs.impacts import find_impacts; \
+		block, time = Block(1, 0.2, 1), np.array([0, 0.01]); \
 		view = View(block, Laser("vertical", 0.05, units="mm")); \
 		as_measured("winkler", block, {"k": 1e6, "c": 1e3, "theta0": 0.1}, time, view); \
-		as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time, view)'
+		as_measured("housner", block, {"r": 0.9, "theta0": 0.1, "width": 0.19}, time, view); \
+		time = np.arange(100) / 100; find_impacts(time, np.cos(9 * time), 1e-3, block, theta0=1.0)'
 	touch $@
 
 slurm: setup $(SLURM)

@@ -10,7 +10,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 def compiled(**options: Any) -> Callable[[Function], Function]:
     """Compile with a cache on disk, or without one where no folder for it can be written."""
-    options |= {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+    usual: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
+    options = usual | options
 
     def decorate(function: Function) -> Function:
         made: Function

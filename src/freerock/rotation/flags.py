@@ -54,21 +54,27 @@ def flag_samples(signal: ArrayLike, limits: Limits | None = None, *, step: float
         signal most of whose samples repeat: a coarse converter, or no noise.
     """
     signal = np.asarray(signal, float)
-    flags = np.zeros(signal.size, np.uint8)
-    finite = np.isfinite(signal)
-    if not finite.all():
-        flags[~finite] = FLAGS["dropout"]
+    flags = np.empty(signal.size, np.uint8)
+    for start in range(0, signal.size, PIECE):
+        part = slice(start, start + PIECE)
+        flags[part] = _invalid(signal[part], limits)
+    invalid = np.count_nonzero(flags)
+    if invalid == signal.size or signal.size < 2 * EQUAL:
+        return flags
+    valid = np.where(flags > 0, np.nan, signal) if invalid else signal
+    jumps = np.diff(valid)
+    _flag_equal(valid, jumps, flags, step)
+    _flag_excursions(valid, jumps, flags, step)
+    return flags
+
+
+def _invalid(signal: Floats, limits: Limits | None) -> Flags:
+    """The flags that a sample has whatever its neighbours are."""
+    flags = np.where(np.isfinite(signal), 0, FLAGS["dropout"]).astype(np.uint8)
     if limits:
         with np.errstate(invalid="ignore"):
             flags[(signal < limits.low) | (signal > limits.high)] = FLAGS["out_of_range"]
             flags[np.abs(signal - limits.error_level) <= limits.error_tolerance] = FLAGS["error_level"]
-    invalid = flags > 0
-    if invalid.all() or signal.size < 2 * EQUAL:
-        return flags
-    valid = np.where(invalid, np.nan, signal) if invalid.any() else signal
-    jumps = np.diff(valid)
-    _flag_equal(valid, jumps, flags, step)
-    _flag_excursions(valid, jumps, flags, step)
     return flags
 
 

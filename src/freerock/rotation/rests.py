@@ -62,9 +62,10 @@ class StillSignal:
         ends = np.cumsum([np.count_nonzero(each) for each in valid])
         times, deviations = np.empty((2, ends[-1]))
         for phase, part, kept, end in zip(self.phases, parts, valid, ends, strict=True):
-            of_phase = slice(end - np.count_nonzero(kept), end)
-            times[of_phase] = self.time_s[part][kept]
-            np.subtract(self.values[part][kept], phase.level, out=deviations[of_phase])
+            n = np.count_nonzero(kept)
+            own = slice(part.start, part.stop) if n == kept.size else part.start + np.flatnonzero(kept)
+            times[end - n : end] = self.time_s[own]
+            np.subtract(self.values[own], phase.level, out=deviations[end - n : end])
         return times, deviations
 
     @cached_property

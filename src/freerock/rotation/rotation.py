@@ -177,6 +177,7 @@ def _even_step(time_s: Floats, signals: Sequence[Floats]) -> float:
 
 def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Rotation) -> "xr.Dataset":
     """What `find_rotation` returns."""
+    import pandas as pd
     import xarray as xr
 
     flags = np.bitwise_or.reduce([reading.flags for reading in readings])
@@ -193,6 +194,7 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
     for number, reading in enumerate(readings, 1):
         arrays[reading.quantity + ("" if number == 1 else f"_{number}")] = reading.recorded
     seconds = {"units": "s"}
+    clock = pd.Index(time_s, copy=False)  # as large as the record: not a second time
     return xr.Dataset(
         {name: ("time", values, ATTRS.get(name.removesuffix("_2"))) for name, values in arrays.items()}
         | {
@@ -202,7 +204,7 @@ def _dataset(time_s: Floats, step: float, readings: Sequence[Reading], found: Ro
             "fault_note": ("fault", np.array([f.note for f in faults], str)),
         },
         coords={
-            "time": ("time", time_s, seconds | {"long_name": "time from the start of the record"}),
+            "time": ("time", clock, seconds | {"long_name": "time from the start of the record"}),
             "fault": ("fault", np.array([f.name for f in faults], str)),
         },
         attrs={

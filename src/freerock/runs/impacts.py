@@ -10,12 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
+from freerock.runs.impact_kernel import Lowest, Peak, Rigid, Samples, impact_rows
 from freerock.runs.limits import OF_IMPACTS, ImpactLimits
-from freerock.runs.peaks import UNKNOWN, Rigid, Samples, averaged, fit_peak, release_peak
-from freerock.runs.rates_at_impact import impact_time, rate_ratio, side_of
 from freerock.runs.uplift import uplift_amplitude
 from freerock.runs.verdict import Reason
 
@@ -100,7 +100,7 @@ def find_impacts(
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
     rows = _rows(motion, swings, passages, (theta0, theta0_stderr), uplift, block, limits)
-    columns = dict(zip(COLUMNS, np.array(rows).reshape(-1, len(COLUMNS)).T, strict=True))
+    columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
 
 
@@ -199,33 +199,47 @@ def _rows(
     uplift: float,
     block: Block,
     limits: ImpactLimits,
-) -> list[tuple[float, ...]]:
+) -> Floats:
     """The impacts one by one, as values of `Impacts`; release holds its angle and standard error."""
     if not passages:
-        return []
-    rows: list[tuple[float, ...]] = []
+        return np.empty((0, len(COLUMNS)))
     rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
-    before = release_peak(motion, *release, rigid)
-    bounds = [swings[0][0], *np.searchsorted(motion.t, passages), swings[-1][1] + 1]
-    previous = averaged(motion, slice(*bounds[:2]), rigid)
-    for (first, last), passage, until in zip(swings[1:], passages, bounds[2:], strict=True):
-        if last == len(motion.t) - 1:
-            break  # the record ends before the swing does
-        one = motion.noise[first : last + 1].mean()
-        swing = averaged(motion, slice(np.searchsorted(motion.t, passage), until), rigid)
-        ends = motion.t[first], motion.t[last] + np.finfo(float).eps
-        after = fit_peak(swing.part(slice(*np.searchsorted(swing.t, ends))), one, rigid)
-        lowest = max(limits.min_amplitude_sigmas * one, limits.min_uplift_ratio * uplift)
-        if not lowest <= after.height < rigid.theta_cr:
-            break
-        sides = side_of(previous, passage, before, -1, rigid), side_of(swing, passage, after, 1, rigid)
-        instant = impact_time(sides, passage, rigid)
-        rates = rate_ratio(sides, instant[0], uplift, rigid)
-        if not rows and (theta0 is None or abs(theta0) >= rigid.theta_cr):
-            before, rates = UNKNOWN, (math.nan, math.nan)
-        sign = np.sign(motion.y[first])
-        peaks = -sign * before.height, before.stderr, sign * after.height, after.stderr
-        r = restitution_from_peaks(before.height, before.stderr, after.height, after.stderr, rigid)
-        rows.append((*instant, *peaks, *r, *rates))
-        before, previous = after, swing
-    return rows
+    start = _release_peak(motion, *release, rigid)
+    released = theta0 is not None and abs(theta0) < rigid.theta_cr
+    lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
+    t, y, noise = (_unwritable(each) for each in motion[:3])
+    known = Samples(t, y, noise, motion.noise_known)
+    rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
+    restitution = [
+        restitution_from_peaks(before, before_stderr, after, after_stderr, rigid)
+        for before, before_stderr, after, after_stderr in np.abs(rows[:, 2:6]).tolist()
+    ]
+    return np.hstack([rows[:, :6], np.reshape(restitution, (-1, 2)), rows[:, 6:]])
+
+
+def _unwritable(values: Floats) -> Floats:
+    """A view of an array as the compiled loops take it, whatever it came from."""
+    view = np.ascontiguousarray(values).view()
+    view.flags.writeable = False
+    return view
+
+
+def _release_peak(motion: Samples, theta0: float | None, theta0_stderr: float, block: Rigid) -> Peak:
+    """The release angle as a peak: its rigid swing meets the data at half its height.
+
+    theta0 and its standard error are in rad, of either sign; None stands for the largest |θ|.
+    """
+    size = np.abs(motion.y)
+    height = min(abs(theta0) if theta0 is not None else float(size.max()), 0.99 * block.theta_cr)
+    i = int(np.argmax(size <= height / 2))
+    fall_s = _fall_time(height, float(size[i]), block)
+    return Peak(float(height), float(theta0_stderr), float(motion.t[i] - fall_s))
+
+
+def _fall_time(height: float, level: float, block: Rigid) -> float:
+    """Time [s] a rigid block takes from rest at a height to a lower level."""
+    phi = max(block.theta_cr - height, 1e-9)
+    k = math.sin(phi / 2)
+    ratio = k / math.sin(max(block.theta_cr - level, phi) / 2)
+    amplitude = math.asin(math.sqrt((1 - ratio**2) / (1 - k * k)))
+    return float(ellipkinc(amplitude, 1 - k * k)) / block.p
