@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
+from freerock.identification.as_measured import as_measured
 from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.diagnosis import asks_for, blur_of
 from freerock.identification.doubts import doubts_about
@@ -212,6 +213,25 @@ def test_a_narrower_contact_is_not_taken_for_rounded_edges(fraction, louder):
     assert notes(motion, found, WIDTH) == []
     fit = found.fits["hunt_crossley_width"]
     for name, value in {**FOUNDATIONS["marble"], "width": worn.contact_width_m}.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+
+
+def test_a_narrower_contact_is_found_where_pivoting_corners_pass_for_noise():
+    """They ask for a width or a tilt, and k under them would be 2 % off."""
+    slender, angle, _ = CONFIGURATIONS["config1"]
+    worn = replace(slender, contact_width_m=0.995 * slender.width_m)
+    parameters, time_s, sigma = FOUNDATIONS["marble"], np.arange(0, 4, 1e-3), 3 * SIGMA
+    theta = as_measured("hunt_crossley", worn, {**parameters, "theta0": 0.6 * angle}, time_s, None)
+    theta = theta + sigma * np.random.default_rng(3).standard_normal(time_s.size)
+    motion = Motion(time_s, theta, sigma, 0.6 * angle, 1e-5, 2e-4)
+    ladder = replace(PLAIN, kinematics=("guided", "pivoting"))
+    pivoting = fit_run("hunt_crossley_pivoting", slender, motion)
+    assert evidence(pivoting).explains and abs(pivoting.values["k"] / parameters["k"] - 1) > 0.01
+    found = identify_run(slender, motion, ladder)
+    assert (found.choice(ladder).selected, found.scene) == ("hunt_crossley_width", ())
+    fit = found.fits["hunt_crossley_width"]
+    for name, value in {**parameters, "width": worn.contact_width_m}.items():
         at = fit.parameters.index(name)
         assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
 

@@ -81,11 +81,12 @@ def added_damping(
 
 
 def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
-    """What a fit takes for granted of its scene, and the data ask to be found: "release", "tilt", "edges".
+    """What a fit takes for granted, and the data ask to be found: "release", "tilt", "edges", "width".
 
     What they ask for most comes first. By the ratio of likelihoods under the noise at rest, with the
-    derivative by the tilt of the base, with what edges of a small radius would change, or with the derivative
-    by what of the release is held at its bound, beside those by all that the fit frees.
+    derivative by the tilt of the base or by the contact width, with what edges of a small radius would
+    change, or with the derivative by what of the release is held at its bound, beside those by all that the
+    fit frees.
 
     Parameters
     ----------
@@ -134,6 +135,10 @@ def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
         step = PARAMETERS["tilt"].step
         column = (beside(step, "tilt") - beside(-step, "tilt")) / (2 * step)
         found["tilt"] = best.adding(column)
+    if "width" not in problem.names:
+        width, step = 2 * problem.blocks[0].b, PARAMETERS["width"].step
+        ends = [beside(width * (1 + side * step), "width") for side in (1, -1)]
+        found["width"] = best.adding((ends[0] - ends[1]) / (2 * step))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
         edges = best.adding(beside(EDGE_M, "edge_radius") - best.curve)
         if edges.step[-1] > 0:

@@ -6,7 +6,7 @@ of its candidates is screened by a quick fit, and only those that come near the 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import NamedTuple
@@ -154,15 +154,33 @@ def identify_run(block: Block, motion: Motion, ladder: Ladder) -> Identified:
     if found.fits and not found.explained:
         found = _elsewhere(found, block, motion, ladder) or found
     found = _on_edges(found, block, motion, ladder)
-    while asked := _asked(found, block, motion, ladder):
-        freeing = ladder.freeing(scene := (*found.scene, asked[0]))
-        other = _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
-        other = _on_edges(other, block, motion, ladder)
-        better = other.settled and other.least_bic < found.least_bic
-        if not (better and _lasts(other, block, motion, ladder)):
-            break
-        found = other
+    while freer := next(_freer(found, block, motion, ladder), None):
+        found = freer
     return found
+
+
+def _freer(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Iterator[Identified]:
+    """What does better than the named candidate with something freed that it asks for."""
+    for other in _with_asked(found, block, motion, ladder):
+        other = _on_edges(other, block, motion, ladder)
+        if other.settled and other.least_bic < found.least_bic and _lasts(other, block, motion, ladder):
+            yield other
+
+
+def _with_asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Iterator[Identified]:
+    """Rivals that free one number more, where a rival is named or a width is asked for; then the scene with
+    what is asked for most.
+
+    A rival that leaves no more than noise need not be the right one: beside pivoting corners a tilt has been
+    asked for where the contact was narrower.
+    """
+    asked, level = _asked(found, block, motion, ladder), ladder.freeing(found.scene)
+    if asked and (CANDIDATES[chosen := found.choice(ladder).selected].is_rival or "width" in asked):
+        n = level.n_freed(chosen) + 1
+        yield _climbed(replace(found, fits={**found.fits}), block, motion, level, at_least=n)
+    for name in [name for name in asked if name != "width"][:1]:
+        freeing = ladder.freeing(scene := (*found.scene, name))
+        yield _climbed(_of_laws(block, motion, freeing, scene), block, motion, freeing)
 
 
 def _on_edges(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified:
@@ -197,12 +215,14 @@ def _lasts(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> b
 
 
 def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> tuple[str, ...]:
-    """What of base and release the named candidate asks to be freed."""
+    """What of base, release and corners the named candidate asks to be freed."""
     chosen = found.choice(ladder).selected if found.explained else ""
     fit = found.fits.get(chosen)
     if fit is None or not {*PER_RUN} <= {*fit.parameters}:
         return ()
-    return asks_for(*found.at_best(chosen, block, motion, ladder))
+    asked = asks_for(*found.at_best(chosen, block, motion, ladder))
+    any_width = any(CANDIDATES[model].width for model in ladder.candidates)
+    return tuple(name for name in asked if name != "width" or any_width)
 
 
 def _elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified | None:
@@ -285,11 +305,13 @@ def _of_laws(
     return found
 
 
-def _climbed(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Identified:
-    """The laws with the rivals that the run asks for."""
+def _climbed(
+    found: Identified, block: Block, motion: Motion, ladder: Ladder, at_least: int = 0
+) -> Identified:
+    """The laws with the rivals that the run asks for, and with all that free up to `at_least` numbers."""
     quick = dict[str, Screening]()
     for n, rung in groupby(ladder.candidates, key=ladder.n_freed):
-        if any(ladder.n_freed(model) < n for model in found.possible):
+        if n > at_least and any(ladder.n_freed(model) < n for model in found.possible):
             break
         rivals = [model for model in rung if model not in found.fits and model not in found.errors]
         quick |= _climb(rivals, block, motion, ladder, found)
