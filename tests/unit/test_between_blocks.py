@@ -2,9 +2,16 @@
 
 import numpy as np
 import pytest
-from scipy.stats import f, ttest_ind
+from scipy.stats import f, ncf, ttest_ind
 
-from freerock.identification.between_blocks import CAUTION, between_blocks, matched, visible_difference
+from freerock.identification.between_blocks import (
+    CAUTION,
+    LARGEST,
+    between_blocks,
+    beyond,
+    matched,
+    visible_difference,
+)
 
 COVARIANCE = 1e-4 * np.array([[1.0, 0.8], [0.8, 1.0]])  # of ln k and ln λ from run to run
 
@@ -130,6 +137,14 @@ def test_the_visible_difference_is_seen_about_four_times_in_five(sizes):
 def test_of_any_number_of_runs_and_blocks_there_is_a_visible_difference(sizes):
     visible = visible_difference([exact(n) for n in sizes])
     assert np.all(np.isfinite(visible)) and np.all(visible > 0)
+
+
+@pytest.mark.parametrize("noncentrality", [1e-6, 0.3, 12.0, 400.0, 3100.0, LARGEST])
+@pytest.mark.parametrize(("first", "second"), [(1.0, 0.4), (2.7, 3.0), (4.0, 150.0)])
+def test_the_chance_of_a_noncentral_f_is_as_scipy_has_it(first, second, noncentrality):
+    for f_ratio in f.isf([0.9, 0.05], first, second):
+        expected = ncf.sf(f_ratio, first, second, noncentrality)
+        assert beyond(f_ratio, first, second, noncentrality) == pytest.approx(expected, abs=1e-10)
 
 
 def test_a_block_of_a_single_run_takes_no_part():

@@ -34,10 +34,10 @@ def as_measured(
     turning = block.as_found(values)
     foundation = Foundation.of(values) if LAWS[law].is_foundation else None
     if view is None or view.is_plain(turning, foundation):
-        rates = None if theta_rate is None else np.empty((len(time_s), 3))
+        rates = None if theta_rate is None else np.empty((len(time_s), 1))
         theta = simulate_fitted(law, turning, values, time_s, rules=rules, solver=solver, rates=rates)
         if theta_rate is not None and rates is not None:
-            theta_rate[:] = rates[:, 2]
+            theta_rate[:] = rates[:, 0]
         return theta
     beside = view.moments[0][:, None]
     values = {**values, "theta0": view.released(values["theta0"], turning, foundation)}

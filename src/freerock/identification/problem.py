@@ -31,6 +31,7 @@ from freerock.models.laws import (
 )
 from freerock.models.simulate import Solver
 from freerock.runs.motion import Motion
+from freerock.runs.noise import averaged
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
@@ -65,11 +66,7 @@ class Samples:
 
     def averaged(self, values: Floats) -> Floats:
         """Means of m samples each, times √m: their noise is that of one sample."""
-        if self.m == 1:
-            return values
-        parts = [values[run][: n // self.m * self.m] for run, n in zip(self.runs, self.lengths, strict=True)]
-        means = [part.reshape(-1, self.m, *values.shape[1:]).mean(axis=1) for part in parts]
-        return np.asarray(np.sqrt(self.m) * np.concatenate(means))
+        return np.ascontiguousarray(np.concatenate([averaged(values[run], self.m) for run in self.runs]))
 
 
 @dataclass(frozen=True)
@@ -337,7 +334,7 @@ class Problem:
         if self.directions is not None:
             return self._along(self.directions, x, samples)
         known = known or self.exact_curve(x, samples)
-        jacobian = np.zeros((len(samples.time_s), len(x)))
+        jacobian = np.zeros((len(samples.time_s), len(x)), order="F")  # sums go down columns
         n_common, n_own = len(self.common), len(self.own)
         for i, run in enumerate(samples.runs):
             for j, name in enumerate((*self.common, *self.own)):

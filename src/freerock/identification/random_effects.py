@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import chdtrc, gammaincinv, stdtrit
 
 from freerock.arrays import Floats
@@ -109,6 +108,8 @@ def common_spread(samples: Sequence[tuple[Floats, Floats]]) -> tuple[float, floa
     samples : sequence of (ndarray, ndarray), shapes (n,)
         Values of each population and the variances of their noise, above zero; one of two values at least.
     """
+    from scipy.optimize import brentq  # a fifth of a second, of which a report has no need
+
     dof = sum(len(y) - 1 for y, _ in samples)
     squares = float(sum(np.sum((y - y.mean()) ** 2) for y, _ in samples))
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 from itertools import product
 
 import numpy as np
-from scipy.ndimage import minimum_filter
 from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
@@ -103,7 +102,8 @@ def _lowest(
     """Lowest local minima of the error on a grid of so many points each way."""
     errors = np.array([np.mean(problem.residual(problem.start(point), samples) ** 2) for point in points])
     cells = errors.reshape(shape)
-    minima = np.flatnonzero(cells == minimum_filter(cells, size=3, mode="nearest"))
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
+    minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
     return [points[i] for i in sorted(minima.tolist(), key=lambda i: errors[i])[:most]]
 
 

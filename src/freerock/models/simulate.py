@@ -159,7 +159,8 @@ def simulate_theta(
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
     `parameters` may hold the tilt of the base besides [rad]: angles then count from where the block stands at
-    rest. `rates`, shape (n_time, 3), receives z_cb, ż_cb and θ̇ [m, m/s, rad/s] if given.
+    rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or θ̇ alone, shape
+    (n_time, 1).
 
     Returns
     -------
@@ -341,8 +342,9 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
         if rates is not None:
-            rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
-            rates[:, 2] = rate
+            rates[:, -1] = rate
+            if rates.shape[1] > 1:
+                rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
     if scene.law.is_foundation:
@@ -350,7 +352,10 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
         stands = lean(block, scene.foundation, tilt) if tilt else 0.0
     theta = np.empty(time.size)
     start = State(depth, 0.0, theta0 + stands, 0.0)
-    outcome, *_ = scene.integrate(start, time, theta, NO_RATES if rates is None else rates)
+    every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
+    outcome, *_ = scene.integrate(start, time, theta, every)
+    if rates is not None and every is not rates:
+        rates[:, 0] = every[:, 2]
     return theta - stands if tilt else theta, OUTCOMES[outcome]
 
 

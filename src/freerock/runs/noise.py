@@ -14,7 +14,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.optimize import minimize
 
 from freerock.arrays import Floats
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
@@ -109,8 +108,12 @@ def samples_averaged(rate_hz: float) -> int:
 
 def averaged(values: Floats, m: int) -> Floats:
     """Means of m samples along the first axis, times √m: white noise keeps its variance."""
+    if m == 1:
+        return values
     whole = values[: len(values) // m * m]
-    return np.asarray(whole.reshape(len(whole) // m, m, *values.shape[1:]).mean(axis=1) * math.sqrt(m))
+    if values.ndim == 1:
+        return np.asarray(math.sqrt(m) * whole.reshape(-1, m).mean(axis=1))
+    return np.asarray(math.sqrt(m) * (sum(whole[i::m] for i in range(m)) / m))  # its means would be slower
 
 
 class Rests(NamedTuple):
@@ -205,8 +208,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
 
 def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
-    window = np.mean(np.abs(rfft(tapers(n), 2 * n)) ** 2, axis=0)
-    lags = _autocovariance(noise, n) * irfft(window, 2 * n)[:n]
+    lags = _autocovariance(noise, n) * _of_tapers(n)
     size = next_fast_len(n, real=True)
     wrapped = np.zeros(size)
     wrapped[:n] += lags
@@ -264,8 +266,12 @@ def slow_and_white(frequency: Floats, white: float, slow: float, corner: float, 
 
     Frequencies and the corner in cycles per sample, each of which is the mean of m measured ones, times √m.
     """
+    return _slow_and_white(np.sin(np.pi * frequency) ** 2, white, slow, corner, m)
+
+
+def _slow_and_white(squared: Floats, white: float, slow: float, corner: float, m: int) -> Floats:
+    """The same of sin²πf."""
     away = -math.expm1(-2 * math.pi * corner)
-    squared = np.sin(np.pi * frequency) ** 2
     return np.asarray(white + slow * (1 - smoothed(m) * squared) / (1 + 4 * (1 - away) * squared / away**2))
 
 
@@ -296,24 +302,23 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     m : int
         Samples averaged into one.
     """
+    from scipy.optimize import minimize  # a fifth of a second, and most jobs only read what was found
+
     order = np.argsort(frequency)
     frequency, power = frequency[order], power[order]
     edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
-    parts = np.split(power, edges[1:-1])
-    kept = [part <= line * np.median(part) for part in parts]
-    number = np.array([np.count_nonzero(each) for each in kept])
-    power = np.array([part[each].mean() for part, each in zip(parts, kept, strict=True)])
-    frequency = np.array(
-        [part[each].mean() for part, each in zip(np.split(frequency, edges[1:-1]), kept, strict=True)]
-    )
-    level = power[-1]
+    medians = [_median(part) for part in np.split(power, edges[1:-1])]
+    kept = power <= line * np.repeat(medians, np.diff(edges))
+    number = np.add.reduceat(kept, edges[:-1], dtype=int)
+    power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
+    squared, level = np.sin(np.pi * frequency) ** 2, float(power[-1])
 
     def law(x: Floats) -> tuple[float, float, float]:
         a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
         return float(level * a), float(level * b), float(f_0)
 
     def misfit(x: Floats) -> float:
-        expected = slow_and_white(frequency, *law(x), m)
+        expected = _slow_and_white(squared, *law(x), m)
         return float(number @ (np.log(expected) + power / expected))
 
     starts = [
@@ -325,6 +330,19 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
     options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
     return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
+
+
+def _median(values: Floats) -> float:
+    """As NumPy's, whose checks take longer than its work on a few values."""
+    ordered, n = np.sort(values), len(values)
+    return float(ordered[(n - 1) // 2] + ordered[n // 2]) / 2
+
+
+@lru_cache(8)
+def _of_tapers(n: int) -> Floats:
+    """Autocovariance of the tapers of n samples at lags of 0 to n - 1 samples, their mean."""
+    window = np.mean(np.abs(rfft(tapers(n), 2 * n)) ** 2, axis=0)
+    return np.asarray(irfft(window, 2 * n)[:n].copy())
 
 
 @lru_cache(16)

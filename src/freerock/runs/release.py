@@ -8,7 +8,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import leastsq
 
 from freerock.arrays import Floats
 from freerock.rotation.still import Phase
@@ -126,6 +125,8 @@ def _early_motion(
     That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
     neither a compliant base nor a width other than nominal matters. NaN where the fit fails.
     """
+    from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
+
     valid = np.isfinite(theta) & np.isfinite(sigma)
     t, theta, noise = t[valid], theta[valid], np.maximum(sigma[valid], 1e-6 * abs(theta0))
     if t.size < 6:
