@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
-from freerock.identification.misfit import CELLS, FINER, between_cells, misfit_map
+from freerock.identification.misfit import CELLS, FINER, between_cells, cubic_spline, misfit_map
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
 
@@ -69,3 +70,9 @@ def test_contours_between_the_cells_of_a_narrow_trough():
     exact = [[epsilon_theta(time_s, swing(k, damping), swing(0, 0)) for k in finer] for damping in finer]
     np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-5)
     assert np.max(exact) > 0.5
+
+
+@pytest.mark.parametrize("n", [4, 5, CELLS])
+def test_the_spline_is_scipys(n):
+    at = np.linspace(0, n - 1, 97)
+    np.testing.assert_allclose(cubic_spline(n, at), CubicSpline(np.arange(n), np.eye(n))(at), atol=1e-14)

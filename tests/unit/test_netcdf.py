@@ -190,6 +190,15 @@ def test_total_uncertainties_stand_beside_what_they_are_of(folder):
     assert model["restitution"].attrs["ancillary_variables"] == "restitution_stderr"
 
 
+def test_of_all_variables_only_those_named_are_read(folder):
+    whole = open_fits(folder / "fits_a.nc")
+    found = open_fits(folder / "fits_a.nc", only=["parameter", "value", "time", "theta"])
+    run, fit = found["run_1"].to_dataset(inherit=False), found["run_1/winkler"].to_dataset(inherit=False)
+    xr.testing.assert_identical(run, whole["run_1"].to_dataset(inherit=False)[["time", "theta"]])
+    assert {*fit.variables} == {"parameter", "value"}
+    assert fit.identical(whole["run_1/winkler"].to_dataset(inherit=False)[["parameter", "value"]])
+
+
 def test_record_has_the_verdict_of_its_runs(folder):
     tree = open_record(folder / "record_a.nc")
     assert tree.attrs["verdict"] == "warn"

@@ -1,6 +1,7 @@
 """Misfit maps of a campaign: one for each block and foundation."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import xarray as xr
 from freerock.identification.estimate import Estimate, MisfitMap
 from freerock.identification.misfit import misfit_map
 from freerock.models.block import Block
-from freerock.products.estimates import estimates_in
+from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import one_of_each
 from freerock.products.misfit_maps import MODEL, RecordMap, record_map, write_misfit_maps
 from freerock.products.netcdf import open_fits
@@ -35,7 +36,8 @@ def make_misfit_maps(
     output : path
         netCDF file to write.
     """
-    fits = one_of_each(fit_files, scenes, open_fits, _estimates)
+    opened = partial(open_fits, only=(*ESTIMATED, "time", "theta"))
+    fits = one_of_each(fit_files, scenes, opened, _estimates)
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
     maps = [_map(tree, found, blocks, settings["debonding"]) for tree in fits if (found := _estimates(tree))]
     attrs = fits[0].attrs

@@ -8,7 +8,7 @@ from freerock.identification.population import shared_foundation
 from freerock.identification.predict import predictions
 from freerock.models.block import Block
 from freerock.products.estimates import estimates_of
-from freerock.products.netcdf import open_fits, open_record
+from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
 from freerock.tables.csvfile import write_csv
@@ -40,10 +40,11 @@ def make_tables(
     records = [open_record(path, samples=False) for path in record_files]
     fits = [open_fits(path, samples=False) for path in fit_files]
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
-    files = {Path(path).stem: path for path in record_files}
+    of_test = {Path(path).stem: each for path, each in zip(record_files, enumerate(records), strict=True)}
 
     def motions(test: str) -> Mapping[int, Motion]:
-        return motions_in(open_record(files[test]))
+        i, record = of_test[test]
+        return motions_in(record, samples_in(record_files[i], ("time", "theta")))
 
     tables = tidy_tables(records, fits)
     estimates = estimates_of(fits)

@@ -9,6 +9,9 @@ from freerock.identification.estimate import Estimate
 from freerock.models.laws import MODELS
 from freerock.products.groups import fits_of
 
+# All variables of a fit that are asked for here.
+ESTIMATED = ("parameter", "success", "value", "covariance", "contribution", "input", "input_owner")
+
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
     """The fits of a record that may be used: of each run in order.

@@ -1,6 +1,6 @@
 """Datasets of a record and of its fits: netCDF in and out, with CF-1.11 and ACDD-1.3 attributes."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -149,9 +149,10 @@ def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
         return {name: np.asarray(file[name][...]) for name in names if name in file.variables}
 
 
-def open_fits(path: str | Path, samples: bool = True) -> xr.DataTree:
-    """Read the dataset of a record's fits into memory, as `open_record` does."""
-    return open_product(path, "fits", samples)
+def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
+    """Read the dataset of a record's fits into memory, as `open_record` does; `only` variables, if any are
+    named."""
+    return open_product(path, "fits", samples, only=only)
 
 
 def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:

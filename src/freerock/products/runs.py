@@ -71,10 +71,14 @@ class Measured(NamedTuple):
         }
 
 
-def motions_in(record: xr.DataTree) -> dict[int, Motion]:
-    """The motion of each run of a record, by run number; none of a record that could not be processed."""
+def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None) -> dict[int, Motion]:
+    """The motion of each run of a record, by run number; none of a record that could not be processed.
+
+    `samples` are its time [s] and theta [rad], where it was opened without.
+    """
     runs = runs_in(record)
-    samples = {name: record.dataset[name].values for name in ("time", "theta") if runs}
+    if samples is None:
+        samples = {name: record.dataset[name].values for name in ("time", "theta") if runs}
     return _motions(runs, samples, record.attrs)
 
 

@@ -4,7 +4,7 @@ Same inputs, same bytes: no time stamp is written.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
@@ -125,19 +125,21 @@ def root_text(path: str | Path, name: str) -> str:
 
 
 def groups_in(
-    group: "netCDF4.Dataset", samples: bool, axis: str = "sample"
+    group: "netCDF4.Dataset", samples: bool, only: Collection[str] = (), axis: str = "sample"
 ) -> Iterator[tuple[str, xr.Dataset]]:
     """Path and content of a netCDF group and of those in it; several times faster than xarray's own way.
 
-    Samples are numbered by their time, where it does not fall back.
+    Samples are numbered by their time, where it does not fall back. `only` names variables, of which the
+    others are not read.
     """
     variables, coordinates = {}, set(group.variables) & set(group.dimensions)
     if samples and "sample" in group.dimensions and np.all(np.diff(group["time"][...]) > 0):
         axis = "time"
     for name, variable in group.variables.items():
-        if not samples and SAMPLES & set(variable.dimensions):
+        if (only and name not in only) or (not samples and SAMPLES & set(variable.dimensions)):
             continue
-        attrs = {key: variable.getncattr(key) for key in variable.ncattrs() if key != "_FillValue"}
+        attrs = dict(variable.__dict__)
+        attrs.pop("_FillValue", None)
         coordinates |= set(attrs.pop("coordinates", "").split())
         values = np.asarray(variable[...], str if variable.dtype is str else None)
         dimensions = [axis if each == "sample" else each for each in variable.dimensions]
@@ -147,11 +149,13 @@ def groups_in(
     present = {name: variables[name] for name in variables if name in coordinates}
     yield group.path, xr.Dataset(data, present, attrs)
     for inner in group.groups.values():
-        yield from groups_in(inner, samples, axis)
+        yield from groups_in(inner, samples, only, axis)
 
 
-def open_product(path: str | Path, product: str, samples: bool = True, of: str = "a record") -> xr.DataTree:
-    """Read a product into memory; without samples, all but what runs over time.
+def open_product(
+    path: str | Path, product: str, samples: bool = True, of: str = "a record", only: Collection[str] = ()
+) -> xr.DataTree:
+    """Read a product into memory; without samples, all but what runs over time; or `only` some variables.
 
     Raises
     ------
@@ -160,7 +164,7 @@ def open_product(path: str | Path, product: str, samples: bool = True, of: str =
     """
     with readable(path) as file:
         file.set_auto_maskandscale(False)
-        tree = xr.DataTree.from_dict(dict(groups_in(file, samples)))
+        tree = xr.DataTree.from_dict(dict(groups_in(file, samples, only)))
     if tree.attrs.get("freerock_product") != product:
         raise FreerockError(path, f"is not the {product} dataset of {of}", DAMAGED)
     return tree

@@ -23,6 +23,7 @@ MEDIANS = {
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
 POSSIBLE = ("selected", "also_possible")
+ANSWERS = ("test", "run", "status", "model", "explains", "reason")
 STATUS_WORDS = {
     "selected": "named",
     "nearest": "nearest",
@@ -64,12 +65,15 @@ class Answer(NamedTuple):
 
 def answers(choice: pd.DataFrame) -> list[Answer]:
     """What each run says, from the rows of the tidy table choice."""
+    of_run = dict[tuple[str, str], list[tuple[str, str, bool, str]]]()
+    for test, run, *rest in zip(*(choice[name] for name in ANSWERS), strict=True):
+        of_run.setdefault((test, str(run)), []).append(tuple(rest))
     found = []
-    for (test, run), own in choice.groupby(["test", "run"], sort=False):
-        named = own[own["status"] == "selected"]
-        model, reason = ("", "") if named.empty else named[["model", "reason"]].iloc[0]
-        others = tuple(own[own["status"] == "also_possible"]["model"])
-        found.append(Answer(test, str(run), model, bool(named["explains"].any()), others, reason))
+    for (test, run), rows in of_run.items():
+        named = [row for row in rows if row[0] == "selected"]
+        _, model, _, reason = named[0] if named else ("", "", False, "")
+        others = tuple(model for status, model, *_ in rows if status == "also_possible")
+        found.append(Answer(test, run, model, any(explains for _, _, explains, _ in named), others, reason))
     return found
 
 
