@@ -4,11 +4,11 @@ import csv
 import os
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 from small_campaign import BLOCKS, CAMPAIGN, COLUMNS, MAT, Checkout, check_out, once, simulated
+from warm import commands
 
 from freerock.models.laws import SYMBOLS
 from freerock.virtual_lab.record import Recording, Release, simulate_record
@@ -55,8 +55,8 @@ class Desk:
     """`freerock review` of a checkout, and its page."""
 
     def __init__(self, checkout, browser, name="small", **size):
-        environment = os.environ | {"PYTHONPATH": str(checkout / "src"), "PYTHONUNBUFFERED": "1"}
-        command = [sys.executable, "-m", "freerock.cli", "review", name, "--no-browser"]
+        environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
+        command = [commands() / "freerock", "review", name, "--no-browser"]
         self.server = subprocess.Popen(
             command, cwd=checkout.folder, env=environment, stdout=subprocess.PIPE, text=True
         )

@@ -1,9 +1,9 @@
 """A Python that is warm: forked from one that has imported the libraries, which takes longer than most jobs.
 
-`commands()` is a folder with the executables `python`, `snakemake` and `freerock`. They serve for what a test
-starts and waits for, and for the jobs of a Snakemake so started; they end as what they stand for, pass on no
-signal and see no mounts of their own. Nothing of freerock is imported before the fork: each process takes its
-copy, by PYTHONPATH.
+`commands()` is a folder with the executables `python`, `snakemake` and `freerock`, for what a test starts and
+for the jobs of a Snakemake so started. They end as what they stand for and pass on an interrupt, but no other
+signal, and see no mounts of their own. Nothing of freerock is imported before the fork; a process takes its
+own copy, by PYTHONPATH.
 """
 
 import atexit
@@ -27,13 +27,15 @@ from pathlib import Path
 
 CLIENT = """\
 #!{python} -IS
-import json, os, socket, sys
+import json, os, signal, socket, sys
 
 server = socket.socket(socket.AF_UNIX)
 server.connect({address!r})
 socket.send_fds(server, [b"!"], [0, 1, 2])
 with server.makefile("rw") as file:
     print(json.dumps([{before} + sys.argv[1:], os.getcwd(), dict(os.environ)]), file=file, flush=True)
+    process = int(file.readline())
+    signal.signal(signal.SIGINT, lambda *_: os.kill(process, signal.SIGINT))
     code = int(file.readline() or 1)
 if code < 0:
     os.kill(os.getpid(), -code)
@@ -46,6 +48,7 @@ LIBRARIES = (  # of Snakemake and of its jobs, also those that they import late
     *("h5py", "jinja2", "lmfit", "netCDF4", "nptdms", "pandas", "pydantic", "ruamel.yaml", "xarray", "yte"),
     *("matplotlib.backends.backend_agg", "matplotlib.backends.backend_pdf", "matplotlib.style"),
     *("scipy.fft", "scipy.integrate", "scipy.ndimage", "scipy.optimize", "scipy.signal", "scipy.stats"),
+    "tornado.httpserver",
 )
 
 
@@ -83,6 +86,7 @@ def serve(folder: Path):
             listening.close()
             if (process := os.fork()) == 0:
                 return as_asked(client, folder)
+            client.sendall(b"%d\n" % process)
             client.sendall(b"%d\n" % os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]))
             os._exit(0)
         client.close()
