@@ -144,19 +144,18 @@ def _early_motion(
 
     def slopes(x: Floats) -> Floats:
         _, pull, q, t0 = x
-        angle = np.clip(q * (t - t0), -20, 20)
+        angle, since = np.clip(q * (t - t0), -20, 20), t - t0
         fallen, rate = (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q
-        by = np.empty((t.size + 1, 4))
-        by[:-1] = np.stack(
-            [np.ones(t.size), -fallen, pull * (2 * fallen - rate * (t - t0)) / q, pull * rate]
-        ).T
-        by[:-1] /= noise[:, None]
-        by[-1] = 1 / held, 0, 0, 0
+        by = np.empty((4, t.size + 1))
+        per_parameter = 1.0, -fallen, pull * (2 * fallen - rate * since) / q, pull * rate
+        for row, slope in zip(by, per_parameter, strict=True):
+            np.divide(slope, noise, out=row[:-1])
+        by[:, -1] = 1 / held, 0, 0, 0
         return by
 
     guess = (0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0)
-    x, *_ = leastsq(residual, guess, Dfun=slopes, full_output=True)
+    x, *_ = leastsq(residual, guess, Dfun=slopes, col_deriv=True, full_output=True)
     scale = max(1.0, float(np.sum(residual(x) ** 2)) / (t.size - len(guess)))
     by = slopes(x)
-    stderr = np.sqrt(scale * np.diag(np.linalg.pinv(by.T @ by)))
+    stderr = np.sqrt(scale * np.diag(np.linalg.pinv(by @ by.T)))
     return _EarlyMotion(x[3], stderr[3], theta0 + x[0], stderr[0])
