@@ -1,7 +1,7 @@
 """The way from a recorded channel to impacts: speed, memory, how well runs are found, honesty of the errors.
 
 python benchmarks/signals.py                 # all parts
-python benchmarks/signals.py speed           # 10 min at 10 kHz, 4 channels: aim 5 s, 1 GB
+python benchmarks/signals.py speed           # 10 min at 10 kHz, 4 channels: aim 4 s, 0.7 GB
 python benchmarks/signals.py segmentation    # 1000 records of 1 to 12 runs: every run, none invented
 python benchmarks/signals.py errors          # restitutions and θ(t) against truth, in standard errors
 """
@@ -87,7 +87,7 @@ def speed(rate_hz=10_000.0, minutes=10, channels=4):
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
         print(
             f"{channels} channels of {n} samples, {kind}: each {len(runs)} runs, {number} impacts; in all "
-            f"{wall:.2f} s, {busy:.2f} s of processor (aim 5 s), memory {peak:.2f} GB (aim 1 GB)",
+            f"{wall:.2f} s, {busy:.2f} s of processor (aim 4 s), memory {peak:.2f} GB (aim 0.7 GB)",
             flush=True,
         )
 
