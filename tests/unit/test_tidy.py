@@ -123,6 +123,7 @@ def test_restitution_of_experiment_and_models_since_release(datasets):
     assert of_impacts[0] == pytest.approx([0.003, np.degrees(2e-4)]) and np.isnan(of_impacts[1:]).all()
     assert first["source"].tolist() == ["experiment", "housner", "winkler", "hunt_crossley"]
     assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
+    assert first["peak_before_deg"].iloc[0] == pytest.approx(10.2)
     assert set(table["run"]) == {1, 2, 3}
 
 
