@@ -399,7 +399,7 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
 def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_path, monkeypatch):
     tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
     files = {"good.nc": tree, "failed.nc": failed}
-    monkeypatch.setattr("freerock.jobs.misfit.open_fits", files.__getitem__)
+    monkeypatch.setattr("freerock.jobs.misfit.open_fits", lambda path, only=None: files[path])
     settings = {"blocks": {name: asdict(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
     figure, data = misfit_map.draw(misfit_map.read(tmp_path / "misfit_map.nc"), "simulated", LABELS)
