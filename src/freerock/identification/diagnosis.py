@@ -128,17 +128,17 @@ def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
     def beside(value: float, name: str) -> Floats:
         return problem.curve(x, best.samples, problem.exact_rtol, {name: value})
 
+    def slope(name: str, at: float, step: float) -> Floats:
+        return (beside(at + step, name) - beside(at - step, name)) / (2 * step)
+
     found = dict[str, Likelihood]()
     if best.held.any() and not problem.settings.loose_release:
         found["release"] = best.likely(best.jacobian)
     if "tilt" not in problem.names:
-        step = PARAMETERS["tilt"].step
-        column = (beside(step, "tilt") - beside(-step, "tilt")) / (2 * step)
-        found["tilt"] = best.adding(column)
+        found["tilt"] = best.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
     if "width" not in problem.names:
-        width, step = 2 * problem.blocks[0].b, PARAMETERS["width"].step
-        ends = [beside(width * (1 + side * step), "width") for side in (1, -1)]
-        found["width"] = best.adding((ends[0] - ends[1]) / (2 * step))
+        width = 2 * problem.blocks[0].b
+        found["width"] = best.adding(slope("width", width, width * PARAMETERS["width"].step))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
         edges = best.adding(beside(EDGE_M, "edge_radius") - best.curve)
         if edges.step[-1] > 0:
