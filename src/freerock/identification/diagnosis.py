@@ -8,7 +8,7 @@ from freerock.arrays import Floats
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.likelihood import Likelihood, likelihood
+from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
 from freerock.identification.pursuit import is_beyond, multiplies_errors
 from freerock.identification.scan import is_lively
@@ -43,7 +43,7 @@ def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
 
 
 def added_damping(
-    problem: Problem, x: Floats, exact: Floats, residual: Floats, jacobian: Floats, without: Likelihood
+    problem: Problem, x: Floats, exact: Floats, linear: Whitened, without: Likelihood
 ) -> float | None:
     """How many standard errors the damping that the law lacks would be away from zero.
 
@@ -58,8 +58,8 @@ def added_damping(
         The fitted numbers at their best.
     exact : ndarray, shape (n_samples,)
         The first of `Problem.exact_curve` there.
-    residual, jacobian : ndarray, shapes (n_samples,) and (n_samples, n_free)
-        There, of all samples; without the columns of parameters held at a bound.
+    linear : Whitened
+        Residual and derivatives there, of all samples; without those by parameters held at a bound.
     without : Likelihood
         Of these.
     """
@@ -74,8 +74,7 @@ def added_damping(
     # the trough of the misfit is bent: a larger trace gives no derivative
     trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
     column = problem.curve(x, samples, problem.exact_rtol, {other: trace}) - exact
-    noises = [motion.noise for motion in problem.motions]
-    found = likelihood(residual, np.column_stack([jacobian, column]), samples.lengths, noises)
+    found = linear.adding(column)
     gain = max(without.minus_two_log - found.minus_two_log, 0.0)
     return float(np.copysign(np.sqrt(gain), found.step[-1]))
 
@@ -99,21 +98,17 @@ def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
 
 
 class _Linear:
-    """A fit at its best, and the likelihood of linear models of what it leaves."""
+    """A fit at its best, and linear models of what it leaves."""
 
     def __init__(self, problem: Problem, x: Floats) -> None:
         self.samples, self.held = problem.samples(), problem.at_bound(x)
         self.residual, exact = problem.residual(x, self.samples), problem.exact_curve(x, self.samples)
         self.curve, self.jacobian = exact[0], problem.jacobian(x, self.samples, known=exact)
-        self.free = self.jacobian[:, ~self.held]
         self.noises = [motion.noise for motion in problem.motions]
+        self.free = self.of(self.jacobian[:, ~self.held])
 
-    def likely(self, columns: Floats) -> Likelihood:
-        return likelihood(self.residual, columns, self.samples.lengths, self.noises)
-
-    def adding(self, column: Floats) -> Likelihood:
-        """Of what is free and one number more."""
-        return self.likely(np.column_stack([self.free, column]))
+    def of(self, columns: Floats) -> Whitened:
+        return Whitened(self.residual, columns, self.samples.lengths, self.noises)
 
 
 def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
@@ -133,17 +128,17 @@ def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
 
     found = dict[str, Likelihood]()
     if best.held.any() and not problem.settings.loose_release:
-        found["release"] = best.likely(best.jacobian)
+        found["release"] = best.of(best.jacobian).likelihood()
     if "tilt" not in problem.names:
-        found["tilt"] = best.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
+        found["tilt"] = best.free.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
     if "width" not in problem.names:
         width = 2 * problem.blocks[0].b
-        found["width"] = best.adding(slope("width", width, width * PARAMETERS["width"].step))
+        found["width"] = best.free.adding(slope("width", width, width * PARAMETERS["width"].step))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
-        edges = best.adding(beside(EDGE_M, "edge_radius") - best.curve)
+        edges = best.free.adding(beside(EDGE_M, "edge_radius") - best.curve)
         if edges.step[-1] > 0:
             found["edges"] = edges
-    without = best.likely(best.free).minus_two_log
+    without = best.free.likelihood().minus_two_log
     gain = {name: without - each.minus_two_log for name, each in found.items()}
     least = {"edges": ASKED_EDGES}
     asked = [name for name in found if gain[name] > least.get(name, ASKED) ** 2]
@@ -176,8 +171,8 @@ def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
         problem.curve(x, replace(best.samples, time_s=best.samples.time_s + shift_s), problem.exact_rtol)
         for shift_s in (BLUR_S, -BLUR_S)
     ]
-    slower = best.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
-    gain = best.likely(best.free).minus_two_log - slower.minus_two_log
+    slower = best.free.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
+    gain = best.free.likelihood().minus_two_log - slower.minus_two_log
     step = float(slower.step[-1])
     return float(np.copysign(np.sqrt(max(gain, 0.0)), step)), float(np.sqrt(max(step, 0.0)))
 

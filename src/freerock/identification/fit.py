@@ -16,7 +16,7 @@ from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
 from freerock.identification.least_squares import Solution
-from freerock.identification.likelihood import Likelihood, likelihood
+from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, posed
@@ -226,7 +226,8 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     held = problem.at_bound(x)
     lengths, noises = samples.lengths, [motion.noise for motion in motions]
     rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
-    likely = likelihood(residual, jacobian[:, ~held], lengths, noises)
+    linear = Whitened(residual, jacobian[:, ~held], lengths, noises)
+    likely = linear.likelihood()
     explained = rest.is_noise and (None not in noises or is_white(residual))
     apart, holdout = None, float("nan")
     if len(motions) == 1:
@@ -242,7 +243,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if failed:
         known = known.unknown()
     else:
-        lacking = added_damping(problem, x, exact[0], residual, jacobian[:, ~held], likely)
+        lacking = added_damping(problem, x, exact[0], linear, likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
         explained &= lacking is None or lacking <= TRACE
     parts = () if failed else tuple(fitted_parts(problem, x, residual, jacobian))

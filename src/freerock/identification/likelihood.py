@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import rfft
@@ -70,95 +71,143 @@ def likelihood(
     -------
     Likelihood
     """
-    scale = np.sqrt(np.mean(jacobian**2, axis=0)) + np.finfo(float).tiny
-    columns = of_runs(np.column_stack([jacobian / scale, residual]), lengths, noises)
-    runs = [_Whitened.of(own, noise) for own, noise in zip(columns, noises, strict=True)]
-    weighted = np.concatenate([each.values / np.sqrt(each.ratio)[:, None] for each in runs])
-    step = np.linalg.lstsq(weighted[:, :-1], weighted[:, -1], rcond=SINGULAR)[0]
-    values = (
-        sum(each.minus_two_log(each.values @ np.append(-share * step, 1.0)) for each in runs)
-        for share in (0.0, 1.0)
-    )
-    return Likelihood(min(values), sum(each.effective for each in runs), -step / scale)
+    return Whitened(residual, jacobian, lengths, noises).likelihood()
 
 
-@dataclass(frozen=True)
-class _Whitened:
-    """Columns of one run as they are where the law of the noise is taken out, transformed to frequencies.
+class Whitened:
+    """A residual and derivatives as they are where the law of the noise is taken out, for more than one
+    `likelihood`; its arguments."""
+
+    def __init__(
+        self, residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]
+    ) -> None:
+        self._lengths, self._noises = lengths, noises
+        scale = np.sqrt(np.mean(jacobian**2, axis=0)) + np.finfo(float).tiny
+        columns = of_runs(np.column_stack([residual, jacobian / scale]), lengths, noises)
+        self._runs = [_Spectrum.of(len(own), noise) for own, noise in zip(columns, noises, strict=True)]
+        self._scale, self._values = scale, self._taken_out(columns)
+
+    def likelihood(self) -> Likelihood:
+        """Of the residual, with these derivatives."""
+        return self._likelihood(self._values, self._scale)
+
+    def adding(self, column: Floats) -> Likelihood:
+        """The same with one derivative more, shape (n_time,)."""
+        scale = np.sqrt(np.mean(column**2)) + np.finfo(float).tiny
+        columns = of_runs(column[:, None] / scale, self._lengths, self._noises)
+        both = zip(self._values, self._taken_out(columns), strict=True)
+        return self._likelihood([np.hstack(each) for each in both], np.append(self._scale, scale))
+
+    def _taken_out(self, columns: Sequence[Floats]) -> list[Floats]:
+        return [run.taken_out(own) for run, own in zip(self._runs, columns, strict=True)]
+
+    def _likelihood(self, values: Sequence[Floats], scale: Floats) -> Likelihood:
+        both = list(zip(self._runs, values, strict=True))
+        weighted = np.concatenate([own / np.sqrt(run.ratio)[:, None] for run, own in both])
+        step = np.linalg.lstsq(weighted[:, 1:], weighted[:, 0], rcond=SINGULAR)[0]
+        least = min(
+            sum(run.minus_two_log(own @ np.append(1.0, -share * step)) for run, own in both)
+            for share in (0.0, 1.0)
+        )
+        return Likelihood(least, sum(run.effective for run in self._runs), -step / scale)
+
+
+@dataclass(frozen=True, eq=False)
+class _Spectrum:
+    """The noise of one run, over the real numbers into which its samples are transformed.
 
     Parameters
     ----------
-    values : ndarray, shape (n_time, n_columns)
-        As many real numbers as there are samples.
     band : ndarray of int, shape (n_time,)
         Band of each.
     ratio : ndarray, shape (n_time,)
-        Density of the noise that is left, by the ratio of its band.
+        Density of the noise that is left where its law is taken out, by the ratio of its band.
     noise : Noise or None
-    logarithms : float
-        Sum of the logarithms of the variances that were taken out.
+        None where it is white, of any level.
+    innovations : _Innovations or None
+        How the law is taken out.
     effective : float
         Effective samples.
     """
 
-    values: Floats
     band: Indices
     ratio: Floats
     noise: Noise | None
-    logarithms: float
+    innovations: "_Innovations | None"
     effective: float
 
     @classmethod
-    def of(cls, columns: Floats, noise: Noise | None) -> "_Whitened":
-        n = len(columns)
-        frequency = _frequencies(n)
+    def of(cls, n: int, noise: Noise | None) -> "_Spectrum":
         if noise is None or not noise.white + noise.slow > 0:
-            band = np.zeros(n, np.intp)
-            return cls(_transformed(columns), band, np.ones(n), None, 0.0, float(n))
+            return cls(np.zeros(n, np.intp), np.ones(n), None, None, float(n))
+        frequency = _frequencies(n)
         density, band = noise.density(np.maximum(frequency, 1 / n)), noise.band(frequency)
-        innovations, logarithms = _innovations(columns, noise)
         effective = float(density.sum() ** 2 / (density @ density))
-        return cls(_transformed(innovations), band, noise.ratio[band], noise, logarithms, effective)
+        return cls(band, noise.ratio[band], noise, _Innovations.of(n, noise), effective)
+
+    def taken_out(self, columns: Floats) -> Floats:
+        """Columns of the run without the law of its noise, transformed: as many real numbers as samples."""
+        return _transformed(self.innovations.of_columns(columns) if self.innovations else columns)
 
     def minus_two_log(self, residual: Floats) -> float:
         """Minus twice the logarithm of the likelihood of a residual, transformed as the columns are."""
         power, n = residual**2, len(residual)
-        if self.noise is None:
+        if self.noise is None or self.innovations is None:
             return float(n * np.log(power.sum() / n))
         n_bands, dof = len(self.noise.ratio), self.noise.dof
         number = np.bincount(self.band, minlength=n_bands) + dof
         known = np.bincount(self.band, power, n_bands) + dof * self.noise.ratio
-        return float(number @ np.log(known / number)) + self.logarithms
+        return float(number @ np.log(known / number)) + self.innovations.logarithms
 
 
-def _innovations(columns: Floats, noise: Noise) -> tuple[Floats, float]:
+class _Innovations(NamedTuple):
     """What the law of the noise does not foretell of each sample, over its standard deviation.
 
     Noise of the law is an ARMA(1,1) process; its innovations are exact from the first sample (Brockwell and
     Davis 1991, example 5.3.3), so that the ends of a run are not taken for neighbours.
 
-    Returns
-    -------
-    innovations : ndarray, shape (n_time, n_columns)
+    Parameters
+    ----------
+    phi, theta : float
+        Of the process.
+    variance : float
+        Of the innovations of a long run [rad²].
+    settling : ndarray
+        That of the first innovations over it.
     logarithms : float
-        Sum of the logarithms of their variances.
+        Sum of the logarithms of the variances.
     """
-    n, phi = len(columns), math.exp(-2 * math.pi * noise.corner)
-    slow, less = noise.slow * (1 - phi) ** 2, smoothed(noise.averaged) / 2
-    # white (1 - 2 φ cos ω + φ²) + slow (1 - less + less cos ω) = variance (1 + 2 θ cos ω + θ²)
-    middle, side = noise.white * (1 + phi**2) + slow * (1 - less), noise.white * phi - slow * less / 2
-    variance = (middle + math.sqrt(max(middle**2 - 4 * side**2, 0.0))) / 2
-    theta = -side / variance
-    r = [(1 + 2 * theta * phi + theta**2) / (1 - phi**2)]
-    while r[-1] > 1 + SETTLED and len(r) < n:
-        r.append(1 + theta**2 - theta**2 / r[-1])
-    differences = columns.copy()
-    differences[1:] -= phi * columns[:-1]
-    bands = np.array([np.ones(n), np.full(n, theta)])
-    bands[1, : len(r) - 1] /= r[:-1]
-    differences = dtbtrs(bands, differences, uplo="L", diag="U")[0]
-    differences[: len(r)] /= np.sqrt(r)[:, None]
-    return differences / math.sqrt(variance), n * math.log(variance) + float(np.sum(np.log(r)))
+
+    phi: float
+    theta: float
+    variance: float
+    settling: Floats
+    logarithms: float
+
+    @classmethod
+    def of(cls, n: int, noise: Noise) -> "_Innovations":
+        phi = math.exp(-2 * math.pi * noise.corner)
+        slow, less = noise.slow * (1 - phi) ** 2, smoothed(noise.averaged) / 2
+        # white (1 - 2 φ cos ω + φ²) + slow (1 - less + less cos ω) = variance (1 + 2 θ cos ω + θ²)
+        middle, side = noise.white * (1 + phi**2) + slow * (1 - less), noise.white * phi - slow * less / 2
+        variance = (middle + math.sqrt(max(middle**2 - 4 * side**2, 0.0))) / 2
+        theta = -side / variance
+        r = [(1 + 2 * theta * phi + theta**2) / (1 - phi**2)]
+        while r[-1] > 1 + SETTLED and len(r) < n:
+            r.append(1 + theta**2 - theta**2 / r[-1])
+        logarithms = n * math.log(variance) + float(np.sum(np.log(r)))
+        return cls(phi, theta, variance, np.array(r), logarithms)
+
+    def of_columns(self, columns: Floats) -> Floats:
+        """Of the samples in columns, shape (n_time, n_columns)."""
+        n, r = len(columns), self.settling
+        differences = columns.copy()
+        differences[1:] -= self.phi * columns[:-1]
+        bands = np.array([np.ones(n), np.full(n, self.theta)])
+        bands[1, : len(r) - 1] /= r[:-1]
+        differences = dtbtrs(bands, differences, uplo="L", diag="U")[0]
+        differences[: len(r)] /= np.sqrt(r)[:, None]
+        return np.asarray(differences / math.sqrt(self.variance))
 
 
 def _transformed(values: Floats) -> Floats:

@@ -66,6 +66,8 @@ class Samples:
 
     def averaged(self, values: Floats) -> Floats:
         """Means of m samples each, times √m: their noise is that of one sample."""
+        if len(self.lengths) == 1:
+            return np.ascontiguousarray(averaged(values, self.m))
         return np.ascontiguousarray(np.concatenate([averaged(values[run], self.m) for run in self.runs]))
 
 
@@ -270,7 +272,7 @@ class Problem:
         `added` is what neither the law nor the fit has: a damping, or a number of the record [SI]; `rate`, if
         given, receives the rate of what is seen [rad/s].
         """
-        value, n_common, n_own = self.physical(x), len(self.common), len(self.own)
+        value, n_common, n_own = self.physical(x).tolist(), len(self.common), len(self.own)
         own = dict(zip(self.own, value[n_common + i * n_own :], strict=False))
         values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
         if self.n_impacts > 1:
@@ -279,7 +281,7 @@ class Problem:
         return as_measured(
             CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],
-            {**values, **(added or {})},
+            {**values, **added} if added else values,
             time_s,
             self.motions[i].view,
             rules=self.rules,
@@ -296,7 +298,11 @@ class Problem:
         rate: Floats | None = None,
     ) -> Floats:
         """Modelled θ of all runs at the samples [rad]; all else as in `motion`."""
-        rates = [None if rate is None or "t0" not in self.own else rate[run] for run in samples.runs]
+        if "t0" not in self.own:
+            rate = None
+        if len(samples.lengths) == 1:
+            return self.motion(x, 0, samples.time_s, rtol, added, rate)
+        rates = [None if rate is None else rate[run] for run in samples.runs]
         return np.concatenate(
             [
                 self.motion(x, i, samples.time_s[run], rtol, added, rates[i])

@@ -89,6 +89,8 @@ class Block:
 
     def as_found(self, values: Mapping[str, float]) -> "Block":
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""
+        if "width" not in values and "edge_radius" not in values:
+            return self
         fields = {"width": "contact_width_m", "edge_radius": "edge_radius_m"}
         found = {field: float(values[name]) for name, field in fields.items() if name in values}
         known = all(getattr(self, field) == value for field, value in found.items())

@@ -25,6 +25,11 @@ from freerock.models.compiled import compiled
 # Amplitude below which the remaining impacts are summed as a geometric series [rad].
 REST_AMPLITUDE = 1e-13
 Polynomial = tuple[float, float, float, float, float]
+# Largest argument of cosh and of the arc sine of which sums of 14 powers have all digits, and their factors.
+SHORT, SLENDER = 2.0, 0.25
+C = tuple(1 / math.factorial(2 * i) for i in range(14))
+S = tuple(1 / math.factorial(2 * i + 1) for i in range(14))
+A = tuple(math.comb(2 * i, i) * 0.25**i / (2 * i + 1) for i in range(14))
 
 
 @dataclass(frozen=True)
@@ -285,6 +290,86 @@ def _theta_functions(k2: float) -> tuple[float, float, float, Polynomial, Polyno
     return scale, of_cosh, of_sinh, even, odd, other
 
 
+@compiled(forceinline=True)
+def _cosh(q: float) -> float:
+    """cosh x by the powers of q = x² < `SHORT`², to the last digit."""
+    r = q * q
+    low = (1 + q * C[1]) + r * ((C[2] + q * C[3]) + r * ((C[4] + q * C[5]) + r * (C[6] + q * C[7])))
+    high = (C[8] + q * C[9]) + r * ((C[10] + q * C[11]) + r * (C[12] + q * C[13]))
+    return low + (r * r) * (r * r) * high
+
+
+@compiled(forceinline=True)
+def _sinh_over(q: float) -> float:
+    """sinh x / x, likewise."""
+    r = q * q
+    low = (1 + q * S[1]) + r * ((S[2] + q * S[3]) + r * ((S[4] + q * S[5]) + r * (S[6] + q * S[7])))
+    high = (S[8] + q * S[9]) + r * ((S[10] + q * S[11]) + r * (S[12] + q * S[13]))
+    return low + (r * r) * (r * r) * high
+
+
+@compiled(forceinline=True)
+def _arc_sine_over(q: float) -> float:
+    """asin x / x by the powers of q = x² < `SLENDER`², to the last digit."""
+    r = q * q
+    low = (1 + q * A[1]) + r * ((A[2] + q * A[3]) + r * ((A[4] + q * A[5]) + r * (A[6] + q * A[7])))
+    high = (A[8] + q * A[9]) + r * ((A[10] + q * A[11]) + r * (A[12] + q * A[13]))
+    return low + (r * r) * (r * r) * high
+
+
+@compiled()
+def _fill_swing(
+    shape: tuple[float, float, float, Polynomial, Polynomial, Polynomial],
+    side: float,
+    peak_time: float,
+    p: float,
+    theta_cr: float,
+    begin: int,
+    end: int,
+    time: Floats,
+    theta: Floats,
+    theta_rate: Floats,
+) -> None:
+    """Fill θ, and θ̇ where wanted, of one swing.
+
+    Of a block as slender and a swing as short as most are, in sums of powers: without branches, several
+    samples are worked out in one.
+    """
+    scale, of_cosh, of_sinh, v, u, w = shape
+    rate, of_rate = p * scale, -2 * side * p * of_sinh
+    short = rate * max(peak_time - time[begin], time[end - 1] - peak_time) < SHORT
+    if short and math.sin(0.5 * theta_cr) < SLENDER:
+        # of an unsigned index numba need not ask whether it counts from the end
+        for i in range(np.uint64(begin), np.uint64(end)):
+            x = rate * (time[i] - peak_time)
+            cosh = _cosh(x * x)
+            c = 2 * cosh * cosh - 1
+            even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
+            odd = u[0] + c * (u[1] + c * (u[2] + c * u[3]))
+            sine = of_cosh * cosh * odd / even
+            theta[i] = side * (theta_cr - 2 * sine * _arc_sine_over(sine * sine))
+        if theta_rate.size:
+            for i in range(np.uint64(begin), np.uint64(end)):
+                x = rate * (time[i] - peak_time)
+                q = x * x
+                cosh = _cosh(q)
+                c = 2 * cosh * cosh - 1
+                even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
+                other = w[0] + c * (w[1] + c * (w[2] + c * w[3]))
+                theta_rate[i] = of_rate * x * _sinh_over(q) * other / even
+        return
+    for i in range(np.uint64(begin), np.uint64(end)):
+        e = math.exp(rate * (time[i] - peak_time))
+        cosh = 0.5 * (e + 1 / e)
+        c = 2 * cosh * cosh - 1
+        even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
+        odd = u[0] + c * (u[1] + c * (u[2] + c * u[3]))
+        theta[i] = side * (theta_cr - 2 * math.asin(of_cosh * cosh * odd / even))
+        if theta_rate.size:
+            other = w[0] + c * (w[1] + c * (w[2] + c * w[3]))
+            theta_rate[i] = of_rate * 0.5 * (e - 1 / e) * other / even
+
+
 @compiled()
 def _fill_motion(
     sign: Floats,
@@ -302,23 +387,17 @@ def _fill_motion(
 ) -> None:
     """Fill θ from a swing and a sample on, and θ̇ where wanted; what comes after the last swing is `after`."""
     for i in range(swing, k2.size):
-        if begin == time.size:
-            return
-        if time[begin] > impact_time[i]:
-            continue
-        scale, of_cosh, of_sinh, v, u, w = _theta_functions(k2[i])
-        rate = p * scale
-        while begin < time.size and time[begin] <= impact_time[i]:
-            e = math.exp(rate * (time[begin] - peak_time[i]))
-            cosh = 0.5 * (e + 1 / e)
-            c = 2 * cosh * cosh - 1
-            even = v[0] + c * (v[1] + c * (v[2] + c * (v[3] + c * v[4])))
-            odd = u[0] + c * (u[1] + c * (u[2] + c * u[3]))
-            theta[begin] = sign[i] * (theta_cr - 2 * math.asin(of_cosh * cosh * odd / even))
-            if theta_rate.size:
-                other = w[0] + c * (w[1] + c * (w[2] + c * w[3]))
-                theta_rate[begin] = 2 * p * (-sign[i] * of_sinh * 0.5 * (e - 1 / e) * other / even)
-            begin += 1
+        end, beyond = begin, time.size
+        while end < beyond:  # samples up to the impact
+            middle = (end + beyond) // 2
+            if time[middle] <= impact_time[i]:
+                end = middle + 1
+            else:
+                beyond = middle
+        if end > begin:
+            shape = _theta_functions(k2[i])
+            _fill_swing(shape, sign[i], peak_time[i], p, theta_cr, begin, end, time, theta, theta_rate)
+            begin = end
     theta[begin:] = after
     theta_rate[begin:] = after
 
@@ -331,5 +410,5 @@ def _from_peak(sin2: float, k2: float, phi: float) -> float:
         value = 0.0 if phi == 0 else elliprf(-k2 * cot2, -k2 * (1 + cot2), 1 - k2 * (1 + cot2))
         return math.copysign(value, phi)
     m = 1 - k2
-    sn2 = np.maximum(sin2 - k2, 0.0) / (sin2 * m)
-    return float(np.sqrt(sn2) * elliprf(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0))
+    sn2 = max(sin2 - k2, 0.0) / (sin2 * m)
+    return math.sqrt(sn2) * _carlson(k2 * (1 - sin2) / (sin2 * m), k2 / sin2, 1.0)

@@ -158,9 +158,9 @@ def simulate_theta(
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
-    `parameters` may hold the tilt of the base besides [rad]: angles then count from where the block stands at
-    rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or θ̇ alone, shape
-    (n_time, 1).
+    `parameters` may hold more: the tilt of the base counts [rad], under which angles are those from where the
+    block stands at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
+    θ̇ alone, shape (n_time, 1).
 
     Returns
     -------
@@ -191,9 +191,8 @@ def simulate_fitted(
     theta, _ = simulate_theta(
         model,
         block.as_found(values),
-        {name: values[name] for name in MODELS[model]}
-        | {name: values[name] for name in ("tilt",) if name in values},
-        time - values.get("t0", 0.0),
+        values,
+        time - values["t0"] if "t0" in values else time,
         theta0=values["theta0"],
         rules=rules,
         solver=solver,
@@ -308,7 +307,8 @@ class _Scene:
         block, foundation, motion = self.block, self.foundation, self.motion
         # one signature, so that the kernel is compiled once
         state = tuple(map(float, start))
-        time = np.require(time, float, ["C", "W"])
+        if not (time.flags.carray and time.dtype == float):
+            time = np.require(time, float, ["C", "W"])
         amplitude = block.theta_cr
         if motion is None or "tilt" in self.parameters:
             _, z_rate0, theta0, theta_rate0 = state

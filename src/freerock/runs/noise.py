@@ -233,8 +233,7 @@ def power_taken(basis: Floats, through: Floats, inner: Floats) -> tuple[Floats, 
     taken, share : ndarray, shape (n_frequencies,)
         [rad²] and pure numbers.
     """
-    of_basis, of_through = tapered(basis.T), tapered(through.T)
-    twice = 2 * of_through - np.tensordot(inner, of_basis, 1)
+    of_basis, twice = tapered(basis.T), tapered((2 * through - basis @ inner.T).T)
     taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
     share = np.sum(of_basis.real**2 + of_basis.imag**2, axis=0)
     return np.mean(taken, axis=0), np.mean(share, axis=0)
@@ -312,9 +311,10 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     number = np.add.reduceat(kept, edges[:-1], dtype=int)
     power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
     squared, level = np.sin(np.pi * frequency) ** 2, float(power[-1])
+    low, high = np.array([(-30, -30, np.log(SLOWEST / n)), (30, 30, 0)])
 
     def law(x: Floats) -> tuple[float, float, float]:
-        a, b, f_0 = np.exp(np.clip(x, (-30, -30, np.log(SLOWEST / n)), (30, 30, 0)))
+        a, b, f_0 = np.exp(np.minimum(np.maximum(x, low), high))
         return float(level * a), float(level * b), float(f_0)
 
     def misfit(x: Floats) -> float:
