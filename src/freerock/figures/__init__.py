@@ -28,4 +28,5 @@ __all__ = [
     "scene",
     "studies",
     "style",
+    "ticks",
 ]

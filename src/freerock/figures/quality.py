@@ -22,6 +22,7 @@ from freerock.figures.style import (
     styled,
     thin,
 )
+from freerock.figures.ticks import lighten
 from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
 from freerock.products.choices import choices_of
 from freerock.products.groups import Attrs, impacts_of, reasons_in, runs_of
@@ -36,6 +37,7 @@ WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
 MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
+OF_FITS = ("time", "residual", "parameter", "value", "stderr", "unit", "epsilon_theta")  # all that is shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
@@ -180,6 +182,8 @@ def _page(
     _draw_record(volts, angle, record, whole, (run.dataset["release"].item(), run.dataset["end"].item()))
     for ax in figure.axes:
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
+        ax.xaxis.set_label_coords(0.5, -0.25 / HEIGHT_IN / ax.get_position().height)
+    lighten(figure)
     footer(figure, record.attrs["origin"])
     return figure
 

@@ -15,11 +15,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
-from matplotlib.image import imsave
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
+from PIL import Image
 
 from freerock.figures.looks import MEASURED as MEASURED
 from freerock.figures.looks import MODEL_MARKERS as MODEL_MARKERS
@@ -368,9 +368,9 @@ def save(
                 ax.set_position(np.round(ax.get_position().bounds, 6))
         canvas.draw()
         images.append(np.array(canvas.buffer_rgba())[..., :3])
-    unsigned: dict[str, Any] = {"Software": None}
     with atomic(f"{stem}.png") as part:
-        imsave(part, np.vstack(images), format="png", metadata=unsigned)
+        stacked = Image.fromarray(np.vstack(images))
+        stacked.save(part, "png", dpi=(pages[0].dpi, pages[0].dpi), compress_level=3)
     undated: dict[str, Any] = {"CreationDate": None}
     fonts = matplotlib.rc_context({"pdf.fonttype": pdf_fonts})
     with fonts, atomic(f"{stem}.pdf") as part, PdfPages(part, metadata=undated) as pdf:

@@ -31,6 +31,6 @@ def make_pages(
     drawn = (
         quality.failed(record, labels, reason)
         if reason
-        else quality.draw(record, open_fits(fits_file), labels)
+        else quality.draw(record, open_fits(fits_file, only=quality.OF_FITS), labels)
     )
     save(*drawn, stem, record.attrs["origin"], pdf_fonts=3)
