@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 Floats = NDArray[np.float64]
 Flags = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 
 def extremes(values: ArrayLike, n_bins: int = 1000) -> NDArray[np.intp]:

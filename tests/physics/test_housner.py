@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from freerock.models import housner
 from freerock.models.block import Block
 from freerock.models.contact import State
 from freerock.models.housner import REST_AMPLITUDE, housner_motion, housner_swings
@@ -126,3 +127,23 @@ def test_depth_of_the_base_centre_follows_the_corner():
     smooth = response.contact[1:] == response.contact[:-1]
     change = np.diff(response.z_cb) - (response.z_cb_rate[1:] + response.z_cb_rate[:-1]) / 2 * np.diff(time)
     assert np.abs(change[smooth]).max() < 1e-8
+
+
+def test_sums_of_powers_have_all_digits():
+    """Those that stand for functions, and a motion by either."""
+    short, slender = np.linspace(-housner.SHORT, housner.SHORT, 401), np.linspace(1e-9, housner.SLENDER, 401)
+    for found, expected in (
+        ([housner._cosh(x * x) for x in short], np.cosh(short)),
+        ([x * housner._sinh_over(x * x) for x in short], np.sinh(short)),
+        ([x * housner._arc_sine_over(x * x) for x in slender], np.arcsin(slender)),
+    ):
+        np.testing.assert_allclose(found, expected, rtol=4e-16, atol=0)
+    # from near θ_cr a swing lasts too long for them, its beginning does not
+    theta0 = 0.999 * BLOCK.theta_cr
+    swings = housner_swings(BLOCK, 0.9, theta0)
+    time = np.linspace(0.0, swings.impact_time[0], 2000)
+    assert BLOCK.p * time[200] < 1 < 6 < BLOCK.p * time[-1]
+    for whole, beginning in zip(
+        *(housner_motion(swings, each, theta0) for each in (time, time[:200])), strict=True
+    ):
+        np.testing.assert_allclose(whole[:200], beginning, rtol=1e-12, atol=1e-15)

@@ -7,7 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from freerock.models.block import Block
-from freerock.rotation.beam import displacement_from_rotation, rotation_from_displacement, sensitivity
+from freerock.rotation.beam import (
+    displacement_from_rotation,
+    rotation_and_sensitivity,
+    rotation_from_displacement,
+    sensitivity,
+)
 from freerock.rotation.sensor import Laser
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -144,3 +149,26 @@ def test_beam_under_the_raised_edge_is_lost():
     assert np.isfinite(displacement_from_rotation(edge - 1e-6, BLOCK, low))
     assert np.isnan(displacement_from_rotation(edge + 1e-6, BLOCK, low))
     assert np.isnan(rotation_from_displacement(0.05, BLOCK, low))  # further than that edge ever gives
+
+
+@pytest.mark.parametrize(
+    "laser",
+    [
+        LASER,
+        Laser("horizontal", 0.02, 0.1, face="right"),
+        Laser("vertical", -0.15, 0.1),
+        Laser("vertical", 0.03, 0.1),
+        Laser("vertical", 0.0, 0.1, release_side="negative"),
+    ],
+)
+@pytest.mark.parametrize("block", [BLOCK, replace(BLOCK, contact_width_m=0.06)])
+@pytest.mark.parametrize("amplitude_m", [1e-3, 0.02, 0.3])
+def test_many_displacements_at_once_are_as_one_by_one(laser, block, amplitude_m):
+    s = amplitude_m * np.sin(np.linspace(0.0, 20.0, 3000))
+    s[40:50], s[60] = np.nan, 0.0
+    theta, slope = rotation_and_sensitivity(s, block, laser)
+    expected = rotation_from_displacement(s, block, laser)
+    assert np.array_equal(np.isnan(theta), np.isnan(expected)) and not np.isnan(theta).all()
+    np.testing.assert_allclose(theta, expected, rtol=1e-13, atol=1e-17)
+    with np.errstate(invalid="ignore"):
+        np.testing.assert_allclose(slope, sensitivity(expected, block, laser), rtol=1e-9)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from freerock.rotation.mains import fit_mains, mains_ratio
+from freerock.rotation.rests import StillSignal
+from freerock.rotation.still import Phase
 
 RATE = 2000
 TIME = np.arange(4000) / RATE
@@ -68,3 +70,20 @@ def test_steady_mains_are_fitted_as_steady():
         assert found.phase.shape == (2, 2)
         left = mains - found.over(time[0], step, time.size)
         assert np.std(left) < 2 * found.stderr * 0.05
+
+
+def test_samples_of_still_phases_are_found_by_their_numbers():
+    """Also where some of them are invalid."""
+    values = np.where((TIME > 0.6) & (TIME < 1.2), np.sin(2 * np.pi * 3 * TIME), 0.0) + 1.0
+    values[100:140] = values[3000] = np.nan
+    phases = [Phase(0.0, 0.6, 0.9, 0.0), Phase(1.2, 2.0, 1.05, 0.0)]
+    signal = StillSignal(TIME, values, 1 / RATE, 0.1, phases)
+    inside = [
+        (t, y - phase.level)
+        for phase in phases
+        for t, y in zip(TIME, values, strict=True)
+        if phase.start_s + 0.05 <= t < phase.end_s - 0.05 and np.isfinite(y)
+    ]
+    assert signal.n_inside == len(inside)
+    which = np.array([0, 1, 3, 400, 900, 901, 1500, len(inside) - 1])
+    np.testing.assert_array_equal(np.array(signal.inside(which)).T, np.array(inside)[which])

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.fft import rfft
 from scipy.linalg.lapack import dtbtrs
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.identification.noise import SINGULAR, of_runs
-from freerock.runs.noise import Indices, Noise, smoothed
+from freerock.runs.noise import Noise, smoothed
 
 SETTLED = 1e-3  # excess of an innovation's variance over that of a long run, below which there is none
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import fdtrc
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.identification.choice import LEVEL
 from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
-    Indices,
     Noise,
     averaged,
     degrees_of_freedom,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Mask
 from freerock.models.block import Block
+from freerock.rotation import beam_kernel
 from freerock.rotation.sensor import Laser
 
 
@@ -123,6 +124,29 @@ def sensitivity(theta: ArrayLike, block: Block, laser: Laser) -> Floats:
     else:
         slope = _lever(turn, block, laser) + block.height_m * np.sin(np.abs(turn))
     return np.asarray(np.abs(slope) / np.cos(turn) ** 2)
+
+
+def rotation_and_sensitivity(
+    displacement_m: Floats, block: Block, laser: Laser, side: Floats | None = None
+) -> tuple[Floats, Floats]:
+    """`rotation_from_displacement` of some samples and `sensitivity` there, shapes (n_time,), compiled."""
+    theta, slope = np.empty((2, displacement_m.size))
+    if laser.beam == "vertical" and (side is None or not is_unsigned(block, laser)):
+        side = _side(displacement_m, block, laser)
+    sides = np.empty(0) if side is None else side
+    beam_kernel.rotations(displacement_m, sides, beam_of(block, laser), theta, slope)
+    if mirrored(laser):
+        np.negative(theta, out=theta)
+    on = on_target(theta, block, laser)
+    if not on.all():
+        theta[~on] = slope[~on] = np.nan
+    return theta, slope
+
+
+def beam_of(block: Block, laser: Laser, expected: Block | None = None) -> tuple[float, ...]:
+    """A beam as `beam_kernel` takes it, where `expected` has the corners expected, if they are others."""
+    vertical, size = float(laser.beam == "vertical"), (block.height_m, block.width_m / 2)
+    return (vertical, laser.position, *size, block.b, (expected or block).b)
 
 
 def mirrored(laser: Laser) -> bool:

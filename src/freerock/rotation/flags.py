@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from freerock.arrays import Flags, Floats
+from freerock.arrays import Flags, Floats, Indices
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
 
@@ -62,9 +62,8 @@ def flag_samples(signal: ArrayLike, limits: Limits | None = None, *, step: float
     if invalid == signal.size or signal.size < 2 * EQUAL:
         return flags
     valid = np.where(flags > 0, np.nan, signal) if invalid else signal
-    jumps = np.diff(valid)
-    _flag_equal(valid, jumps, flags, step)
-    _flag_excursions(valid, jumps, flags, step)
+    _flag_equal(valid, flags, step)
+    _flag_excursions(valid, flags, step)
     return flags
 
 
@@ -78,17 +77,20 @@ def _invalid(signal: Floats, limits: Limits | None) -> Flags:
     return flags
 
 
-def _flag_equal(valid: Floats, jumps: Floats, flags: Flags, step: float) -> None:
+def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
     """Flag samples that repeat, at an extreme as saturated, elsewhere as a dropout."""
-    same = jumps == 0
+    same = valid[1:] == valid[:-1]
     if not same.any():
         return
     low, high = np.nanmin(valid), np.nanmax(valid)
-    inner = (valid[1:] != low) & (valid[1:] != high)
     window = min(same.size, max(2 * EQUAL, round(WINDOW_S / step)))
-    whole = same.size // window * window
-    count = inner[:whole].reshape(-1, window).sum(axis=1)
-    repeated = (inner & same)[:whole].reshape(-1, window).sum(axis=1)
+    count, repeated = np.empty((2, same.size // window), int)
+    together = max(1, PIECE // window)
+    for i in range(0, count.size, together):
+        part, windows = slice(i * window, min(i + together, count.size) * window), slice(i, i + together)
+        inner = (valid[1:][part] != low) & (valid[1:][part] != high)
+        count[windows] = inner.reshape(-1, window).sum(axis=1)
+        repeated[windows] = (inner & same[part]).reshape(-1, window).sum(axis=1)
     telling = count >= EQUAL
     if not telling.any():
         return
@@ -101,15 +103,15 @@ def _flag_equal(valid: Floats, jumps: Floats, flags: Flags, step: float) -> None
     long = last - first + 1 >= max(EQUAL, longest)
     if not long.any():
         return
-    size = np.abs(jumps)
+    size = np.abs(np.diff(valid))
     steps = size[(size > 0) & np.isfinite(size)][:: max(1, size.size // NOISE_SAMPLES)]
     if steps.size == 0:
         return
     abrupt = 0.1 * float(np.median(steps))
-    far = 3 * float(np.percentile(steps, 99)) + 10 * noise_of(jumps)  # no motion gets there in one step
+    far = 3 * float(np.percentile(steps, 99)) + 10 * noise_of(valid)  # no motion gets there in one step
     for i, j in zip(first[long].tolist(), last[long].tolist(), strict=True):
         value = valid[i]
-        into, out = size[i - 1] if i else np.nan, size[j] if j < jumps.size else np.nan
+        into, out = size[i - 1] if i else np.nan, size[j] if j < size.size else np.nan
         if not (into >= abrupt or out >= abrupt):
             continue  # the block stands still and the signal has no noise
         if value in (low, high) and not np.fmax(into, out) > far:
@@ -118,40 +120,45 @@ def _flag_equal(valid: Floats, jumps: Floats, flags: Flags, step: float) -> None
             flags[i : j + 1] |= FLAGS["dropout"]
 
 
-def noise_of(jumps: Floats) -> float:
-    """Standard deviation of white noise in a signal of which these are the steps, by its quietest quarter."""
-    size = 50
-    count = jumps.size // size
-    if count == 0:
-        return float(np.nanmedian(np.abs(jumps))) if np.isfinite(jumps).any() else 0.0
-    every = max(1, jumps.size // NOISE_SAMPLES)
-    part = np.abs(jumps[: count * size].reshape(count, size)[::every])
+def noise_of(signal: Floats) -> float:
+    """Standard deviation of white noise in a signal, by the steps of its quietest quarter."""
+    size, n = 50, signal.size - 1
+    if n < size:
+        jumps = np.abs(np.diff(signal))
+        return float(np.nanmedian(jumps)) if np.isfinite(jumps).any() else 0.0
+    first = size * np.arange(0, n // size, max(1, n // NOISE_SAMPLES))
+    part = np.abs(np.diff(signal[first[:, None] + np.arange(size + 1)], axis=1))
     part = part[np.isfinite(part).all(axis=1)]
     return float(1.13 * np.percentile(np.median(part, axis=1), 25)) if part.size else 0.0
 
 
-def _flag_excursions(valid: Floats, jumps: Floats, flags: Flags, step: float) -> None:
+def _bends(valid: Floats, least: float) -> Indices:
+    """Where one step differs from the next by more: numbers of the first of the three samples."""
+    found = []
+    for start in range(0, valid.size - 1, PIECE):
+        jumps = np.diff(valid[start : start + PIECE + 2])
+        bend = np.subtract(jumps[1:], jumps[:-1], out=jumps[1:])
+        found.append(start + np.flatnonzero(np.abs(bend, out=bend) > least))
+    return np.concatenate(found)
+
+
+def _flag_excursions(valid: Floats, flags: Flags, step: float) -> None:
     """Flag jumps away and back: spikes and dropouts."""
-    noise = noise_of(jumps)
+    noise, n_jumps = noise_of(valid), valid.size - 1
     with np.errstate(invalid="ignore"):
-        bends = np.concatenate(
-            [
-                start
-                + np.flatnonzero(np.abs(np.diff(jumps[start : start + PIECE + 1])) > (SPIKE - 1) * noise)
-                for start in range(0, jumps.size, PIECE)
-            ]
-        )
-    if bends.size == 0 or bends.size > RESTLESS * jumps.size:
+        bends = _bends(valid, (SPIKE - 1) * noise)
+    if bends.size == 0 or bends.size > RESTLESS * n_jumps:
         return
     at = np.union1d(bends, bends + 1)
-    around = np.clip(at[:, None] + np.r_[-5:-1, 2:6], 0, jumps.size - 1)
-    course = _median_of_finite(jumps[around])
-    rough = _median_of_finite(np.abs(jumps[around] - course[:, None]))
-    size = np.abs(jumps[at] - course)
+    around = np.clip(at[:, None] + np.r_[-5:-1, 2:6], 0, n_jumps - 1)
+    near, jumps = valid[around + 1] - valid[around], valid[at + 1] - valid[at]
+    course = _median_of_finite(near)
+    rough = _median_of_finite(np.abs(near - course[:, None]))
+    size = np.abs(jumps - course)
     sudden = (size > ROUGH * rough) & (size > (SPIKE - 3) * noise)
     at, course, size = at[sudden], course[sudden], size[sudden]
     longest = round(LONGEST_S / step)
-    sign, done = np.sign(jumps[at]), -1
+    sign, done = np.sign(jumps[sudden]), -1
     for i in np.flatnonzero(size > SPIKE * noise):
         if i <= done:
             continue

@@ -1,12 +1,13 @@
 """Interference of the mains in a still signal: its fit, and its frequency where the rate is wrong."""
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
 SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
@@ -50,6 +51,14 @@ class Mains(NamedTuple):
         return blocks.ravel()[:n]
 
 
+def mains_samples(n: int, step: float) -> Indices:
+    """Numbers of those of n samples, `step` seconds apart, that a fit of the mains takes: blocks of them."""
+    block = max(1, round(AVERAGED_S / step))
+    n_blocks = n // block
+    kept = np.unique(np.linspace(0, n_blocks - 1, min(n_blocks, MOST_BLOCKS)).astype(np.intp))
+    return (kept[:, None] * block + np.arange(block)).ravel()
+
+
 def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -> Mains | None:
     """Fit the interference of the mains to the deviations of a still signal from its level.
 
@@ -77,16 +86,22 @@ def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -
     m = m[m * mains_hz * 1.01 * step < 0.5]
     if n_blocks < 3 or m.size == 0:
         return None
-    kept = np.unique(np.linspace(0, n_blocks - 1, min(n_blocks, MOST_BLOCKS)).astype(int))
-    t = time_s[: n_blocks * block].reshape(n_blocks, block)[kept]
-    y = deviation[: n_blocks * block].reshape(n_blocks, block)[kept]
-    beat, centre = (y * np.exp(-2j * np.pi * mains_hz * t)).mean(axis=1), t.mean(axis=1)
+    kept = mains_samples(time_s.size, step)
+    t, y = (each[kept].reshape(-1, block) for each in (time_s, deviation))
+    nominal = 2 * np.pi * mains_hz * t  # sines are a fifth of the work of a complex exponential
+    beat = (y * np.cos(nominal)).mean(axis=1) - 1j * (y * np.sin(nominal)).mean(axis=1)
+    centre = t.mean(axis=1)
     found_hz = _highest(mains_hz, centre, beat, t[-1, -1] - t[0, 0])
     phase, together = _followed(centre, beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre))
 
     angle = 2 * np.pi * found_hz * t.ravel() + np.interp(t.ravel(), *phase)
-    basis = np.stack([part(k * angle) for k in m for part in (np.cos, np.sin)], axis=1)
-    parts = np.linalg.lstsq(basis.T @ basis, basis.T @ y.ravel(), rcond=None)[0]
+    turns = np.empty((m.size, 2, t.size))  # cosine and sine of each harmonic
+    cosine, sine = np.cos(angle, out=turns[0, 0]), np.sin(angle, out=turns[0, 1])
+    for before, after in pairwise(turns):
+        np.subtract(before[0] * cosine, before[1] * sine, out=after[0])
+        np.add(before[1] * cosine, before[0] * sine, out=after[1])
+    basis = turns.reshape(-1, t.size)
+    parts = np.linalg.lstsq(basis @ basis.T, basis @ y.ravel(), rcond=None)[0]
     weights = parts[::2] - 1j * parts[1::2]
     n = t.size
     stderr = math.sqrt(2 * m.size / n + (2 / (together * block) if together < len(beat) else 0.0))

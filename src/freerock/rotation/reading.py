@@ -121,12 +121,13 @@ def read_channel(
     recorded, quantity = in_base_units(values, laser.units, stated_unit)
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)
-    signal = still_signal(time_s, np.where(flags == 0, recorded, np.nan), step, options.window_s)
+    valid = np.where(flags == 0, recorded, np.nan) if flags.any() else recorded
+    signal = still_signal(time_s, valid, step, options.window_s)
     mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
-        values = signal.values
-        values -= mains.over(time_s[0], step, time_s.size)
+        hum = mains.over(time_s[0], step, time_s.size)
+        values = np.subtract(signal.values, hum, out=hum)
         signal = still_signal(time_s, values, step, options.window_s)
     zero = _zero(signal, laser, quantity)
     displacement, slope = _displacement(signal, zero, laser, quantity)
@@ -223,10 +224,23 @@ def _displacement(
     slope = zero.slope_m if isinstance(zero.slope_m, float) else np.empty(time_s.size)
     for part in pieces(time_s.size):
         distance, slope_of_part = distance_from_output(signal.values[part], laser, quantity)
-        displacement[part] = laser.sign * (distance - np.interp(time_s[part], zero.mid_s, zero.level_m))
+        np.subtract(distance, _level_at(time_s[part], zero), out=displacement[part])
+        if laser.sign < 0:
+            np.negative(displacement[part], out=displacement[part])
         if not isinstance(slope, float):
             slope[part] = slope_of_part
     return displacement, slope
+
+
+def _level_at(time_s: Floats, zero: _Zero) -> Floats | float:
+    """The reading at rest at some instants [m], a straight line between the middles of two rests."""
+    before, last = np.searchsorted(zero.mid_s, time_s[[0, -1]]).tolist()
+    if before != last:
+        return np.interp(time_s, zero.mid_s, zero.level_m)
+    if before in (0, len(zero.mid_s)):
+        return float(zero.level_m[max(0, before - 1)])
+    (start, end), (level, next_level) = (each[before - 1 : before + 1] for each in (zero.mid_s, zero.level_m))
+    return np.asarray((next_level - level) / (end - start) * (time_s - start) + level)
 
 
 def _per_angle(block: Block, laser: Laser, quantity: str) -> float:

@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.rotation.faults import Fault
 from freerock.rotation.lines import MOST_SEGMENTS, SEGMENT_S
-from freerock.rotation.mains import Mains, fit_mains, mains_ratio
+from freerock.rotation.mains import Mains, fit_mains, mains_ratio, mains_samples
 from freerock.rotation.still import Phase, stationary_phases
 
 SURE = 5.0  # standard errors by which a rest level differs from another, an interference from none
@@ -48,34 +48,52 @@ class StillSignal:
         """The phases in which θ is zero."""
         return [phase for phase in self.phases if phase.kind == "rest"]
 
-    def inside(self) -> tuple[Floats, Floats]:
-        """Instants of the valid samples within the phases, and their deviations from the phase's level.
+    @cached_property
+    def _inside(self) -> list[tuple[slice, Indices | None]]:
+        """The samples within each phase; which of them are valid, None where all are."""
+        margin, found = self.window_s / 2, []
+        for phase in self.phases:
+            ends = np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin))
+            part = slice(*ends.tolist())
+            valid = np.isfinite(self.values[part])
+            found.append((part, None if valid.all() else np.flatnonzero(valid)))
+        return found
 
-        They may be most of a long record: not kept.
+    @cached_property
+    def n_inside(self) -> int:
+        """Number of valid samples within the phases."""
+        return sum(part.stop - part.start if valid is None else valid.size for part, valid in self._inside)
+
+    def inside(self, which: Indices) -> tuple[Floats, Floats]:
+        """Instants of some of the valid samples within the phases, and their deviations from a phase's level.
+
+        All of them may be most of a long record. `which` are their numbers, from 0 on and in order.
         """
-        margin = self.window_s / 2
-        parts = [
-            slice(*np.searchsorted(self.time_s, (phase.start_s + margin, phase.end_s - margin)))
-            for phase in self.phases
-        ]
-        valid = [np.isfinite(self.values[part]) for part in parts]
-        ends = np.cumsum([np.count_nonzero(each) for each in valid])
-        times, deviations = np.empty((2, ends[-1]))
-        for phase, part, kept, end in zip(self.phases, parts, valid, ends, strict=True):
-            n = np.count_nonzero(kept)
-            own = slice(part.start, part.stop) if n == kept.size else part.start + np.flatnonzero(kept)
-            times[end - n : end] = self.time_s[own]
-            np.subtract(self.values[own], phase.level, out=deviations[end - n : end])
+        times, deviations = np.empty((2, which.size))
+        begin = first = 0
+        for phase, (part, valid) in zip(self.phases, self._inside, strict=True):
+            n = part.stop - part.start if valid is None else valid.size
+            end = first + int(np.searchsorted(which[first:], begin + n))
+            own = which[first:end] - begin
+            own = part.start + (own if valid is None else valid[own])
+            times[first:end] = self.time_s[own]
+            np.subtract(self.values[own], phase.level, out=deviations[first:end])
+            begin, first = begin + n, end
         return times, deviations
+
+    @cached_property
+    def in_blocks(self) -> tuple[Floats, Floats]:
+        """As `inside`, as many as a fit of the mains takes."""
+        return self.inside(mains_samples(self.n_inside, self.step))
 
     @cached_property
     def noise(self) -> float:
         """Standard deviation of white noise from differences of neighbours, those beyond 6 MADs left out."""
         if not self.phases:
             return math.nan
-        time_s, deviation = self.inside()
-        i = np.arange(0, time_s.size - 1, max(1, time_s.size // NOISE_SAMPLES))
-        difference = (deviation[i + 1] - deviation[i])[time_s[i + 1] - time_s[i] < 1.5 * self.step]
+        i = np.arange(0, self.n_inside - 1, max(1, self.n_inside // NOISE_SAMPLES))
+        (time_s, deviation), (later_s, later) = self.inside(i), self.inside(i + 1)
+        difference = (later - deviation)[later_s - time_s < 1.5 * self.step]
         limit = 6 * np.median(np.abs(difference)) / 0.6745
         return float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
 
@@ -116,7 +134,7 @@ def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     """The interference of the mains, None where it is not significant or too faint to matter."""
     if not (signal.phases and mains_hz * signal.step < 0.5):
         return None
-    mains = fit_mains(*signal.inside(), mains_hz, signal.step)
+    mains = fit_mains(*signal.in_blocks, mains_hz, signal.step)
     if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT) * signal.noise:
         return mains
     return None

@@ -136,9 +136,9 @@ def _blocks(signal: Floats, per_block: int) -> _Blocks:
         valid = np.isfinite(blocks)
         if not count.any() and valid.any():
             centre = float(blocks[valid][0])
-        blocks = np.where(valid, blocks - centre, 0.0)
-        part = slice(i, i + together)
-        count[part], total[part] = valid.sum(axis=1), blocks.sum(axis=1)
+        part, every = slice(i, i + together), valid.all()
+        blocks = blocks - centre if every else np.where(valid, blocks - centre, 0.0)
+        count[part], total[part] = per_block if every else valid.sum(axis=1), blocks.sum(axis=1)
         square[part] = np.einsum("ij,ij->i", blocks, blocks)
     means = total / np.maximum(count, 1)
     scatter = np.sqrt(np.maximum(square / np.maximum(count, 1) - means**2, 0.0))

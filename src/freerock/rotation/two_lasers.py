@@ -8,7 +8,8 @@ import numpy as np
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.models.block import Block
-from freerock.rotation.beam import displacement_from_rotation, mirrored, on_target, sensitivity
+from freerock.rotation import beam_kernel
+from freerock.rotation.beam import beam_of, mirrored, on_target, sensitivity
 from freerock.rotation.faults import Fault
 from freerock.rotation.reading import Reading, Rotation, pieces
 from freerock.rotation.sensor import Laser
@@ -26,6 +27,8 @@ def rotation_of_two(
     max_disagreement_deg: float,
 ) -> Rotation:
     """Separate rotation from translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂), see `rotation.find_rotation`.
+
+    They take the place of the two displacements.
 
     Parameters
     ----------
@@ -51,21 +54,23 @@ def rotation_of_two(
     apart = one.position - other.position
     if apart == 0:
         raise FreerockError("laser signal", "the two beams are at one position_m", "give both positions")
-    theta, sigma, translation = np.empty((3, time_s.size))
+    theta, translation = first.displacement, second.displacement  # a long record is not held twice
+    sigma = np.empty(time_s.size)
     wrong = np.zeros(time_s.size, bool)
     sigma[:] = np.hypot(first.sigma, second.sigma) / abs(apart)
     for part in pieces(time_s.size):
-        displacement = first.displacement[part]
-        angle = np.arctan((displacement - second.displacement[part]) / apart)
-        angle = -angle if mirrored(one) else angle
-        alone = displacement_from_rotation(angle, block, one)
-        both = np.isfinite(alone) & on_target(angle, block, other)
-        theta[part] = angle = np.where(both, angle, np.nan)
-        sigma[part] *= np.cos(angle) ** 2
-        translation[part] = displacement - alone
+        angle, error, moved = theta[part], sigma[part], translation[part]
+        slope = np.empty(angle.size)
+        beam_kernel.rotations_of_two(angle, moved, apart, beam_of(block, one), angle, error, moved, slope)
+        if mirrored(one):
+            np.negative(angle, out=angle)
+        on_one, on_other = (on_target(angle, block, each) for each in lasers)
+        if not (on_one & on_other).all():
+            moved[~on_one] = np.nan
+            angle[~(on_one & on_other)] = error[~(on_one & on_other)] = np.nan
         with np.errstate(divide="ignore", invalid="ignore"):
-            error = np.abs(translation[part]) / sensitivity(angle, block, one)
-            wrong[part] = (error > math.radians(max_disagreement_deg)) & (error > SURE * sigma[part])
+            apart_rad = np.abs(moved) / slope
+            wrong[part] = (apart_rad > math.radians(max_disagreement_deg)) & (apart_rad > SURE * error)
     faults = _disagreements(time_s, wrong, translation, theta, block, one) if wrong.any() else []
     zero_stderr = float(np.hypot(first.zero_stderr, second.zero_stderr)) / abs(apart)
     return Rotation(theta, sigma, zero_stderr, translation, faults)

@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.rotation import beam_kernel
-from freerock.rotation.beam import mirrored
+from freerock.rotation.beam import beam_of, mirrored
 from freerock.rotation.response import moments
 from freerock.rotation.sensor import Laser
 
@@ -83,8 +83,7 @@ class View:
 
     def _beam(self, block: Block) -> tuple[float, ...]:
         """What `beam_kernel` takes."""
-        vertical = 1.0 if self.laser.beam == "vertical" else 0.0
-        return (vertical, self.laser.position, block.height_m, block.width_m / 2, block.b, self.block.b)
+        return beam_of(block, self.laser, self.block)
 
     def _rests(self, block: Block, foundation: Foundation) -> float:
         """Depth from which the beam counts [m]: see `beam.displaced`."""

@@ -31,9 +31,10 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
     origin = max(0, min(first, still.start) - width)
     part = theta[origin : max(last, still.stop) + width]
     valid = np.isfinite(part)
-    mean = _window_sums(part if valid.all() else np.where(valid, part, 0.0), width)
+    every = valid.all()
+    mean = _window_sums(part if every else np.where(valid, part, 0.0), width)
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean /= _window_sums(valid, width, np.int32)
+        mean /= _numbers(part.size, width) if every else _window_sums(valid, width, np.int32)
     sought, rest = (
         mean[first - origin : last - origin].copy(),
         mean[still.start - origin : still.stop - origin],
@@ -41,6 +42,12 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
     noise = max(scatter(rest), np.finfo(float).eps)
     moving = np.abs(sought - np.nanmedian(rest, overwrite_input=True)) > OUT_OF_NOISE * noise
     return float(t[first + np.flatnonzero(moving).max(initial=0)])
+
+
+def _numbers(n: int, width: int) -> NDArray[np.int32]:
+    """How many of n samples the window about each holds, as `_window_sums` of ones."""
+    first = np.arange(-(width // 2), n + 1, dtype=np.int32)
+    return np.asarray(np.minimum(first + width, n) - np.maximum(first, 0), np.int32)
 
 
 def _window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:

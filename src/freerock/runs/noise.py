@@ -12,13 +12,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
-
-Indices = NDArray[np.intp]
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
 EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave

@@ -138,18 +138,22 @@ def _early_motion(
     held = max(theta0_stderr, 1e-9 * abs(theta0))
 
     def residual(x: Floats) -> Floats:
-        top, pull, q, t0 = x
-        model = theta0 + top - pull / q**2 * (np.cosh(np.clip(q * (t - t0), -20, 20)) - 1)
-        return np.append((model - theta) / noise, top / held)
+        top, pull, q, t0 = x.tolist()
+        left = np.empty(t.size + 1)
+        model = theta0 + top - pull / q**2 * (np.cosh(_bounded(q * (t - t0))) - 1)
+        np.divide(model - theta, noise, out=left[:-1])
+        left[-1] = top / held
+        return left
 
     def slopes(x: Floats) -> Floats:
-        _, pull, q, t0 = x
-        angle, since = np.clip(q * (t - t0), -20, 20), t - t0
+        _, pull, q, t0 = x.tolist()
+        since = t - t0
+        angle = _bounded(q * since)
         fallen, rate = (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q
         by = np.empty((4, t.size + 1))
-        per_parameter = 1.0, -fallen, pull * (2 * fallen - rate * since) / q, pull * rate
-        for row, slope in zip(by, per_parameter, strict=True):
-            np.divide(slope, noise, out=row[:-1])
+        by[0, :-1], by[1, :-1] = 1.0, -fallen
+        by[2, :-1], by[3, :-1] = pull * (2 * fallen - rate * since) / q, pull * rate
+        by[:, :-1] /= noise
         by[:, -1] = 1 / held, 0, 0, 0
         return by
 
@@ -159,3 +163,8 @@ def _early_motion(
     by = slopes(x)
     stderr = np.sqrt(scale * np.diag(np.linalg.pinv(by @ by.T)))
     return _EarlyMotion(x[3], stderr[3], theta0 + x[0], stderr[0])
+
+
+def _bounded(angle: Floats) -> Floats:
+    """The argument of a cosh, within what a search may try."""
+    return np.asarray(np.minimum(np.maximum(angle, -20.0), 20.0))
