@@ -12,7 +12,7 @@ from freerock.identification.fit import fit_run
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
 from freerock.identification.problem import posed
-from freerock.identification.pursuit import FINEST
+from freerock.identification.pursuit import BEYOND, FINEST
 from freerock.identification.scan import scan
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -20,7 +20,8 @@ from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
-from freerock.studies.virtual_run import Truth, virtual_motion
+from freerock.studies.success import demanding
+from freerock.studies.virtual_run import Truth, drawn_run, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
@@ -119,3 +120,20 @@ def test_a_block_that_rattles_and_leaves_more_than_noise_has_no_standard_error()
     assert failure(problem, replace(end, mean_square=other.sigma_theta**2), known, 1e-3) == ""
     beyond = replace(problem, fine=FINEST)
     assert "beyond precision" in failure(beyond, replace(end, mean_square=other.sigma_theta**2), known, 1e-3)
+
+
+@pytest.mark.slow
+def test_a_minimum_that_longer_horizons_lose_is_found_where_the_first_swings_show_it():
+    """λ/k is 1.15 s/m; a k 6 times too low, damped more than what counts as hardly damped, leaves 51 σ."""
+    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 106, 1), demanding)
+    fit = fit_run("hunt_crossley", truth.block, run)
+    assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
+
+
+def test_another_minimum_than_that_of_the_first_swings_is_not_believed():
+    """λ/k is 0.58 s/m. The first swings say so, but k 38 times too low, damped more, leaves 28 σ of the run,
+    and so less than the minimum that longer horizons lose: the motion multiplies errors."""
+    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 151, 1), demanding)
+    fit = fit_run("hunt_crossley", truth.block, run)
+    assert (fit.success, fit.message) == (False, f"not converged: {BEYOND}")
+    assert np.all(np.isnan(fit.stderr))

@@ -29,6 +29,7 @@ SAMPLES = 1000  # of a horizon
 FTOL, LAST_FTOL = 1e-4, 1e-6  # of these, and of the whole run
 TRIES, SHORTER = 4, 0.3  # of the whole run, and steps of the next one
 PROMISE = 2.0  # times the variance of the noise: gain of the sum of squares that a last step may promise
+CREEP, BEYOND = "least squares creep", "the motion multiplies errors beyond precision"
 
 
 def resolved(problem: Problem, x: Floats, samples: Samples) -> Problem:
@@ -110,7 +111,8 @@ def is_beyond(problem: Problem) -> bool:
 def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> Solution | None:
     """Least squares over horizons that grow as far as the numbers are known, by less where they lose them.
 
-    None where they do so all the same, or where the motion multiplies errors by more than can be followed.
+    None where they do so all the same. Where they had come to multiply errors by then, or do so by more than
+    can be followed, the solution is what the last horizon gave, and says so: the motion is the law's.
 
     Parameters
     ----------
@@ -134,12 +136,13 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> 
         evaluations += end.evaluations
         if end.mean_square > LOST * noise:
             if span_s < LEAST**2 * known_s or known_s == 0:
-                return None
+                multiplied = problem.directions is not None
+                return replace(end, success=False, message=CREEP) if multiplied else None
             span_s = float(np.sqrt(span_s * known_s))  # from where the motion is still known
             continue
         problem, x, known_s = finer, end.x, span_s
         if is_beyond(problem):
-            return None
+            return replace(end, success=False, message=BEYOND)
         if span_s >= last:
             return replace(end, evaluations=evaluations)
         span_s = _next_span(problem, x, span_s, reach)
@@ -178,7 +181,7 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
         gain = float(np.sum((basis.T @ problem.residual(x, samples)) ** 2))
         if gain <= PROMISE * noise or end.mean_square > LOST * noise:
             return problem, replace(end, evaluations=evaluations)
-    return problem, replace(end, evaluations=evaluations, success=False, message="least squares creep")
+    return problem, replace(end, evaluations=evaluations, success=False, message=CREEP)
 
 
 def _next_span(problem: Problem, x: Floats, span_s: float, reach: float) -> float:

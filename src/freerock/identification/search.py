@@ -11,6 +11,8 @@ from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem
 from freerock.identification.pursuit import (
     AGAIN,
+    BEYOND,
+    CREEP,
     FINEST,
     are_one,
     multiplies_errors,
@@ -31,6 +33,7 @@ ALIKE = 1.1  # times the mean square, likewise
 POOR = 1.1  # times the noise: a start that ends above it may be in a false minimum
 LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
 APART = "two searches end apart"
+TOLD = (APART, BEYOND, CREEP)
 HEAD, SLOWLY, FOLLOWED = 0.4, 1.4, 6  # of low dampings: share of the first horizon, growth, ends kept
 
 
@@ -53,7 +56,7 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     """
     near = approach(problem, start)
     x = near.x
-    if _is_single(problem) and is_lively(problem, x) and not is_poor(problem, LEFT * near.mean_square):
+    if _is_single(problem) and is_lively(problem, x) and not _is_left(problem, near):
         problem = resolved(replace(problem, rtol=FINE), x, problem.samples())
     resolution = find_resolution(problem, x)
     exact = resolution.rtol >= min(problem.rtol, problem.fine)
@@ -62,8 +65,8 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
         end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
     else:
         problem, end = settle(problem, x)
-        if near.message == APART:
-            end = replace(end, success=False, message=APART)
+    if near.message in TOLD and (problem.directions is not None or _is_left(problem, end)):
+        end = replace(end, success=False, message=near.message)
     return problem, end, resolution
 
 
@@ -83,22 +86,33 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
         longer one would leave.
     """
     problem, horizons = problem.rough(), growing_horizons(problem.motions[0])
-    ends = []
+    ends, begun = list[Solution](), list[Solution]()
     if start is not None:
         ends = [follow(problem, _r_first(problem, problem.start_at(start)), horizons[-2:], beyond)]
     in_full = _is_single(problem) and np.isinf(beyond)
     if not ends or (in_full and is_poor(problem, ends[0].mean_square)):
-        ends += _scanned(problem, horizons, beyond)
+        begun, followed = _scanned(problem, horizons, beyond)
+        ends += followed
     best = min(ends, key=lambda end: end.mean_square)
-    if (
-        in_full
-        and is_lively(problem, best.x)
-        and (is_poor(problem, best.mean_square) or multiplies_errors(problem, best.x))
-    ):
-        problem = replace(problem, fine=FINE, stride=1.0)
-        ends = [as_exact(problem, end) for end in (best, *_scanned_finely(problem, horizons, best))]
-        return _reached_twice(problem, sorted(ends, key=lambda end: end.mean_square))
-    return min(ends, key=lambda end: end.mean_square)
+    if not in_full:
+        return best
+    if is_lively(problem, best.x):
+        if is_poor(problem, best.mean_square) or multiplies_errors(problem, best.x):
+            return _looked_at_finely(problem, horizons, best)
+    elif begun and is_lively(problem, begun[0].x) and _is_left(problem, best):
+        finer = _looked_at_finely(problem, horizons, best)
+        return best if _is_left(problem, finer) and finer.message not in TOLD else finer
+    return best
+
+
+def _looked_at_finely(problem: Problem, horizons: Sequence[float], best: Solution) -> Solution:
+    """The best of some end and those of a finer scan of low dampings."""
+    problem = replace(problem, fine=FINE, stride=1.0)
+    ends, told = _scanned_finely(problem, horizons, best)
+    found = _reached_twice(
+        problem, sorted((as_exact(problem, end) for end in (best, *ends)), key=lambda end: end.mean_square)
+    )
+    return replace(found, success=False, message=told) if told and _is_left(problem, found) else found
 
 
 def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
@@ -126,11 +140,22 @@ def is_poor(problem: Problem, mean_square: float) -> bool:
     return mean_square > POOR**2 * least_mean_square(problem.motions[0])
 
 
-def _scanned_finely(problem: Problem, horizons: Sequence[float], best: Solution) -> list[Solution]:
-    """The end of the first start of a finer scan of low dampings that can be pursued to the last horizon, and
-    where it isn't the best one so far, of another pursuit of it; of all starts over horizons that grow more
-    slowly, where none can be."""
-    spans = [HEAD * horizons[0]]
+def _is_left(problem: Problem, end: Solution) -> bool:
+    """Whether an end leaves more than twice the noise."""
+    return is_poor(problem, LEFT * end.mean_square)
+
+
+def _scanned_finely(
+    problem: Problem, horizons: Sequence[float], best: Solution
+) -> tuple[list[Solution], str]:
+    """Ends of a finer scan of low dampings, and why a start that followed the motion could not do so to the
+    last horizon, where none could.
+
+    That of the first start that can be pursued to the last horizon, and where it isn't the best one so far,
+    of another pursuit of it; of all starts over horizons that grow more slowly, where none follows the motion
+    and the best one so far is hardly damped, too.
+    """
+    spans, told = [HEAD * horizons[0]], ""
     while spans[-1] < horizons[-1]:
         spans.append(SLOWLY * spans[-1])
     ends = [
@@ -139,13 +164,17 @@ def _scanned_finely(problem: Problem, horizons: Sequence[float], best: Solution)
     near = _followed(ends)
     for end in near:
         pursued = pursue(problem, end.x, spans[0])
-        if pursued:
+        if pursued and pursued.message in TOLD:
+            told = pursued.message
+        elif pursued:
             known = are_one(problem, pursued.x, best.x)
             again = None if known else pursue(problem, end.x, spans[0], AGAIN)
-            return [pursued] if again is None else [pursued, again]
+            return ([pursued] if again is None or again.message in TOLD else [pursued, again]), ""
+    if not is_lively(problem, best.x) or (told and _is_left(problem, best)):
+        return [], told
     for span in spans[1:]:
         near = _followed([follow(problem, end.x, [span]) for end in near])
-    return near
+    return near, told
 
 
 def _followed(ends: Sequence[Solution]) -> list[Solution]:
@@ -154,19 +183,23 @@ def _followed(ends: Sequence[Solution]) -> list[Solution]:
     return [end for end in ends if end.mean_square <= PROMISING**2 * ends[0].mean_square][:FOLLOWED]
 
 
-def _scanned(problem: Problem, horizons: Sequence[float], beyond: float) -> list[Solution]:
-    """Ends of the scan's starts that promise something, each followed on as long as it does so."""
+def _scanned(
+    problem: Problem, horizons: Sequence[float], beyond: float
+) -> tuple[list[Solution], list[Solution]]:
+    """Ends of the scan's starts on the first horizon, the best first, and of those that promise something,
+    each followed on as long as it does so."""
     starts = scan(problem.alone(), horizons[0])
     if not law_of(problem.model).is_foundation and "width" not in problem.common:
         horizons = horizons[-1:]  # already scanned on the whole run
     ends = [follow(problem, _r_first(problem, problem.start(values)), horizons[:1]) for values in starts]
+    begun = ends = sorted(ends, key=lambda end: end.mean_square)
     for horizon in horizons[1:]:
         ends = _different(sorted(ends, key=lambda end: end.mean_square))
         near = [end for end in ends if end.mean_square <= min(PROMISING * ends[0].mean_square, beyond)]
         if not near:
             break
         ends = [follow(problem, end.x, [horizon], beyond) for end in near]
-    return ends
+    return begun, ends
 
 
 def _different(ends: Sequence[Solution]) -> list[Solution]:
