@@ -32,7 +32,7 @@ def as_measured(
     `freerock.models.simulate.simulate_fitted`; without a view it is that.
     """
     turning = block.as_found(values)
-    foundation = Foundation.of(values) if LAWS[law].is_foundation else None
+    foundation = Foundation.of(values) if view and LAWS[law].is_foundation else None
     if view is None or view.is_plain(turning, foundation):
         rates = None if theta_rate is None else np.empty((len(time_s), 1))
         theta = simulate_fitted(law, turning, values, time_s, rules=rules, solver=solver, rates=rates)

@@ -100,7 +100,8 @@ def _lowest(
     most: int = STARTS,
 ) -> list[list[float]]:
     """Lowest local minima of the error on a grid of so many points each way."""
-    errors = np.array([np.mean(problem.residual(problem.start(point), samples) ** 2) for point in points])
+    residuals = (problem.residual(problem.start(point), samples) for point in points)
+    errors = np.array([left @ left / len(left) for left in residuals])
     cells = errors.reshape(shape)
     beside = np.lib.stride_tricks.sliding_window_view(np.pad(cells, 1, mode="edge"), (3,) * cells.ndim)
     minima = np.flatnonzero(cells == beside.min(axis=tuple(range(cells.ndim, 2 * cells.ndim))))
@@ -155,6 +156,7 @@ def _scan_r(problem: Problem) -> float:
     if moving < 0.95 * motion.time_s[-1]:
         high = rocking_for(problem.blocks[0], motion, 4 * moving)
     grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
-    errors = np.array([np.mean(problem.residual(problem.start([r]), samples) ** 2) for r in grid])
+    residuals = (problem.residual(problem.start([r]), samples) for r in grid)
+    errors = np.array([left @ left / len(left) for left in residuals])
     inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1
     return float(grid[inside[np.argmin(errors[inside])] if len(inside) else np.argmin(errors)])

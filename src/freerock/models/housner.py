@@ -118,8 +118,9 @@ def housner_swings(
     r = float(r)
     n_rest = _number_to_rest(kept, r, first[1], block.theta_cr)
     s2 = math.sin(block.theta_cr / 2) ** 2
-    k2, energies, half, impact_time = _find_swings(
-        first[:4], s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
+    side = math.copysign(1.0, theta0 if theta0 else theta_rate0)
+    sign, k2, energies, peak_time, impact_time = _find_swings(
+        side, first, s2, block.p, kept, r, float(until), float(min(n_rest, max_impacts))
     )
     outcome = "completed"
     if impact_time[-1] < until and len(k2) < n_rest:
@@ -127,12 +128,8 @@ def housner_swings(
     rest_time = math.inf
     if len(k2) == n_rest:
         # the durations fall by r from swing to swing
-        last = 2 * half[-1] if len(k2) > 1 else 0.0
-        rest_time = impact_time[-1] + last * r / (1 - r)
-    peak_time = impact_time - half
-    peak_time[0] = first[4]
-    side = math.copysign(1.0, theta0 if theta0 else theta_rate0)
-    sign = np.where(np.arange(len(k2)) % 2 == 0, side, -side)
+        last = 2 * float(impact_time[-1] - peak_time[-1]) if len(k2) > 1 else 0.0
+        rest_time = float(impact_time[-1]) + last * r / (1 - r)
     return Swings(block, sign, k2, energies, peak_time, impact_time, rest_time, outcome)
 
 
@@ -173,7 +170,8 @@ def _number_to_rest(kept: Floats, r: float, energy: float, theta_cr: float) -> f
 
 @compiled()
 def _find_swings(
-    first: tuple[float, float, float, float],
+    side: float,
+    first: tuple[float, float, float, float, float],
     s2: float,
     p: float,
     kept: Floats,
@@ -181,25 +179,28 @@ def _find_swings(
     until: float,
     most: float,
 ) -> Floats:
-    """k'², energy, half duration and impact time of the swings, shape (4, n_swings), until one overturns."""
-    table = np.empty((4, 64))
-    table[0, 0], table[1, 0], table[2, 0], table[3, 0] = first
+    """Sign, k'², energy, peak and impact time of the swings, shape (5, n_swings), until one overturns."""
+    table = np.empty((5, 64))
+    k2, energy, _, impact_time, peak_time = first
+    table[0, 0], table[1, 0], table[2, 0] = side, k2, energy
+    table[3, 0], table[4, 0] = peak_time, impact_time
     n = 1
-    while table[3, n - 1] < until and n < most:
+    while table[4, n - 1] < until and n < most:
         own = min(n, kept.size - 1)
         energy = first[1] * kept[own] * r ** (2.0 * (n - own))
         if energy >= s2:
             break
         if n == table.shape[1]:
-            longer = np.empty((4, 2 * n))
+            longer = np.empty((5, 2 * n))
             longer[:, :n] = table
             table = longer
         k2 = s2 - energy
         m = 1 - k2
         # from the peak to the impact, as `_from_peak`
         half = math.sqrt(energy / (s2 * m)) * _carlson(k2 * (1 - s2) / (s2 * m), k2 / s2, 1.0) / p
-        table[0, n], table[1, n], table[2, n] = k2, energy, half
-        table[3, n] = table[3, n - 1] + 2 * half
+        impact_time = table[4, n - 1] + 2 * half
+        table[0, n], table[1, n], table[2, n] = -table[0, n - 1], k2, energy
+        table[3, n], table[4, n] = impact_time - half, impact_time
         n += 1
     return table[:, :n]
 

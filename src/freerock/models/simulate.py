@@ -4,7 +4,6 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -290,23 +289,19 @@ class _Scene:
         """Its row."""
         return LAWS[self.model]
 
-    @cached_property
+    @property
     def foundation(self) -> Foundation:
         """What it stands on; none under a rigid block."""
         return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
-
-    @property
-    def pivots(self) -> bool:
-        """Whether the block turns about its corners, as Housner's always does."""
-        return self.rules.kinematics == "pivoting" or not self.law.is_foundation
 
     def integrate(
         self, start: State, time: Floats, theta: Floats, rates: Floats
     ) -> tuple[int, int, int, int, int, Floats]:
         """Outcome, steps, rejected, implicit, evaluations and impacts; fills theta and rates."""
         block, foundation, motion = self.block, self.foundation, self.motion
+        is_foundation = self.law.is_foundation
         # one signature, so that the kernel is compiled once
-        state = tuple(map(float, start))
+        state = float(start[0]), float(start[1]), float(start[2]), float(start[3])
         if not (time.flags.carray and time.dtype == float):
             time = np.require(time, float, ["C", "W"])
         amplitude = block.theta_cr
@@ -315,12 +310,13 @@ class _Scene:
             moved = abs(theta0) + abs(theta_rate0) / block.p + abs(z_rate0) / (block.p * block.b)
             amplitude = min(amplitude, moved) or amplitude
             motion = motion or STILL
-        if self.law.is_foundation and not foundation.is_damped:
+        if is_foundation and not foundation.is_damped:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
         return integrate(
-            foundation.constants(block, self.pivots),
-            -1.0 if self.law.is_foundation else float(self.parameters["r"]),
+            # Housner's block always turns about its corners
+            foundation.constants(block, self.rules.kinematics == "pivoting" or not is_foundation),
+            -1.0 if is_foundation else float(self.parameters["r"]),
             self.rules.debonding == "tensionless" and foundation.is_damped,
             state,
             time,
@@ -336,9 +332,10 @@ class _Scene:
 def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None = None) -> tuple[Floats, str]:
     """Rotation of a block released from rest, and how its motion ends; fills rates if given."""
     block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
+    is_foundation = scene.law.is_foundation
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1])))
-    if scene.motion is None and not scene.law.is_foundation:
+    if scene.motion is None and not is_foundation:
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
         if rates is not None:
@@ -347,7 +344,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
                 rates[:, 0], rates[:, 1] = _corner_kept(block, theta, rate)
         return theta, _housner_outcome(swings, time)
     depth = stands = 0.0
-    if scene.law.is_foundation:
+    if is_foundation:
         depth = static_depth(block, scene.foundation, theta0)
         stands = lean(block, scene.foundation, tilt) if tilt else 0.0
     theta = np.empty(time.size)
