@@ -11,12 +11,13 @@ import pytest
 from freerock.errors import FreerockError
 from freerock.identification.as_measured import as_measured
 from freerock.identification.candidates import BY_DEFAULT
-from freerock.identification.diagnosis import asks_for, blur_of
+from freerock.identification.diagnosis import ASKED, asks_for, blur_of, off_zero
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
 from freerock.identification.ladder import BOTH, identify_run, identify_runs
 from freerock.identification.later_swings import asked_later, law_suffices
 from freerock.identification.problem import posed
+from freerock.identification.scene_notes import edges_alike
 from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
@@ -145,15 +146,15 @@ def test_a_tilt_is_found_under_worn_corners_too():
         assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
 
 
-def rounded(radius, foundation="marble", seed=3, sigma=SIGMA):
+def rounded(radius, foundation="marble", seed=3, sigma=SIGMA, theta0=ANGLE):
     """A run of a block with rounded edges, let go in balance on them."""
     law = Foundation.of(FOUNDATIONS[foundation])
-    depth = static_depth(replace(BLOCK, edge_radius_m=radius), law, ANGLE)
+    depth = static_depth(replace(BLOCK, edge_radius_m=radius), law, theta0)
 
     def moves(scene, since, start):
         return mishaps.rounded(radius)(scene, since, start._replace(z=depth))
 
-    return run(moves, foundation, seed, sigma=sigma)
+    return run(moves, foundation, seed, theta0, theta0, sigma)
 
 
 @pytest.mark.parametrize("radius", [7e-4, 2e-3])
@@ -173,6 +174,44 @@ def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation,
     error = max(1e3 * fit.stderr[fit.parameters.index("edge_radius")], 0.01)
     told = f"edges rounded by {1e3 * fit.values['edge_radius']:.2f} ± {error:.2f} mm, and fitted so"
     assert note.text == f"{told}: measure them"
+
+
+def hardly_rounded(seed):
+    """A short run that hardly shows its edges: the law passes for noise, k 15 standard errors off."""
+    motion = rounded(7e-4, "aerstop", seed, 2 * SIGMA, 0.6 * ANGLE)
+    sharp = fit_run("hunt_crossley", BLOCK, motion)
+    problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
+    assert 2 < off_zero(problem, problem.start_at(sharp.values))["edges"] < 0.8 * ASKED
+    assert evidence(sharp).explains
+    assert FOUNDATIONS["aerstop"]["k"] - sharp.values["k"] > 15 * sharp.stderr[0]
+    return motion
+
+
+@pytest.mark.parametrize("seed", [5, 7])
+def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
+    found = identify_run(BLOCK, hardly_rounded(seed), PLAIN)
+    assert (found.scene, found.edge_radius_alike) == (("edges",), 0.0)
+    fit = found.fits["hunt_crossley"]
+    for name, value in {**FOUNDATIONS["aerstop"], "edge_radius": 7e-4}.items():
+        at = fit.parameters.index(name)
+        assert abs(fit.value[at] - value) < 4 * fit.stderr[at]
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed):
+    motion = hardly_rounded(seed)
+    found = identify_run(BLOCK, motion, PLAIN)
+    assert found.scene == () and found.edge_radius_alike == pytest.approx(7e-4, rel=0.1)
+    (note,) = notes(motion, found)
+    assert (note.verdict, note.name) == ("warn", "rounded_edges")
+    told = f"edges rounded by {1e3 * found.edge_radius_alike:.2f} mm explain the run as well"
+    assert note.text == f"{told}, with another k: measure them"
+
+
+def test_edges_too_small_to_move_k_by_much_are_not_told_beside_sharp_ones():
+    least = 0.01 * BLOCK.b
+    assert edges_alike(0.0, BLOCK) == edges_alike(0.99 * least, BLOCK) == []
+    assert len(edges_alike(1.01 * least, BLOCK)) == 1
 
 
 def test_rounded_edges_are_not_taken_for_another_contact_width():

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from freerock.errors import FreerockError
-from freerock.identification.diagnosis import off_zero
+from freerock.identification.diagnosis import ASKED, off_zero
 from freerock.identification.disturbance import leaves_noise
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
@@ -26,10 +26,11 @@ from freerock.runs.motion import Motion
 # At the first tops a squat block on a soft bed still bounces, which looks like a tilt of one sign at
 # the first and of the other at the second.
 TOPS = 2
+SURE_EDGES = 3.5  # standard errors; beside a freed release no BIC decides of edges
 
 
 def asked_later(block: Block, motion: Motion, settings: FitSettings, fit: Fit) -> set[str]:
-    """What a run asks for (`diagnosis.asks_for`) from its first and from its second top on, with one sign.
+    """What a run asks for (`diagnosis.off_zero`) from its first and from its second top on, with one sign.
 
     Nothing of a run without two tops.
 
@@ -47,7 +48,13 @@ def asked_later(block: Block, motion: Motion, settings: FitSettings, fit: Fit) -
     if len(tops) < TOPS:
         return set()
     first, second = (_off_zero(block, from_top(motion, top), settings, fit) for top in tops)
-    return {name for name in {*first} & {*second} if first[name] * second[name] > 0}
+    least = {"edges": SURE_EDGES}
+    return {
+        name
+        for name in {*first} & {*second}
+        if first[name] * second[name] > 0
+        and min(abs(first[name]), abs(second[name])) > least.get(name, ASKED)
+    }
 
 
 def law_suffices(block: Block, motion: Motion, settings: Callable[[str], FitSettings], fit: Fit) -> bool:

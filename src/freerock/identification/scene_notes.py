@@ -37,6 +37,12 @@ def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
     return notes
 
 
+def edges_alike(radius_m: float, block: Block) -> list[Reason]:
+    """A warning where edges of another radius explain a run as well, and would move k by much."""
+    text = f"edges rounded by {1e3 * radius_m:.2f} mm explain the run as well, with another k: measure them"
+    return [Reason("warn", "rounded_edges", text)] * (radius_m > ROUNDED * block.b)
+
+
 def slow_sensor(best: tuple[Problem, Floats], motion: Motion) -> Iterator[Reason]:
     """A warning where the run is blurred, by the problem of its fit and the fitted numbers.
 
