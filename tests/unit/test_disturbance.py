@@ -10,7 +10,8 @@ import pytest
 from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.doubts import UNEXPLAINED, doubts_about
-from freerock.identification.ladder import Identified, identify_run
+from freerock.identification.identified import Identified
+from freerock.identification.ladder import identify_run
 from freerock.identification.settings import FitSettings
 from freerock.identification.swings import tops_of
 from freerock.models.contact import Foundation, State, static_depth

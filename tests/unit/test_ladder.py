@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification import ladder
+from freerock.identification import rungs
 from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.fit import evidence, fit_record
-from freerock.identification.ladder import Identified, identify_run, identify_runs
+from freerock.identification.identified import Identified
+from freerock.identification.ladder import identify_run, identify_runs
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.studies.virtual_run import Truth, virtual_motion
@@ -94,7 +95,7 @@ def test_a_rival_whose_full_fit_fails_is_not_fitted_again(monkeypatch):
         fit = fit_record(model, block, motions, settings, **options)
         return replace(fit, success=False) if CANDIDATES[model].is_rival else fit
 
-    monkeypatch.setattr(ladder, "fit_record", failing)
+    monkeypatch.setattr(rungs, "fit_record", failing)
     motion = motion_of(released("hunt_crossley_pivoting", SQUAT, MARBLE, 18))
     bent = replace(motion, theta=motion.theta * (1 + 1e-3 * np.sin(3 * motion.time_s)))
     found = identify_run(SQUAT, bent, BY_DEFAULT)

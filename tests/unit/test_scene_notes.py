@@ -14,10 +14,11 @@ from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.diagnosis import ASKED, asks_for, blur_of, off_zero
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
-from freerock.identification.ladder import BOTH, identify_run, identify_runs
+from freerock.identification.ladder import identify_run, identify_runs
 from freerock.identification.later_swings import asked_later, law_suffices
 from freerock.identification.problem import posed
 from freerock.identification.scene_notes import edges_alike
+from freerock.identification.scenes import BOTH
 from freerock.identification.settings import FitSettings, check, freed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS

@@ -12,7 +12,7 @@ from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.choice import choose
 from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_run
-from freerock.identification.ladder import Identified
+from freerock.identification.identified import Identified
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, write_fits
 from freerock.report.evidence import scenes_of

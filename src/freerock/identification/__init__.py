@@ -15,6 +15,7 @@ __all__ = [
     "estimate",
     "fit",
     "holdout",
+    "identified",
     "impact_energy",
     "ladder",
     "misfit",

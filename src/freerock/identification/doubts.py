@@ -3,7 +3,7 @@
 from freerock.identification.candidates import Ladder
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.hints import hints_for
-from freerock.identification.ladder import Identified
+from freerock.identification.identified import Identified
 from freerock.identification.scene_notes import edges_alike, notes_on_scene, slow_sensor
 from freerock.models.block import Block
 from freerock.runs.motion import Motion

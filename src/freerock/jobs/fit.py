@@ -10,8 +10,9 @@ from freerock.identification.candidates import Ladder
 from freerock.identification.choice import Choice
 from freerock.identification.doubts import doubts_about, doubts_about_noise
 from freerock.identification.fit import Fit
+from freerock.identification.identified import Identified
 from freerock.identification.impact_energy import impact_energy
-from freerock.identification.ladder import Identified, identify_runs
+from freerock.identification.ladder import identify_runs
 from freerock.identification.sensitivity import contributions
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block

@@ -24,7 +24,8 @@ from freerock.errors import FreerockError
 from freerock.identification.candidates import BY_DEFAULT, Ladder
 from freerock.identification.doubts import doubts_about
 from freerock.identification.estimate import NORMAL_95
-from freerock.identification.ladder import Identified, identify_run
+from freerock.identification.identified import Identified
+from freerock.identification.ladder import identify_run
 from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules

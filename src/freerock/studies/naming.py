@@ -10,7 +10,8 @@ from scipy.stats import norm
 from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.choice import Choice, Evidence, choose
 from freerock.identification.fit import Fit
-from freerock.identification.ladder import Identified, identify_runs
+from freerock.identification.identified import Identified
+from freerock.identification.ladder import identify_runs
 from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
 from freerock.studies.virtual_run import Row, Truth

@@ -1,0 +1,108 @@
+"""What was found of a run: fits, what was left out, and what they do not take for granted."""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.errors import FreerockError
+from freerock.identification.candidates import Ladder
+from freerock.identification.choice import TELLS, Choice, Evidence, choose
+from freerock.identification.fit import Fit, evidence
+from freerock.identification.problem import Problem, posed
+from freerock.models.block import Block
+from freerock.runs.motion import Motion
+
+
+class LeftOut(NamedTuple):
+    """What a quick fit leaves: in words, and its ε_θ, NaN where it looked at a part of the run only."""
+
+    reason: str
+    epsilon_theta: float
+
+
+SMALLER = LeftOut("a smaller candidate explains the run", math.nan)
+
+
+@dataclass
+class Identified:
+    """What was found of one run.
+
+    Parameters
+    ----------
+    fits : dict of str to Fit
+        By candidate.
+    left_out : dict of str to LeftOut
+        Candidates of which a quick fit says that a full one is of no use.
+    errors : dict of str to FreerockError
+        Candidates to which the data allow no fit.
+    scene : tuple of str
+        What these fits do not take for granted: "release", that it is as measured, "tilt", that there is
+        none, "edges", that they are sharp.
+    width_or_edges : bool
+        Whether another contact width on sharp edges and rounded edges explain the run alike.
+    edge_radius_alike : float
+        Largest radius of rounded edges that explain the run as well as what is named [m]; 0 where none other
+        do.
+    """
+
+    fits: dict[str, Fit] = field(default_factory=dict)
+    left_out: dict[str, LeftOut] = field(default_factory=dict)
+    errors: dict[str, FreerockError] = field(default_factory=dict)
+    scene: tuple[str, ...] = ()
+    width_or_edges: bool = False
+    edge_radius_alike: float = 0.0
+
+    @property
+    def explained(self) -> bool:
+        """Whether some candidate leaves only noise."""
+        return any(evidence(fit).explains for fit in self.fits.values())
+
+    @property
+    def possible(self) -> list[str]:
+        """Candidates that leave only noise, and that no other that does surpasses by the BIC."""
+        explaining = {name: known for name, fit in self.fits.items() if (known := evidence(fit)).explains}
+        least = min((known.bic for known in explaining.values()), default=math.inf)
+        return [name for name, known in explaining.items() if known.bic <= least + TELLS]
+
+    def choice(self, ladder: Ladder) -> Choice:
+        """The candidates that explain the run, and what became of all others."""
+        ladder = ladder.freeing(self.scene)
+        return choose([self._evidence(model, ladder) for model in ladder.candidates])
+
+    def at_best(self, model: str, block: Block, motion: Motion, ladder: Ladder) -> tuple[Problem, Floats]:
+        """The problem of the fit of a candidate, at its tolerance, and the fitted numbers."""
+        settings, fit = ladder.freeing(self.scene).settings(model), self.fits[model]
+        problem = replace(posed(model, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
+        return problem, problem.start_at(fit.values)
+
+    @property
+    def settled(self) -> bool:
+        """Whether the best of the candidates that leave only noise has no number at a bound."""
+        return math.isfinite(least := self.least_bic) and not any(
+            fit.bic + TELLS < least and evidence(fit).explains for fit in self.fits.values()
+        )
+
+    @property
+    def least_bic(self) -> float:
+        """Of the candidates that leave only noise, and of which no number lies at a bound."""
+        return min(
+            (
+                fit.bic
+                for fit in self.fits.values()
+                if evidence(fit).explains and bool(np.isfinite(fit.stderr).all())
+            ),
+            default=math.inf,
+        )
+
+    def _evidence(self, model: str, ladder: Ladder) -> Evidence:
+        if model in self.fits:
+            return evidence(self.fits[model])
+        if model in self.errors:
+            quick = LeftOut(str(self.errors[model]), math.nan)
+        else:
+            quick = self.left_out.get(model, SMALLER)
+        n = ladder.n_freed(model)
+        return Evidence(model, n, fitted=False, message=quick.reason, epsilon_theta=quick.epsilon_theta)
