@@ -1,5 +1,6 @@
 """Settings of all tests, and the shipped campaign, analysed once for those that look at its products."""
 
+import gc
 import shutil
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from small_campaign import ROOT, check_out, once
 
 settings.register_profile("same every time", deadline=None, derandomize=True)
 settings.load_profile("same every time")
+
+gc.disable()  # until all is collected: nothing of it is garbage, and looking takes a quarter of the time
 
 SLOW = ("workflow", "browser", "docs", "cluster")  # folders whose tests run Snakemake, browsers, commands
 
@@ -24,6 +27,12 @@ def pytest_collection_modifyitems(items):
     """Files with long tests first, so that of two processes none waits at the end."""
     long = {item.path for item in items if item.get_closest_marker("slow")}
     items.sort(key=lambda item: item.path not in long)
+
+
+def pytest_collection_finish():
+    """What is there now stays; Python need not look through it again."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")

@@ -118,9 +118,10 @@ def as_asked(client, folder: Path):
 
 
 def warm_up():
-    """Import the libraries; have numba and matplotlib load what they load at first use."""
+    """Import the libraries; have some load what they load at first use."""
     for name in LIBRARIES:
         importlib.import_module(name)
+    sys.modules["snakemake.cli"].get_argument_parser()  # looks for plug-ins among all modules
     import numba
     from matplotlib.figure import Figure
 
