@@ -17,6 +17,7 @@ from freerock.models.block import Block
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
 from freerock.rotation.faults import signal_quality
+from freerock.rotation.reading import pieces
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
@@ -46,8 +47,11 @@ def motion(draw, rate_hz, n_runs):
 
 
 def volts_of(theta, draw, laser=LASERS[0]):
-    volts = 5 + displacement_from_rotation(theta, BLOCK, laser) / laser.metres_per()
-    return np.rint((volts + NOISE_V * draw.standard_normal(theta.size)) / COUNT_V) * COUNT_V
+    volts = np.empty(theta.size)
+    for part in pieces(theta.size):  # lest what makes a long record holds more than what is measured
+        exact = 5 + displacement_from_rotation(theta[part], BLOCK, laser) / laser.metres_per()
+        volts[part] = np.rint((exact + NOISE_V * draw.standard_normal(exact.size)) / COUNT_V) * COUNT_V
+    return volts
 
 
 def runs_of(time_s, volts, lasers=LASERS[:1]):
@@ -84,9 +88,11 @@ def speed(rate_hz=10_000.0, minutes=10, channels=4):
             number = impacts_of(runs, series)
             wall += time.perf_counter() - started
             busy += time.process_time() - busy_before
+            n_runs = len(runs)
+            del volts, runs, series
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
         print(
-            f"{channels} channels of {n} samples, {kind}: each {len(runs)} runs, {number} impacts; in all "
+            f"{channels} channels of {n} samples, {kind}: each {n_runs} runs, {number} impacts; in all "
             f"{wall:.2f} s, {busy:.2f} s of processor (aim 4 s), memory {peak:.2f} GB (aim 0.7 GB)",
             flush=True,
         )

@@ -98,8 +98,10 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
     if usual > 0.5:
         return
     longest = math.log(BY_CHANCE / same.size) / math.log(usual) if usual else 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).view(np.int8)))
-    first, last = edges[::2], edges[1::2]  # samples first .. last are equal
+    index = np.flatnonzero(same)
+    breaks = np.flatnonzero(np.diff(index) > 1)
+    first = index[np.concatenate(([0], breaks + 1))]
+    last = index[np.concatenate((breaks, [-1]))] + 1  # samples first .. last are equal
     long = last - first + 1 >= max(EQUAL, longest)
     if not long.any():
         return
