@@ -7,6 +7,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
+Complexes = NDArray[np.complex128]
 
 
 def extremes(values: ArrayLike, n_bins: int = 1000) -> NDArray[np.intp]:

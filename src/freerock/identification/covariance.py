@@ -108,8 +108,9 @@ def _of_noise(
     for noise, own, columns, moving in zip(noises, *parts, strict=True):
         mean_square = float(own @ own / len(own))
         waves = _waves(moving, noise.step, mean_square)
-        of_waves = waves @ columns
-        total += np.real(np.conj(of_waves).T @ of_waves)
+        if len(waves):
+            of_waves = waves @ columns
+            total += np.real(np.conj(of_waves).T @ of_waves)
         columns = averaged(columns, noise.averaged)
         size = next_fast_len(PADDING * len(columns), real=True)
         frequency = np.arange(size // 2 + 1) / size
@@ -120,7 +121,7 @@ def _of_noise(
         weight = density * np.where((frequency == 0) | (frequency == 0.5), 1, 2) / size
         transform = rfft(np.ascontiguousarray(columns.T), size)
         total += np.real((transform * weight) @ np.conj(transform).T)
-        for j, power in enumerate(np.abs(transform) ** 2 * weight):
+        for j, power in enumerate((transform.real**2 + transform.imag**2) * weight):
             spread[j] += np.sum(np.bincount(band, power, n_bands) ** 2 / np.maximum(noise.dof, 1.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         return total, np.diag(total) ** 2 / spread

@@ -27,17 +27,32 @@ BLUR_S = 5e-4  # of the difference quotient of what a slow sensor does
 EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
 
-def first_half(problem: Problem, x: Floats, m: int) -> tuple[Floats, float]:
+def first_half(
+    problem: Problem, x: Floats, m: int, jacobian: Floats | None, theta: Floats
+) -> tuple[Floats, float]:
     """Fitted numbers of the first half of a run, and ε_θ of its second half under them.
 
     ε_θ is NaN where the first half has too few samples.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    m : int
+        Samples averaged into one.
+    jacobian : ndarray, shape (n_samples, n_parameters), or None
+        `Problem.jacobian` there, of all samples, where it is known.
+    theta : ndarray, shape (n_samples,)
+        `Problem.curve` there [rad].
     """
     motion = problem.motions[0]
     half = motion.time_s[-1] / 2
     samples = problem.samples(half, m=m)
     if sum(samples.lengths) <= 2 * m * len(x):
         return x, float("nan")
-    x = least_squares(problem, x, samples).x
+    known = None if jacobian is None else jacobian[: len(samples.theta)]
+    x = least_squares(problem, x, samples, jacobian=known, theta=theta[: len(samples.theta)]).x
     later = motion.time_s > half
     theta = problem.motion(x, 0, motion.time_s)
     return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])

@@ -51,7 +51,8 @@ def is_white(residual: Floats, level: float = 1.63) -> bool:
         Greatest distance times the root of the number of frequencies: 1.63 is exceeded by chance once in a
         hundred times, 1.36 once in twenty.
     """
-    power = np.abs(np.fft.rfft(residual - np.mean(residual))[1:]) ** 2
+    transform = np.fft.rfft(residual - np.mean(residual))[1:]
+    power = transform.real**2 + transform.imag**2
     share = np.cumsum(power) / np.sum(power)
     n = len(share)
     return bool(np.max(np.abs(share - np.arange(1, n + 1) / n)) * np.sqrt(n) < level)

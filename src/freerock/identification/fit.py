@@ -222,16 +222,20 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     theta_model = np.concatenate([problem.motion(x, i, m.time_s) for i, m in enumerate(motions)])
     counts = np.isfinite(theta) & np.concatenate([m.time_s >= m.fit_start_s for m in motions])
     residual, exact = theta_model[counts] - samples.theta, problem.exact_curve(x, samples)
-    jacobian = problem.jacobian(x, samples, central=law_of(problem.model).is_foundation, known=exact)
+    single = len(motions) == 1 and problem.directions is None
+    forward = np.zeros((len(residual), len(x)), order="F") if single else None
+    central = law_of(problem.model).is_foundation
+    jacobian = problem.jacobian(x, samples, central, known=exact, forward=forward)
     held = problem.at_bound(x)
     lengths, noises = samples.lengths, [motion.noise for motion in motions]
     rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
     linear = Whitened(residual, jacobian[:, ~held], lengths, noises)
     likely = linear.likelihood()
-    explained = rest.is_noise and (None not in noises or is_white(residual))
+    white = is_white(residual)
+    explained = rest.is_noise and (None not in noises or white)
     apart, holdout = None, float("nan")
     if len(motions) == 1:
-        x_half, holdout = first_half(problem, x, resolution.m)
+        x_half, holdout = first_half(problem, x, resolution.m, forward, theta_model[counts])
         apart = None if explained else x_half - x
     known = uncertainty(problem, x, residual, jacobian, rest, apart)
 
@@ -239,7 +243,7 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     solution = replace(solution, mean_square=float(np.mean(residual**2)))  # of samples that are not averaged
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, residual, known)
-    diagnostics |= _against_noise(residual, rest, likely)
+    diagnostics |= {"white": float(white), **_against_noise(rest, likely)}
     if failed:
         known = known.unknown()
     else:
@@ -297,10 +301,9 @@ def _diagnostics(
     }
 
 
-def _against_noise(residual: Floats, rest: AgainstRest, likely: Likelihood) -> dict[str, float]:
+def _against_noise(rest: AgainstRest, likely: Likelihood) -> dict[str, float]:
     """Diagnostics of a residual beside the noise at rest; see `Fit`."""
     return {
-        "white": float(is_white(residual)),
         "noise": float(rest.is_noise),
         "noise_p": rest.p,
         "noise_ratio": rest.ratio,

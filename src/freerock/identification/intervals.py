@@ -82,7 +82,9 @@ def uncertainty(
     of_x = np.full((len(x), len(x)), np.nan)
     samples, own = problem.samples(), jacobian[:, free]
     is_noise = rest.is_noise and all(motion.noise is not None for motion in problem.motions)
-    noises = rest.noises if is_noise else noise_of_residual(residual, own, samples.lengths, _rates(problem))
+    noises = rest.noises
+    if not is_noise:
+        noises = noise_of_residual(residual, own, samples.lengths, _rates(problem), rest.averages)
     theta = samples.theta + residual
     known = covariance(residual, own, samples.lengths, noises, theta, is_noise=is_noise)
     of_x[among] = known.covariance

@@ -38,17 +38,23 @@ class Solution:
 
 
 def least_squares(
-    problem: Problem, x: Floats, samples: Samples, ftol: float = 1e-7, jacobian: Floats | None = None
+    problem: Problem,
+    x: Floats,
+    samples: Samples,
+    ftol: float = 1e-7,
+    jacobian: Floats | None = None,
+    theta: Floats | None = None,
 ) -> Solution:
     """Least squares from a start; ftol is the relative change of the sum of squares at which it ends.
 
-    `jacobian` are the derivatives at the start, as `Problem.jacobian` has them, where they are known.
+    `jacobian` and `theta` are the derivatives and the curve at the start, as `Problem` has them, where they
+    are known.
     """
     if len(x) == 1:
         return _line_search(problem, x[0], samples)
     low, high = np.array(problem.bounds()).T
     inside = 1e-3 * min(problem.stride, 1.0) * (high - low)
-    at = _AtLast(problem, samples, x, jacobian, ftol)
+    at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
     result = optimize.least_squares(
         at.residual,
         np.clip(x, low + inside, high - inside),
@@ -70,7 +76,12 @@ class _AtLast:
     use them: these are those of the step before."""
 
     def __init__(
-        self, problem: Problem, samples: Samples, start: Floats, at_start: Floats | None, ftol: float
+        self,
+        problem: Problem,
+        samples: Samples,
+        start: Floats,
+        at_start: tuple[Floats | None, Floats | None],
+        ftol: float,
     ) -> None:
         self.problem, self.samples, self.ftol = problem, samples, ftol
         self.start, self.at_start = start, at_start
@@ -79,8 +90,11 @@ class _AtLast:
         self.before: tuple[Floats, Floats, Floats] | None = None
 
     def residual(self, x: Floats) -> Floats:
-        self.x = x.copy()
-        self.theta = self.problem.curve(x, self.samples, rate=self.rate)
+        self.x, known = x.copy(), self.at_start[1]
+        if known is not None and self.rate is None and np.array_equal(x, self.start):
+            self.theta = known
+        else:
+            self.theta = self.problem.curve(x, self.samples, rate=self.rate)
         self.left = self.samples.averaged(self.theta - self.samples.theta)
         return self.left
 
@@ -98,8 +112,8 @@ class _AtLast:
         return 0 < ENOUGH * foretold < gained < self.ftol * square
 
     def _jacobian(self, x: Floats) -> Floats:
-        if self.at_start is not None and np.array_equal(x, self.start):
-            return self.samples.averaged(self.at_start)
+        if self.at_start[0] is not None and np.array_equal(x, self.start):
+            return self.samples.averaged(self.at_start[0])
         known = None
         if self.rate is not None and np.array_equal(x, self.x):
             known = self.theta, self.rate

@@ -2,13 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import fdtrc
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Complexes, Floats, Indices
 from freerock.identification.choice import LEVEL
-from freerock.rotation.tapers import frequencies, tapered_power
+from freerock.rotation.tapers import frequencies, tapered, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
     Noise,
@@ -43,6 +44,8 @@ class AgainstRest:
         Ends of that band [Hz].
     noises : tuple of Noise
         Of each run, with the level in each band that rest and residual show together.
+    averages : Averages or None
+        What was looked at.
     """
 
     p: float
@@ -50,6 +53,7 @@ class AgainstRest:
     low_hz: float
     high_hz: float
     noises: tuple[Noise, ...] = ()
+    averages: "Averages | None" = None
 
     @property
     def is_noise(self) -> bool:
@@ -98,7 +102,8 @@ def against_rest(
     noises : sequence of Noise
         At rest, of each run.
     """
-    seen = _seen(residual, jacobian, lengths, noises)
+    averages = Averages.of(residual, jacobian, lengths, noises)
+    seen = _seen(averages, noises)
     found = [_bands(own) for own in seen]
     n = sum(map(len, found))
     octave, every = (
@@ -106,11 +111,16 @@ def against_rest(
         for bands in ([band for run in found for band in run[:-1]], [run[-1] for run in found])
     )
     most = octave if n * octave.p <= LEVEL or octave.p <= every.p else every
-    return replace(most, p=min(1.0, n * min(octave.p, every.p)), noises=tuple(map(_together, seen)))
+    p, together = min(1.0, n * min(octave.p, every.p)), tuple(map(_together, seen))
+    return replace(most, p=p, noises=together, averages=averages)
 
 
 def noise_of_residual(
-    residual: Floats, jacobian: Floats, lengths: Sequence[int], rates_hz: Sequence[float]
+    residual: Floats,
+    jacobian: Floats,
+    lengths: Sequence[int],
+    rates_hz: Sequence[float],
+    averages: "Averages | None" = None,
 ) -> tuple[Noise, ...]:
     """Noise of each run, were its residual nothing else: where no rest tells of it.
 
@@ -120,6 +130,8 @@ def noise_of_residual(
         As for `against_rest`.
     rates_hz : sequence of float
         Samples per second of each run.
+    averages : Averages, optional
+        Of these, as `against_rest` has left them.
 
     Returns
     -------
@@ -131,7 +143,9 @@ def noise_of_residual(
         noise_at_rest([own], rate_hz) or white_noise(float(np.sqrt(np.mean(own**2))), rate_hz)
         for own, rate_hz in zip(parts, rates_hz, strict=True)
     ]
-    seen = _seen(residual, jacobian, lengths, alone)
+    if averages is None or averages.together != tuple(noise.averaged for noise in alone):
+        averages = Averages.of(residual, jacobian, lengths, alone)
+    seen = _seen(averages, alone)
     return tuple(_together(replace(own, noise=replace(own.noise, dof=0.0 * own.left))) for own in seen)
 
 
@@ -139,6 +153,43 @@ def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | Non
     """Values of each run, averaged as its noise is, from those of all runs one after the other."""
     parts = np.split(values, np.cumsum(lengths)[:-1])
     return [averaged(own, noise.averaged if noise else 1) for own, noise in zip(parts, noises, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class Averages:
+    """A residual, averaged as the noise of each run is, and what the fitted numbers can take of it.
+
+    Parameters
+    ----------
+    together : tuple of int
+        Samples in a mean, of each run.
+    residuals : list of ndarray, shape (n_time,)
+    basis : list of ndarray, shape (n_time, at most n_parameters)
+        Rows of each run of one orthonormal basis.
+    """
+
+    together: tuple[int, ...]
+    residuals: list[Floats]
+    basis: list[Floats]
+
+    @classmethod
+    def of(
+        cls, residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise]
+    ) -> "Averages":
+        residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
+        ends = np.cumsum([len(each) for each in residuals])[:-1]
+        basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
+        return cls(tuple(noise.averaged for noise in noises), residuals, basis)
+
+    @cached_property
+    def powers(self) -> list[Floats]:
+        """Power of each residual."""
+        return [tapered_power(own) for own in self.residuals]
+
+    @cached_property
+    def transforms(self) -> list[Complexes]:
+        """Of each basis under the tapers."""
+        return [tapered(own.T) for own in self.basis]
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,21 +219,20 @@ class _Seen:
     whole: Floats
 
 
-def _seen(residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise]) -> list[_Seen]:
+def _seen(averages: Averages, noises: Sequence[Noise]) -> list[_Seen]:
     """The residual of each run beside its noise."""
-    residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
-    ends = np.cumsum([len(each) for each in residuals])[:-1]
-    basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
+    basis, transforms = averages.basis, averages.transforms
     through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
     inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
     found = []
-    for own, taking, passed, noise in zip(residuals, basis, through, noises, strict=True):
-        n, n_bands = len(own), len(noise.ratio)
-        taken, share = power_taken(taking, passed, inner)
+    each_run = zip(averages.powers, basis, transforms, through, noises, strict=True)
+    for power, taking, of_taking, passed, noise in each_run:
+        n, n_bands = len(taking), len(noise.ratio)
+        taken, share = power_taken(taking, of_taking, passed, inner)
         band = noise.band(frequencies(n))
         left, whole = (degrees_of_freedom(band, each, n, n_bands) for each in (share, np.zeros(len(share))))
         at_rest = expected_power(noise, n)
-        found.append(_Seen(noise, n, band, tapered_power(own), at_rest, taken, left, whole))
+        found.append(_Seen(noise, n, band, power, at_rest, taken, left, whole))
     return found
 
 

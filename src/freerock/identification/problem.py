@@ -250,11 +250,15 @@ class Problem:
         """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
         times, thetas = [], []
         for motion in self.motions:
-            counts = np.isfinite(motion.theta) & (motion.time_s >= motion.fit_start_s)
-            index = np.flatnonzero(counts & (motion.time_s <= horizon_s))
-            index = index[:: max(1, int(len(index) // most))]
-            times.append(motion.time_s[index])
-            thetas.append(motion.theta[index])
+            begin = np.searchsorted(motion.time_s, motion.fit_start_s)
+            counts = slice(begin, np.searchsorted(motion.time_s, horizon_s, "right"))
+            time_s, theta = motion.time_s[counts], motion.theta[counts]
+            valid = np.isfinite(theta)
+            if not valid.all():
+                time_s, theta = time_s[valid], theta[valid]
+            some = slice(None, None, max(1, int(len(theta) // most)))
+            times.append(time_s[some])
+            thetas.append(theta[some])
         return Samples(np.concatenate(times), np.concatenate(thetas), tuple(map(len, times)), m)
 
     def motion(
@@ -331,11 +335,13 @@ class Problem:
         central: bool = False,
         wanted: Collection[str] | None = None,
         known: tuple[Floats, Floats] | None = None,
+        forward: Floats | None = None,
     ) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
-        Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x.
+        Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x; `forward`, of the
+        same shape, if given, receives the forward quotients, which central ones hold.
         """
         if self.directions is not None:
             return self._along(self.directions, x, samples)
@@ -348,17 +354,19 @@ class Problem:
                 if wanted is not None and name not in wanted:
                     continue
                 if name == "t0":
-                    jacobian[run, column] = -known[1][run]
-                    continue
-                up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
-                up[column] += step
-                quotient = self.motion(up, i, samples.time_s[run], self.exact_rtol)
-                if central:
-                    up[column] -= 2 * step
-                    quotient -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
+                    quotient = one_sided = -known[1][run]
                 else:
-                    quotient -= known[0][run]
-                jacobian[run, column] = quotient / (2 * step if central else step)
+                    up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
+                    up[column] += step
+                    later = self.motion(up, i, samples.time_s[run], self.exact_rtol)
+                    quotient = one_sided = (later - known[0][run]) / step
+                    if central:
+                        up[column] -= 2 * step
+                        later -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
+                        quotient = later / (2 * step)
+                jacobian[run, column] = quotient
+                if forward is not None:
+                    forward[run, column] = one_sided
         return jacobian
 
     def _along(self, directions: Floats, x: Floats, samples: Samples) -> Floats:

@@ -28,12 +28,15 @@ class Resolution:
         Largest shift of a parameter by the integrator's error, as a share of its standard error.
     jacobian : ndarray, shape (n_samples, n_parameters)
         Derivatives where the last fit starts, of samples that are not averaged.
+    theta : ndarray, shape (n_samples,)
+        `Problem.curve` there, at this tolerance [rad].
     """
 
     rtol: float
     m: int
     shift: float
     jacobian: Floats
+    theta: Floats
 
 
 def find_resolution(problem: Problem, x: Floats) -> Resolution:
@@ -55,7 +58,7 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
     spread = np.sqrt(np.diag(inverse))
     m = _averaging(samples, jacobian, spread) if problem.directions is None else 1
     if not law_of(problem.model).is_foundation:
-        return Resolution(problem.rtol, m, 0.0, derivatives)
+        return Resolution(problem.rtol, m, 0.0, derivatives, theta)
     rtol = problem.rtol
     while True:
         finer = max(rtol / 100, EXACT)
@@ -63,7 +66,7 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
         shifts = np.abs(inverse @ (jacobian.T @ (theta - exact)))[spread > 0] / (spread[spread > 0] * noise)
         shift = float(np.max(shifts, initial=0.0))
         if not shift > problem.settings.integrator_error or rtol <= FINEST:
-            return Resolution(rtol, m, shift, derivatives)
+            return Resolution(rtol, m, shift, derivatives, theta)
         rtol /= 10
         theta = problem.curve(x, samples, rtol)
 

@@ -62,7 +62,8 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     exact = resolution.rtol >= min(problem.rtol, problem.fine)
     problem, jacobian = replace(problem, rtol=resolution.rtol), resolution.jacobian if exact else None
     if problem.directions is None:
-        end = least_squares(problem, x, problem.samples(m=resolution.m), jacobian=jacobian)
+        samples = problem.samples(m=resolution.m)
+        end = least_squares(problem, x, samples, jacobian=jacobian, theta=resolution.theta)
     else:
         problem, end = settle(problem, x)
     if near.message in TOLD and (problem.directions is not None or _is_left(problem, end)):

@@ -5,9 +5,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Complexes, Floats, Indices
 
 BAND_HZ = 0.25  # the mains frequency is sought this far either side of its nominal value
 SEARCH = 0.18  # of the nominal frequency, either side; short of the step from 50 to 60 Hz
@@ -18,8 +18,6 @@ MOST_BLOCKS = 400  # of that length suffice for a fit
 PER_BIN = 4  # frequencies tried in the width of a spectral line
 WANDER_S = 10.0  # the phase is followed over so long
 MOST_LOST = 0.05  # where a steady phase would lose a larger share of the power
-
-Complexes = NDArray[np.complex128]
 
 
 class Mains(NamedTuple):

@@ -29,7 +29,8 @@ def tapered_power(values: Floats) -> Floats:
     ----------
     values : ndarray, shape (n_time,)
     """
-    return np.asarray(np.mean(np.abs(tapered(values)) ** 2, axis=0))
+    transform = tapered(values)
+    return np.asarray(np.mean(transform.real**2 + transform.imag**2, axis=0))
 
 
 @lru_cache(8)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from freerock.arrays import Floats, Indices
+from freerock.arrays import Complexes, Floats, Indices
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
@@ -213,13 +213,15 @@ def expected_power(noise: Noise, n: int) -> Floats:
     return np.asarray(rfft(wrapped).real[1 : (size + 1) // 2])
 
 
-def power_taken(basis: Floats, through: Floats, inner: Floats) -> tuple[Floats, Floats]:
+def power_taken(basis: Floats, of_basis: Complexes, through: Floats, inner: Floats) -> tuple[Floats, Floats]:
     """What a fit takes of the expected power, and of white noise of variance 1.
 
     Parameters
     ----------
     basis : ndarray, shape (n_time, n_parameters)
         Orthonormal basis of what the fit can take, or the rows of it that belong to one run.
+    of_basis : ndarray, shape (n_parameters, TAPERS, n_frequencies)
+        Its transforms under each taper.
     through : ndarray, shape (n_time, n_parameters)
         The basis, `filtered` by the noise.
     inner : ndarray, shape (n_parameters, n_parameters)
@@ -230,7 +232,7 @@ def power_taken(basis: Floats, through: Floats, inner: Floats) -> tuple[Floats, 
     taken, share : ndarray, shape (n_frequencies,)
         [rad²] and pure numbers.
     """
-    of_basis, twice = tapered(basis.T), tapered((2 * through - basis @ inner.T).T)
+    twice = tapered((2 * through - basis @ inner.T).T)
     taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
     share = np.sum(of_basis.real**2 + of_basis.imag**2, axis=0)
     return np.mean(taken, axis=0), np.mean(share, axis=0)
@@ -262,13 +264,14 @@ def slow_and_white(frequency: Floats, white: float, slow: float, corner: float, 
 
     Frequencies and the corner in cycles per sample, each of which is the mean of m measured ones, times √m.
     """
-    return _slow_and_white(np.sin(np.pi * frequency) ** 2, white, slow, corner, m)
+    squared = np.sin(np.pi * frequency) ** 2
+    return np.asarray(white + slow * (1 - smoothed(m) * squared) / _rise(squared, corner))
 
 
-def _slow_and_white(squared: Floats, white: float, slow: float, corner: float, m: int) -> Floats:
-    """The same of sin²πf."""
+def _rise(squared: Floats, corner: float) -> Floats:
+    """By what the slow part falls beyond its corner, of sin²πf."""
     away = -math.expm1(-2 * math.pi * corner)
-    return np.asarray(white + slow * (1 - smoothed(m) * squared) / (1 + 4 * (1 - away) * squared / away**2))
+    return 1 + 4 * (1 - away) * squared / away**2
 
 
 def smoothed(m: int) -> float:
@@ -308,6 +311,7 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     number = np.add.reduceat(kept, edges[:-1], dtype=int)
     power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
     squared, level = np.sin(np.pi * frequency) ** 2, float(power[-1])
+    coarse, weight = 1 - smoothed(m) * squared, number.astype(float)
     low, high = np.array([(-30, -30, np.log(SLOWEST / n)), (30, 30, 0)])
 
     def law(x: Floats) -> tuple[float, float, float]:
@@ -315,8 +319,9 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
         return float(level * a), float(level * b), float(f_0)
 
     def misfit(x: Floats) -> float:
-        expected = _slow_and_white(squared, *law(x), m)
-        return float(number @ (np.log(expected) + power / expected))
+        white, slow, corner = law(x)
+        expected = white + slow * coarse / _rise(squared, corner)
+        return float(weight @ (np.log(expected) + power / expected))
 
     starts = [
         np.array([0.0, np.log(ratio), np.log(f_0)])
