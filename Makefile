@@ -15,7 +15,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 # The tests of a file share what they set up; tests/conftest.py puts long ones first, so that no process waits at the end.
 TESTS := python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: all setup slurm peers lint quick test test-cluster clean
+.PHONY: all setup slurm peers lint quick test tests test-cluster clean
 
 all: setup
 	snakemake
@@ -68,7 +68,11 @@ lint: setup
 quick: lint
 	$(TESTS) -m "not slow"
 
-test: lint
+# mypy keeps one core busy for half a minute: the tests begin beside it.
+test: setup
+	@$(MAKE) --no-print-directory --jobs 2 lint tests
+
+tests: setup
 	$(TESTS)
 
 test-cluster: setup $(SLURM)
