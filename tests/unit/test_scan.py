@@ -130,6 +130,14 @@ def test_a_minimum_that_longer_horizons_lose_is_found_where_the_first_swings_sho
     assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
 
 
+@pytest.mark.slow
+def test_ends_of_two_pursuits_are_taken_to_their_minima_before_they_are_told_apart():
+    """λ/k is 0.89 s/m; the first pursuit stops at 1.16 σ, 17 standard errors of the release off the second."""
+    truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 605, 1), demanding)
+    fit = fit_run("hunt_crossley", truth.block, run)
+    assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
+
+
 def test_another_minimum_than_that_of_the_first_swings_is_not_believed():
     """λ/k is 0.58 s/m. The first swings say so, but k 38 times too low, damped more, leaves 28 σ of the run,
     and so less than the minimum that longer horizons lose: the motion multiplies errors."""

@@ -110,15 +110,16 @@ def _looked_at_finely(problem: Problem, horizons: Sequence[float], best: Solutio
     """The best of some end and those of a finer scan of low dampings."""
     problem = replace(problem, fine=FINE, stride=1.0)
     ends, told = _scanned_finely(problem, horizons, best)
-    found = _reached_twice(
-        problem, sorted((as_exact(problem, end) for end in (best, *ends)), key=lambda end: end.mean_square)
-    )
+    ends = [as_exact(problem, end) for end in (best, *ends)]
+    found = _reached_twice(problem, ends)
+    if found.message == APART:
+        found = _reached_twice(problem, [_settled(problem, end) for end in ends])
     return replace(found, success=False, message=told) if told and _is_left(problem, found) else found
 
 
 def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
-    """The first of some ends; it says so where the motion multiplies errors and no other has come to it."""
-    best, *others = ends
+    """The best of some ends; it says so where the motion multiplies errors and no other has come to it."""
+    best, *others = sorted(ends, key=lambda end: end.mean_square)
     if not multiplies_errors(problem, best.x) or any(are_one(problem, best.x, end.x) for end in others):
         return best
     return replace(best, success=False, message=APART)
@@ -129,6 +130,14 @@ def as_exact(problem: Problem, end: Solution) -> Solution:
     another motion, whose minimum lies elsewhere and may be the lower one."""
     residual = replace(problem, rtol=FINEST).residual(end.x, problem.samples(most=GROWTH_SAMPLES))
     return replace(end, mean_square=float(np.mean(residual**2)))
+
+
+def _settled(problem: Problem, end: Solution) -> Solution:
+    """An end of at most twice the noise, taken to its minimum by shorter steps."""
+    if _is_left(problem, end):
+        return end
+    finer = resolved(replace(problem, rtol=FINE), end.x, problem.samples())
+    return as_exact(problem, settle(finer, end.x)[1])
 
 
 def _is_single(problem: Problem) -> bool:
@@ -153,8 +162,8 @@ def _scanned_finely(
     last horizon, where none could.
 
     That of the first start that can be pursued to the last horizon, and where it isn't the best one so far,
-    of another pursuit of it; of all starts over horizons that grow more slowly, where none follows the motion
-    and the best one so far is hardly damped, too.
+    of another pursuit of it that gets there; of all starts over horizons that grow more slowly, where none
+    follows the motion and the best one so far is hardly damped, too.
     """
     spans, told = [HEAD * horizons[0]], ""
     while spans[-1] < horizons[-1]:
@@ -168,9 +177,10 @@ def _scanned_finely(
         if pursued and pursued.message in TOLD:
             told = pursued.message
         elif pursued:
-            known = are_one(problem, pursued.x, best.x)
-            again = None if known else pursue(problem, end.x, spans[0], AGAIN)
-            return ([pursued] if again is None or again.message in TOLD else [pursued, again]), ""
+            reaches = () if are_one(problem, pursued.x, best.x) else AGAIN
+            others = (pursue(problem, end.x, spans[0], reach) for reach in reaches)
+            again = next((other for other in others if other and other.message not in TOLD), None)
+            return ([pursued, again] if again else [pursued]), ""
     if not is_lively(problem, best.x) or (told and _is_left(problem, best)):
         return [], told
     for span in spans[1:]:
