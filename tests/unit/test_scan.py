@@ -132,7 +132,7 @@ def test_a_minimum_that_longer_horizons_lose_is_found_where_the_first_swings_sho
 
 @pytest.mark.slow
 def test_ends_of_two_pursuits_are_taken_to_their_minima_before_they_are_told_apart():
-    """λ/k is 0.89 s/m; the first pursuit stops at 1.16 σ, 17 standard errors of the release off the second."""
+    """λ/k is 0.89 s/m; the first pursuit stops at 1.16 σ, its release 17 standard errors off."""
     truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 605, 1), demanding)
     fit = fit_run("hunt_crossley", truth.block, run)
     assert fit.success and abs(fit.value[0] - truth.parameters["k"]) < 4 * fit.stderr[0]
