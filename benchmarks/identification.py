@@ -20,7 +20,7 @@ from freerock.studies.methods.problem import Problem
 from freerock.studies.virtual_run import RATE_HZ, published_truth, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 
-AIMS_S = {"housner": 0.05, "winkler": 0.25, "hunt_crossley": 0.25}
+AIMS_S = {"housner": 0.03, "winkler": 0.1, "hunt_crossley": 0.1}
 REPEATS = 5
 
 
@@ -39,10 +39,10 @@ def runs(model):
 
 
 def timed(model, truth, motion):
-    """A fit and its time [s]."""
-    begin = clock.perf_counter()
+    """A fit and its processor time [s]."""
+    begin = clock.process_time()
     fit = fit_run(model, truth.block, motion)
-    return fit, clock.perf_counter() - begin
+    return fit, clock.process_time() - begin
 
 
 def lsoda(model, block, parameters, time_s, *, theta0, solver, rates=None, **_):

@@ -1,8 +1,8 @@
 """Speed of the models: every ratio in one run, the compared methods run in turn.
 
     python benchmarks/models.py            all
-    python benchmarks/models.py methods    only the named parts: methods, parts, kinematics, stiffness, many,
-                                           overturning
+    python benchmarks/models.py methods    only the named parts: methods, cyrk, parts, kinematics, stiffness,
+                                           many, overturning
 
 Times are the best of several runs. Figures of another machine differ; ratios hardly.
 """
@@ -25,6 +25,7 @@ from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.studies.atlas.cells import problem_of
 from freerock.studies.methods.by_name import METHODS
+from freerock.studies.methods.foundation import rates
 from freerock.studies.methods.housner import housner_overturns
 from freerock.studies.methods.problem import Problem
 from freerock.studies.speed_accuracy import errors
@@ -36,7 +37,8 @@ MARBLE = FOUNDATIONS["marble"]
 HC = Problem("hunt_crossley", BLOCK, MARBLE, THETA0)
 TIME = np.arange(0.0, 5.0, 1 / 2000)
 ERROR = 1e-10  # ε at which methods are compared
-LADDER = [10**-e for e in np.arange(3.0, 9.1, 0.5)]
+NOISE = math.radians(0.01)  # of a laser
+LADDER = [10**-e for e in np.arange(2.0, 9.1, 0.5)]
 
 
 def row(what, target, seen, note=""):
@@ -50,11 +52,11 @@ def own(rtol, problem=HC, time=TIME):
     return theta
 
 
-def loosest(run, reference):
-    """The loosest tolerance of the ladder whose error, and that of all tighter ones, is at most ERROR."""
+def loosest(run, reference, error=ERROR):
+    """The loosest tolerance of the ladder whose error, and that of all tighter ones, is at most so large."""
     good = None
     for rtol in reversed(LADDER):
-        if errors(run(rtol), reference)[0] > ERROR:
+        if errors(run(rtol), reference)[0] > error:
             break
         good = rtol
     return good
@@ -93,6 +95,40 @@ def methods():
                 f"{seconds / best['freerock']:.1f}",
                 f"{1e3 * seconds:.2f} ms, {note}",
             )
+
+
+@njit
+def _rates(y, law, rounds):
+    """Evaluations as CyRK asks for them, each waiting for the one before."""
+    dy, state, total = np.empty(4), y.copy(), 0.0
+    for _ in range(rounds):
+        state[2] = y[2] + 1e-300 * total
+        rates(dy, state, law)
+        total += dy[1] + dy[3]
+    return total
+
+
+def cyrk():
+    """Where the time goes that freerock and CyRK take: evaluations of the law, and all samples but a few."""
+    reference, few = METHODS["SciPy DOP853, numba"](HC, TIME, 1e-13).theta, TIME[:: len(TIME) // 20]
+    calls = {"freerock": own}
+    for name in ("CyRK DOP853", "CyRK RK45"):
+        calls[name] = lambda rtol, problem=HC, time=TIME, method=METHODS[name]: (
+            method(problem, time, rtol).theta
+        )
+    rounds, start = 10_000, np.array(HC.start)
+    ((_, seconds, _),) = interleaved([partial(_rates, start, np.array(HC.law), rounds)], 20, in_a_row=3)
+    row("an evaluation as CyRK asks for it", "", f"{1e9 * seconds / rounds:.0f} ns")
+    for error in (ERROR, NOISE**2 / float(np.mean(reference**2))):
+        at = {name: loosest(call, reference, error) for name, call in calls.items()}
+        runs = [partial(call, at[name], HC, time) for name, call in calls.items() for time in (TIME, few)]
+        seconds = [best for _, best, _ in interleaved(runs, 20, in_a_row=3)]
+        for name, whole, bare in zip(calls, seconds[::2], seconds[1::2], strict=True):
+            note = f"{1e3 * whole:.3f} ms, {1e3 * bare:.3f} ms of it for few samples, rtol {at[name]:.1e}"
+            row(f"  {name} over freerock at ε ≤ {error:.1e}", "", f"{whole / seconds[0]:.2f}", note)
+        solver = Solver(at["freerock"])
+        known = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=solver).statistics
+        row("  evaluations of freerock", "", f"{known['evaluations']}")
 
 
 @njit
@@ -258,6 +294,7 @@ def overturning():
 
 PARTS = {
     "methods": methods,
+    "cyrk": cyrk,
     "parts": parts,
     "kinematics": kinematics,
     "stiffness": stiffness,

@@ -135,9 +135,9 @@ def parts_of(theta: Floats, sigma: float) -> list[slice]:
         Of the noise [rad]. What comes after the first swing below it belongs to the last part.
     """
     passes = np.flatnonzero(theta[1:] * theta[:-1] < 0) + 1
-    heights = [np.abs(swing).max(initial=0.0) for swing in np.split(theta, passes)[1:]]
-    low = [i for i, height in enumerate(heights) if height < sigma]
-    passes = passes[: low[0] + 1 if low else len(passes)]
+    heights = np.maximum.reduceat(np.abs(theta), passes) if len(passes) else np.empty(0)
+    low = np.flatnonzero(heights < sigma)
+    passes = passes[: low[0] + 1 if len(low) else len(passes)]
     at = np.unique(np.linspace(0, len(passes), PARTS + 1).round().astype(int))[1:-1]
     ends = [0, *(int(passes[i - 1]) for i in at), len(theta)]
     return [slice(start, end) for start, end in pairwise(ends)]

@@ -151,7 +151,7 @@ def noise_of_residual(
 
 def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]) -> list[Floats]:
     """Values of each run, averaged as its noise is, from those of all runs one after the other."""
-    parts = np.split(values, np.cumsum(lengths)[:-1])
+    parts = np.split(values, np.cumsum(lengths)[:-1]) if len(lengths) > 1 else [values]
     return [averaged(own, noise.averaged if noise else 1) for own, noise in zip(parts, noises, strict=True)]
 
 

@@ -73,11 +73,11 @@ def find_resolution(problem: Problem, x: Floats) -> Resolution:
 
 def _averaging(samples: Samples, jacobian: Floats, spread: Floats) -> int:
     """How many samples may be averaged into one: a power of two."""
-    m = 1
+    m, pairs, means = 1, replace(samples, m=2), jacobian
     while 2 * m * LEAST * jacobian.shape[1] < min(samples.lengths):
-        means = replace(samples, m=2 * m).averaged(jacobian)
+        means = pairs.averaged(means)
         wider = np.sqrt(np.diag(np.linalg.pinv(means.T @ means, hermitian=True)))
         if np.any(wider > (1 + WORTH) * spread):
             break
-        m *= 2
+        m, pairs = 2 * m, replace(pairs, lengths=tuple(n // 2 for n in pairs.lengths))
     return m
