@@ -13,7 +13,7 @@ import numpy as np
 
 from freerock.identification.fit import fit_run
 from freerock.models import simulate
-from freerock.models.laws import PAPER_MODELS
+from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.runs.motion import Motion
 from freerock.studies.methods.by_name import METHODS
 from freerock.studies.methods.problem import Problem
@@ -48,10 +48,11 @@ def timed(model, truth, motion):
 def lsoda(model, block, parameters, time_s, *, theta0, solver, rates=None, **_):
     """As `freerock.models.simulate.simulate_theta`."""
     grid = np.union1d(0.0, time_s)
+    parameters = {name: parameters[name] for name in MODELS[model]}
     theta = METHODS["SciPy LSODA, NumPy"](Problem(model, block, parameters, theta0), grid, solver.rtol).theta
     theta = np.interp(np.maximum(time_s, 0.0), grid, theta)
     if rates is not None:
-        rates[:, 2] = np.gradient(theta, time_s)
+        rates[:, -1] = np.gradient(theta, time_s)
     return theta, "completed"
 
 
