@@ -15,6 +15,7 @@ MOST = 12  # secants to that
 STILL = 1e-12  # rad: a horizontal beam shows it as it is
 BEYOND = 1.5  # rad: the block has fallen
 SMALL = 0.6  # rad: of angles that are taken by series
+SHORT = 0.1  # likewise, of the tangent of half the angle
 Number = Any
 
 
@@ -67,10 +68,28 @@ def turned(s: Number, near: Number, beam: Number) -> Number:
 @compiled(forceinline=True)
 def twice_arctangent(half: Number) -> Number:
     """2 atan(t)."""
+    return twice_small_arctangent(half) if abs(half) < SHORT else 2 * math.atan(half)
+
+
+@compiled(forceinline=True)
+def twice_small_arctangent(half: Number) -> Number:
+    """2 atan(t) of t < `SHORT`, by a series of which what is left out is below 1e-15 of it."""
     q = half * half
-    if q < 0.01:  # of the arctangent's series what is left out is below 1e-15 of it
-        return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
-    return 2 * math.atan(half)
+    return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
+
+
+@compiled()
+def twice_arctangents(halves: Number) -> None:
+    """2 atan(t) in place; of short ones without branches, several in one."""
+    long = 0
+    for i in range(halves.size):
+        long += abs(halves[i]) >= SHORT
+    if long > 0:
+        for i in range(halves.size):
+            halves[i] = twice_arctangent(halves[i])
+    else:
+        for i in range(halves.size):
+            halves[i] = twice_small_arctangent(halves[i])
 
 
 @compiled()
@@ -89,8 +108,9 @@ def rotations(s: Number, side: Number, beam: Number, theta: Number, slope: Numbe
             lever, rise = place, -width * half
         square = half * half
         cosine = (1 - square) / (1 + square)
-        theta[i] = twice_arctangent(half)
+        theta[i] = half
         slope[i] = abs(lever + 2 * rise / (1 + square)) / (cosine * cosine)
+    twice_arctangents(theta)
 
 
 @compiled()
@@ -121,9 +141,10 @@ def rotations_of_two(
             width = edge + corner if tangent > 0 else edge - corner
             alone = place * tangent - width * rise
             lever = place - width * tangent / inverse
-        theta[i], moved[i] = twice_arctangent(half), s - alone
+        theta[i], moved[i] = half, s - alone
         slope[i] = abs(lever) * inverse * inverse
         sigma[i] /= inverse * inverse
+    twice_arctangents(theta)
 
 
 @compiled()
