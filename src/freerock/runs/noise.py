@@ -306,7 +306,7 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     order = np.argsort(frequency)
     frequency, power = frequency[order], power[order]
     edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
-    medians = [_median(part) for part in np.split(power, edges[1:-1])]
+    medians = [np.median(part) for part in np.split(power, edges[1:-1])]
     kept = power <= line * np.repeat(medians, np.diff(edges))
     number = np.add.reduceat(kept, edges[:-1], dtype=int)
     power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
@@ -332,12 +332,6 @@ def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -
     simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
     options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
     return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
-
-
-def _median(values: Floats) -> float:
-    """As NumPy's, whose checks take longer than its work on a few values."""
-    ordered, n = np.sort(values), len(values)
-    return float(ordered[(n - 1) // 2] + ordered[n // 2]) / 2
 
 
 @lru_cache(8)
