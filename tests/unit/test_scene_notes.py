@@ -190,8 +190,12 @@ def hardly_rounded(seed):
 
 @pytest.mark.parametrize("seed", [5, 7])
 def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
-    found = identify_run(BLOCK, hardly_rounded(seed), PLAIN)
-    assert (found.scene, found.edge_radius_alike) == (("edges",), 0.0)
+    motion = hardly_rounded(seed)
+    found = identify_run(BLOCK, motion, PLAIN)
+    assert (found.scene, found.edge_radii_alike, found.sharp_alike) == (("edges",), {}, True)
+    named, alike = notes(motion, found)
+    assert (named.name, named.verdict) == (alike.name, alike.verdict) == ("rounded_edges", "warn")
+    assert alike.text == "sharp edges explain the run as well, with another k: measure them"
     fit = found.fits["hunt_crossley"]
     for name, value in {**FOUNDATIONS["aerstop"], "edge_radius": 7e-4}.items():
         at = fit.parameters.index(name)
@@ -202,10 +206,11 @@ def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(see
 def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
-    assert found.scene == () and found.edge_radius_alike == pytest.approx(7e-4, rel=0.1)
+    (radius,) = found.edge_radii_alike.values()
+    assert found.scene == () and radius == pytest.approx(7e-4, rel=0.1)
     (note,) = notes(motion, found)
     assert (note.verdict, note.name) == ("warn", "rounded_edges")
-    told = f"edges rounded by {1e3 * found.edge_radius_alike:.2f} mm explain the run as well"
+    told = f"edges rounded by {1e3 * radius:.2f} mm explain the run as well"
     assert note.text == f"{told}, with another k: measure them"
 
 

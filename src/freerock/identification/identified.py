@@ -43,9 +43,10 @@ class Identified:
         none, "edges", that they are sharp.
     width_or_edges : bool
         Whether another contact width on sharp edges and rounded edges explain the run alike.
-    edge_radius_alike : float
-        Largest radius of rounded edges that explain the run as well as what is named [m]; 0 where none other
-        do.
+    edge_radii_alike : dict of str to float
+        By candidate, the largest radius of other edges with which it explains the run as well [m].
+    sharp_alike : bool
+        Whether sharp edges explain the run as well as the rounded ones of these fits.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -53,7 +54,18 @@ class Identified:
     errors: dict[str, FreerockError] = field(default_factory=dict)
     scene: tuple[str, ...] = ()
     width_or_edges: bool = False
-    edge_radius_alike: float = 0.0
+    edge_radii_alike: dict[str, float] = field(default_factory=dict)
+    sharp_alike: bool = False
+
+    def copied(self) -> "Identified":
+        """The same, to which fits may be added."""
+        return replace(
+            self,
+            fits={**self.fits},
+            left_out={**self.left_out},
+            errors={**self.errors},
+            edge_radii_alike={**self.edge_radii_alike},
+        )
 
     @property
     def explained(self) -> bool:

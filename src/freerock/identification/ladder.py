@@ -50,7 +50,7 @@ def identify_runs(
     `motions` are the runs by number; `alone` identifies a run by itself; all else as in `identify_run`.
     """
     singly = {number: alone(block, motion, ladder) for number, motion in motions.items()}
-    found = {number: replace(each, fits={**each.fits}) for number, each in singly.items()}
+    found = {number: each.copied() for number, each in singly.items()}
     for model in ladder.candidates:
         fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
         settings = {number: ladder.freeing(found[number].scene).settings(model) for number in fits}

@@ -43,6 +43,12 @@ def edges_alike(radius_m: float, block: Block) -> list[Reason]:
     return [Reason("warn", "rounded_edges", text)] * (radius_m > ROUNDED * block.b)
 
 
+def sharp_alike(fit: Fit, block: Block) -> list[Reason]:
+    """A warning where sharp edges explain a run as well as rounded ones, and would move k by much."""
+    text = "sharp edges explain the run as well, with another k: measure them"
+    return [Reason("warn", "rounded_edges", text)] * (fit.values["edge_radius"] > ROUNDED * block.b)
+
+
 def slow_sensor(best: tuple[Problem, Floats], motion: Motion) -> Iterator[Reason]:
     """A warning where the run is blurred, by the problem of its fit and the fitted numbers.
 

@@ -62,18 +62,21 @@ def elsewhere(level: Identified, block: Block, motion: Motion, ladder: Ladder) -
 def freer(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Iterator[Identified]:
     """What does better than the named candidate with something freed that it asks for.
 
-    Rounded edges that do as well are noted.
+    Where sharp and rounded edges do as well, it is noted.
     """
     for other in _with_asked(found, block, motion, ladder):
         other = on_edges(other, block, motion, ladder)
         if not other.settled or other.least_bic > found.least_bic + TELLS:
             continue
+        rounded = "edges" in other.scene and "edges" not in found.scene
         if other.least_bic < found.least_bic:
             if _lasts(other, block, motion, ladder):
+                other.sharp_alike = rounded and found.least_bic <= other.least_bic + TELLS
                 yield other
-        elif "edges" not in found.scene:
-            radius = other.fits[other.choice(ladder).selected].values.get("edge_radius", 0.0)
-            found.edge_radius_alike = max(found.edge_radius_alike, other.edge_radius_alike, radius)
+        elif rounded:
+            named = other.choice(ladder).selected
+            radii = other.fits[named].values["edge_radius"], other.edge_radii_alike.get(named, 0.0)
+            found.edge_radii_alike[found.choice(ladder).selected] = max(radii)
 
 
 def _with_asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> Iterator[Identified]:
@@ -86,7 +89,7 @@ def _with_asked(found: Identified, block: Block, motion: Motion, ladder: Ladder)
     asked, level = _asked(found, block, motion, ladder), ladder.freeing(found.scene)
     if asked and (CANDIDATES[chosen := found.choice(ladder).selected].is_rival or "width" in asked):
         n = level.n_freed(chosen) + 1
-        yield climbed(replace(found, fits={**found.fits}), block, motion, level, at_least=n)
+        yield climbed(found.copied(), block, motion, level, at_least=n)
     for name in [name for name in asked if name != "width"][:1]:
         freeing = ladder.freeing(scene := (*found.scene, name))
         if name == "edges":
@@ -142,7 +145,7 @@ def _all_of(near: Identified, block: Block, motion: Motion, ladder: Ladder) -> I
     """All laws in a scene, of which some are fitted, and the rivals that the run asks for there."""
     freeing = ladder.freeing(near.scene)
     laws = of_laws(block, motion, freeing, near.scene, (freeing, near))
-    return replace(climbed(laws, block, motion, freeing), edge_radius_alike=near.edge_radius_alike)
+    return replace(climbed(laws, block, motion, freeing), edge_radii_alike=near.edge_radii_alike)
 
 
 def _of_scene(
@@ -199,7 +202,7 @@ def _fit_from(
         found.fits[model] = best = min(ends, key=lambda end: (not evidence(end).explains, end.bic))
         alike = [end.values for end in ends if evidence(end).explains and end.bic <= best.bic + TELLS]
         others = [values["edge_radius"] for values in alike if not _have_one_radius(values, best.values)]
-        found.edge_radius_alike = max([found.edge_radius_alike, *others])
+        found.edge_radii_alike |= {model: max(others)} if others else {}
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:

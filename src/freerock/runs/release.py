@@ -138,7 +138,7 @@ def _early_motion(
     held = max(theta0_stderr, 1e-9 * abs(theta0))
 
     def residual(x: Floats) -> Floats:
-        top, pull, q, t0 = x.tolist()
+        top, pull, q, t0 = x
         left = np.empty(t.size + 1)
         model = theta0 + top - pull / q**2 * (np.cosh(_bounded(q * (t - t0))) - 1)
         np.divide(model - theta, noise, out=left[:-1])
@@ -146,7 +146,7 @@ def _early_motion(
         return left
 
     def slopes(x: Floats) -> Floats:
-        _, pull, q, t0 = x.tolist()
+        _, pull, q, t0 = x
         since = t - t0
         angle = _bounded(q * since)
         fallen, rate = (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q
