@@ -9,6 +9,7 @@ from nptdms import ChannelObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
 from freerock.cli.check import check_config
+from freerock.files import write_manifest
 from freerock.models.block import Block
 from freerock.models.simulate import simulate
 
@@ -161,4 +162,16 @@ def test_a_doubt_is_printed_and_no_error(doubts, capsys):
     assert cli.main(["check"]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("doubt: config/campaigns/lab.csv:2: a: 0.5 Hz are ")
-    assert out[-1] == "lab: 1 records, 1 blocks, 1 foundations: nothing to correct"
+    found = "lab: 1 records, 1 blocks, 1 foundations: nothing to correct"
+    assert out[-1] == f"{found}, but see what is doubted"
+
+
+def test_a_record_that_the_manifest_lists_and_no_line_names_is_doubted(doubts):
+    Path("raw/lab/b.tdms").write_bytes(b"a record")
+    Path("raw/lab/reading.txt").write_bytes(b"how it was measured")
+    assert doubts() == []
+    write_manifest("raw/lab", ["a.tdms", "b.tdms", "reading.txt"])
+    assert doubts() == [
+        "config/campaigns/lab.csv: no line names b.tdms, which raw/lab/manifest.csv lists; add a line for "
+        "it, or take it out of the manifest"
+    ]

@@ -22,6 +22,8 @@ from freerock.figures import foundation_effect, misfit_map, models, predictions,
 from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
+from freerock.products.groups import runs_of
+from freerock.tables.text import quantity
 from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
@@ -195,6 +197,19 @@ def test_quality_begins_with_what_was_found_and_what_is_doubtful(datasets):
     assert labels == ["θ / °", "residual / σ", "θ / °", "laser / V"]
     nearest, _ = quality.draw(datasets[0][0], fits(datasets[0][0], models=("housner", "winkler")))
     assert any("comes nearest, none explains the run" in text for text in texts(nearest[0]))
+
+
+def test_quality_prints_total_uncertainties_and_says_so_where_there_are_only_the_noise_s(datasets):
+    record, fitted = datasets[0][0], datasets[1][0].copy(deep=True)
+    fit = runs_of(fitted)[1].children["hunt_crossley"]
+
+    def words():
+        return " ".join(" ".join(texts(quality.draw(record, fitted)[0][0])).split())
+
+    k, noise = (float(fit[name][0]) for name in ("value", "stderr"))
+    assert f"k = {quantity(k, noise)} " in words() and "± noise alone" in words()
+    fit["u_total"] = 3 * fit["stderr"]
+    assert f"k = {quantity(k, 3 * noise)} " in words() and "± total uncertainty" in words()
 
 
 def test_quality_shows_the_noise_on_top_of_the_residual(datasets):

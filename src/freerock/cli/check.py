@@ -14,7 +14,7 @@ from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.step_settings import plain
 from freerock.errors import FreerockError
-from freerock.files import check_manifest, listed_checksums
+from freerock.files import MANIFEST, check_manifest, listed_checksums
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
 
@@ -90,7 +90,7 @@ def run(chosen: Namespace) -> None:
     for doubt in doubts:
         print(f"doubt: {doubt}")
     for line in sound:
-        print(f"{line}: nothing to correct")
+        print(f"{line}: nothing to correct{', but see what is doubted' if doubts else ''}")
     if problems:
         raise ConfigError(problems)
 
@@ -249,6 +249,7 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             remedy = "level it in the plane of rocking, and give levelled_deg"
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
+    yield from _unnamed(csv, source)
     work = 0.0
     for number, (line, record) in enumerate(source.records):
         path, block = Path(source.raw, record.file), campaign.blocks[record.block]
@@ -261,6 +262,22 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             where = f"{csv}:{line}: {record.test}"
             yield from _channel(where, path, channel, block, campaign.lasers[laser], source.raw)
         yield from _by_hand(f"{csv}:{line}: override", path, record)
+
+
+def _unnamed(csv: Path, source: Source) -> Iterator[FreerockError]:
+    """Record files that the manifest lists and no line names."""
+    named = {record.file for _, record in source.records}
+    kinds = {Path(file).suffix for file in named}
+    for file in listed_checksums(source.raw):
+        if Path(file).suffix in kinds and file not in named | _beside(source):
+            what = f"no line names {file}, which {Path(source.raw, MANIFEST)} lists"
+            yield FreerockError(csv, what, "add a line for it, or take it out of the manifest")
+
+
+def _beside(source: Source) -> set[str]:
+    """Files of the raw folder that are no records: calibrations and the truth."""
+    truth = source.campaign.truth if source.campaign else None
+    return {file for file in (truth, *(laser.calibration for laser in source.lasers.values())) if file}
 
 
 def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockError]:

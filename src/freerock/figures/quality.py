@@ -37,7 +37,7 @@ WIDTH_IN, HEIGHT_IN = 7.0, 8.4
 LINEAR = 3.0  # standard deviations up to which the residual is drawn to an even scale
 MARKS = [0, *(sign * size for size in (LINEAR, 10, 100, 1000, 10000) for sign in (1, -1))]
 NOISE = 1.96  # standard deviations within which 95 % of white noise lies
-OF_FITS = ("time", "residual", "parameter", "value", "stderr", "unit", "epsilon_theta")  # all that is shown
+OF_FITS = ("time", "residual", "parameter", "value", "stderr", "u_total", "unit", "epsilon_theta")  # shown
 COLUMNS = ["run", "series", "time_s", "value", "unit"]
 VERDICT_COLOURS = {"ok": "#00643c", "warn": "#8a5a00", "fail": "#b00020", "excluded": "#5a5a5a"}
 
@@ -254,16 +254,18 @@ def _found(number: int, fits: xr.DataTree) -> str:
         if run == number and choice.attrs["selected"]:
             model = choice.attrs["selected"]
             fit = runs_of(fits)[number].children[model].dataset
+            sure = "u_total" if "u_total" in fit else "stderr"
             told = [
-                f"{SYMBOLS[name]} = {quantity(value, stderr)} {unit_text(unit)}".rstrip()
-                for name, value, stderr, unit in zip(
-                    *(fit[key].values.tolist() for key in ("parameter", "value", "stderr", "unit")),
+                f"{SYMBOLS[name]} = {quantity(value, u)} {unit_text(unit)}".rstrip()
+                for name, value, u, unit in zip(
+                    *(fit[key].values.tolist() for key in ("parameter", "value", sure, "unit")),
                     strict=True,
                 )
                 if name in MODELS[model] or name in OF_RECORD
             ]
             what = "explains the run" if choice.attrs["explained"] else "comes nearest, none explains the run"
             told.append(f"ε_θ = {quantity(100 * fit['epsilon_theta'].item())} %")
+            told.append("± total uncertainty" if sure == "u_total" else "± noise alone")
             return f"Found: {MODEL_LABELS[model]} {what}: " + ", ".join(
                 each.replace(" ", "\N{NO-BREAK SPACE}") for each in told
             )
@@ -271,8 +273,9 @@ def _found(number: int, fits: xr.DataTree) -> str:
 
 
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
+    sure = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
     facts = [
-        f"θ₀ = {quantity(*np.degrees([run['theta0'].item(), run['theta0_stderr'].item()]))} °",
+        f"θ₀ = {quantity(*np.degrees([run['theta0'].item(), run[sure].item()]))} °",
         f"σ = {quantity(sigma_deg, digits=2)} °",
         f"release at {quantity(run['release'].item(), run['release_stderr'].item())} s",
         impacts_of(run),

@@ -181,6 +181,7 @@ def printed_tables(
     """
     first, second, third = (frames[name] for name in ("table1", "table2", "table3"))
     simulated = [SIMULATED_NOTE] if "simulated" in origin else []
+    seen = "simulated" if simulated else "measured"
     notes = [*simulated, PUBLISHED_NOTE.format(doi=doi)] if doi else simulated
     columns = table2_columns(second)
     return {
@@ -202,7 +203,7 @@ def printed_tables(
             third,
             TABLE3,
             table3_text(third, labels),
-            "Discrepancy ε_θ between measured and modelled rotation up to t_f, median and range of the runs",
+            f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
             [*_marked_notes(third), *notes],
         ),
     }
