@@ -114,6 +114,7 @@ def as_asked(client, folder: Path):
     sys.argv, sys.orig_argv = arguments, [sys.executable, *arguments]
     sys.executable = str(folder / "python")
     sys.path[1:1] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
+    sys.modules.pop("sitecustomize", None)  # Debian's Python has one of its own, imported before the fork
     site.execsitecustomize()
 
 
