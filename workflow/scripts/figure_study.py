@@ -2,11 +2,12 @@
 
 from importlib import import_module
 
-from freerock.figures.style import save
 from freerock.jobs.ledger import at_work
-from freerock.tables.csvfile import read_csv
 
 with at_work(snakemake):
+    from freerock.figures.style import save
+    from freerock.tables.csvfile import read_csv
+
     figure = import_module(f"freerock.figures.studies.{snakemake.params.study}")
     drawn = figure.draw(read_csv(snakemake.input.csv), *snakemake.params.get("page", []))
     save(*drawn, snakemake.output.pdf.removesuffix(".pdf"))

@@ -1,11 +1,12 @@
 """The models identified on each run of some records."""
 
-from freerock.jobs.describe import described
-from freerock.jobs.each import make_each
-from freerock.jobs.fit import give_up, make_fits
 from freerock.jobs.ledger import at_work
 
 with at_work(snakemake):
+    from freerock.jobs.describe import described
+    from freerock.jobs.each import make_each
+    from freerock.jobs.fit import give_up, make_fits
+
     records = described(snakemake.params.records, snakemake.config["descriptions"])
     inputs = dict(zip(records, snakemake.input.records, strict=True))
     outputs = dict(zip(records, snakemake.output.fits, strict=True))

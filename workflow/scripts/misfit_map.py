@@ -1,9 +1,10 @@
 """Misfit maps around the identified parameters."""
 
 from freerock.jobs.ledger import at_work
-from freerock.jobs.misfit import make_misfit_maps
 
 with at_work(snakemake):
+    from freerock.jobs.misfit import make_misfit_maps
+
     params = snakemake.params
     settings = {"blocks": params.blocks, "debonding": params.debonding}
     make_misfit_maps(settings, snakemake.input.fits, params.scenes, snakemake.output.maps)

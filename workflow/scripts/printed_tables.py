@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from freerock.jobs.ledger import at_work
-from freerock.jobs.printed import print_tables
 
 with at_work(snakemake):
+    from freerock.jobs.printed import print_tables
+
     params = snakemake.params
     files = {Path(path).stem: path for path in snakemake.input}
     folder = Path(snakemake.output.numbers).parent

@@ -1,10 +1,11 @@
 """Quality control of some records, a page per run."""
 
-from freerock.jobs.each import make_each
 from freerock.jobs.ledger import at_work
-from freerock.jobs.quality import make_pages
 
 with at_work(snakemake):
+    from freerock.jobs.each import make_each
+    from freerock.jobs.quality import make_pages
+
     pages = dict(zip(snakemake.params.tests, snakemake.output.png, strict=True))
     inputs = dict(zip(pages, zip(snakemake.input.records, snakemake.input.fits, strict=True), strict=True))
 

@@ -1,11 +1,12 @@
 """Record files to θ(t), runs and impacts."""
 
-from freerock.jobs.describe import described
-from freerock.jobs.each import make_each
 from freerock.jobs.ledger import at_work
-from freerock.jobs.record import give_up, make_record
 
 with at_work(snakemake):
+    from freerock.jobs.describe import described
+    from freerock.jobs.each import make_each
+    from freerock.jobs.record import give_up, make_record
+
     records = described(snakemake.params.records, snakemake.config["descriptions"])
     outputs = dict(zip(records, snakemake.output.records, strict=True))
     make_each(

@@ -1,9 +1,10 @@
 """Table of a simulated campaign: identified values beside the true ones."""
 
 from freerock.jobs.ledger import at_work
-from freerock.jobs.printed import print_recovered
-from freerock.virtual_lab.truth import read_truth
 
 with at_work(snakemake):
+    from freerock.jobs.printed import print_recovered
+    from freerock.virtual_lab.truth import read_truth
+
     inputs = snakemake.input
     print_recovered(inputs.parameters, read_truth(inputs.truth), snakemake.output.csv.removesuffix(".csv"))

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from freerock.jobs.ledger import at_work
-from freerock.jobs.report import make_report
 
 with at_work(snakemake):
+    from freerock.jobs.report import make_report
+
     inputs, params = snakemake.input, snakemake.params
     pairs = zip(inputs.records, inputs.fits, strict=True)
     make_report(

@@ -3,8 +3,9 @@
 from importlib import import_module
 
 from freerock.jobs.ledger import at_work
-from freerock.tables.csvfile import write_csv
 
 with at_work(snakemake):
+    from freerock.tables.csvfile import write_csv
+
     study = import_module(f"freerock.studies.{snakemake.wildcards.study}")
     write_csv(study.run(snakemake.params.size), snakemake.output.csv)

@@ -3,8 +3,9 @@
 from pathlib import Path
 
 from freerock.jobs.ledger import at_work
-from freerock.jobs.tables import make_tables
 
 with at_work(snakemake):
+    from freerock.jobs.tables import make_tables
+
     inputs = snakemake.input
     make_tables(snakemake.params, inputs.records, inputs.fits, Path(snakemake.output[0]).parent)
