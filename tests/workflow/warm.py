@@ -12,7 +12,7 @@ import functools
 import gc
 import importlib
 import io
-import json
+import marshal
 import os
 import runpy
 import select
@@ -27,13 +27,14 @@ from pathlib import Path
 
 CLIENT = """\
 #!{python} -IS
-import json, os, signal, socket, sys
+import marshal, os, signal, socket, sys
 
 server = socket.socket(socket.AF_UNIX)
 server.connect({address!r})
 socket.send_fds(server, [b"!"], [0, 1, 2])
-with server.makefile("rw") as file:
-    print(json.dumps([{before} + sys.argv[1:], os.getcwd(), dict(os.environ)]), file=file, flush=True)
+with server.makefile("rwb") as file:
+    file.write(marshal.dumps([{before} + sys.argv[1:], os.getcwd(), dict(os.environ)]))
+    file.flush()
     process = int(file.readline())
     signal.signal(signal.SIGINT, lambda *_: os.kill(process, signal.SIGINT))
     code = int(file.readline() or 1)
@@ -106,8 +107,8 @@ def as_asked(client, folder: Path):
     for number, file in enumerate(files):
         os.dup2(file, number)
         os.close(file)
-    with client, client.makefile() as text:
-        arguments, here, environment = json.loads(text.readline())
+    with client, client.makefile("rb") as request:
+        arguments, here, environment = marshal.load(request)
     os.chdir(here)
     os.environ.clear()
     os.environ.update(environment)
@@ -134,13 +135,34 @@ def warm_up():
     gc.freeze()
 
 
+def run():
+    """What was asked for; returns its exit code."""
+    try:
+        if sys.argv[0] == "-m":
+            del sys.argv[0]
+            sys.path[0] = ""
+            runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
+        else:
+            sys.path[0] = str(Path(sys.argv[0]).resolve().parent)
+            runpy.run_path(sys.argv[0], run_name="__main__")
+    except SystemExit as ended:
+        if not isinstance(ended.code or 0, int):
+            raise  # Python prints it
+        return ended.code or 0
+    return 0
+
+
+def leave(codes: list):
+    """End where the exit code is known: to take apart all that was imported takes longer than some jobs."""
+    if codes:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(codes[0])
+
+
 if __name__ == "__main__":
+    codes = []
+    atexit.register(leave, codes)  # the first, and so called last, when all threads have ended
     warm_up()
     serve(Path(sys.argv[1]))
-    if sys.argv[0] == "-m":
-        del sys.argv[0]
-        sys.path[0] = ""
-        runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
-    else:
-        sys.path[0] = str(Path(sys.argv[0]).resolve().parent)
-        runpy.run_path(sys.argv[0], run_name="__main__")
+    codes.append(run())
