@@ -221,7 +221,7 @@ def test_a_slide_shows_a_block_and_of_one_block_a_foundation(tables, tmp_path, m
     assert pages(made(tmp_path, tables, restitution, ["runs", "restitution", "epsilon"], "slide")) == 2
     assert pages(made(tmp_path, tables, parameters, ["parameters", "populations", "choice"], "slide")) == 2
     trees = dict(zip("abcd", campaign()[1], strict=False))
-    monkeypatch.setattr("freerock.products.netcdf.open_fits", trees.__getitem__)
+    monkeypatch.setattr("freerock.products.netcdf.open_fits", lambda path, only: trees[path])
     stem = made(tmp_path, tables, phase_portrait, ["epsilon"], "slide", fits=["a", "b", "c", "d"])
     assert pages(stem) == 2
     whole = made(tmp_path, tables, phase_portrait, ["epsilon"], "double_column", fits=["a", "b", "c", "d"])

@@ -23,8 +23,7 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.tables.candidates import named_by
-from freerock.tables.text import INPUT_LABELS
-from freerock.tables.total import LAW
+from freerock.tables.text import INPUT_LABELS, LAW
 
 MOST_ROWS = 40
 NARROWEST_IN = 1.8  # of a panel and of the names beside

@@ -13,6 +13,8 @@ from freerock.figures import style
 from freerock.figures.style import Labels, printed
 from freerock.products.groups import usable_runs
 
+OF_RECORDS = ("time", "theta", "release", "end")  # shown
+
 
 @printed
 def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:

@@ -13,6 +13,7 @@ from freerock.models.laws import LAWS
 from freerock.products.groups import runs_of
 from freerock.tables.text import fixed, quantity
 
+OF_FITS = ("time", "theta", "theta_model", "epsilon_theta", "success")  # shown
 COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "residual_deg", "residual_over_sigma"]
 SIGMA = ["test", "run", "sigma_theta_deg"]
 LINEAR = 3.0  # σ up to which the scale of the residuals is linear

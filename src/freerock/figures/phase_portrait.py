@@ -26,6 +26,7 @@ from freerock.products.groups import runs_of
 from freerock.runs.angular_rate import angular_rate
 from freerock.tables.swings import named_models
 
+OF_FITS = ("time", "theta", "theta_model")  # shown
 COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "rate_deg_s"]
 
 

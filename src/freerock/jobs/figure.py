@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from types import ModuleType
 from typing import Any
 
@@ -35,7 +36,7 @@ def make_figure(
         One of `freerock.figures`. Its function `draw` names as its arguments what it takes of files and
         settings; its function `caption` says of the numbers drawn what no other campaign shares; its function
         `read` opens maps. Of records or fits it gets the first of each scene with a
-        usable or fitted run.
+        usable or fitted run; of these the variables of `OF_RECORDS` or `OF_FITS`, where it names them.
     files : mapping
         Paths: datasets of all tests under "records" or "fits", misfit maps under "maps", tables under their
         names.
@@ -102,6 +103,6 @@ def _read(figure: ModuleType, name: str, paths: str | Sequence[str], settings: M
     from freerock.products.groups import one_of_each, runs_of, usable_runs
     from freerock.products.netcdf import open_fits, open_record
 
-    if name == "records":
-        return one_of_each(paths, settings["scenes"], open_record, usable_runs)
-    return one_of_each(paths, settings["scenes"], open_fits, runs_of)
+    opened, usable = (open_record, usable_runs) if name == "records" else (open_fits, runs_of)
+    shown = partial(opened, only=getattr(figure, f"OF_{name.upper()}", ()))
+    return one_of_each(paths, settings["scenes"], shown, usable)

@@ -131,15 +131,16 @@ def write_fits(
     write_groups(path, groups, packed)
 
 
-def open_record(path: str | Path, samples: bool = True) -> xr.DataTree:
-    """Read the dataset of a record into memory; without samples, all but what runs over time.
+def open_record(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
+    """Read the dataset of a record into memory; without samples, all but what runs over time; `only`
+    variables, if any are named.
 
     Raises
     ------
     FreerockError
         No such file, damaged, or not the dataset of a record.
     """
-    return open_product(path, "record", samples)
+    return open_product(path, "record", samples, only=only)
 
 
 def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
@@ -150,8 +151,7 @@ def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
 
 
 def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
-    """Read the dataset of a record's fits into memory, as `open_record` does; `only` variables, if any are
-    named."""
+    """Read the dataset of a record's fits into memory, as `open_record` does."""
     return open_product(path, "fits", samples, only=only)
 
 

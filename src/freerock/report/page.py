@@ -34,12 +34,17 @@ from freerock.tables.paper import SIMULATED_NOTE, printed_tables
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
-MOST_FIGURES = 12  # in the page, about 90 kB each; the others are linked
+MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = {"foundation_effect": "results", "models": "results", "restitution": "restitution"}  # of figures
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
 HERE = Path(__file__).parent
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
+IMPACTS = ("impact_time", "restitution", "restitution_stderr")
+RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
+OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
+OF_MODEL = ("parameter", "value", "stderr", "unit", "epsilon_theta", "success")
+OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *IMPACTS)  # shown of its fits
 
 
 def write_report(
@@ -70,7 +75,7 @@ def write_report(
         The blocks by name.
     opened : callable
         Opens the record and the fit dataset of a test, opened(test, samples); the latter without its samples
-        where that is False. One pair is looked at after the other.
+        where that is False. One pair is looked at after the other, of them `OF_RECORD` and `OF_FITS`.
     figures : sequence of (str, path)
         Caption, its first line a title, and PNG file of each figure to show.
     pages : mapping of str to path, optional
@@ -204,7 +209,7 @@ def _figure(caption: str, file: Path, folder: Path, rank: int) -> dict[str, Any]
     if rank >= MOST_FIGURES:
         return image
     with Image.open(file) as opened, io.BytesIO() as small:
-        opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", optimize=True)
+        opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
         size = dict(zip(("width", "height"), opened.size, strict=True))
         return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
 

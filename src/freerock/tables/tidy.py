@@ -16,7 +16,8 @@ from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import budget_table, populations_table
-from freerock.tables.total import LAW, OF_INPUT
+from freerock.tables.text import LAW
+from freerock.tables.total import OF_INPUT
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [

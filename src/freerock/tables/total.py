@@ -12,7 +12,6 @@ from freerock.arrays import Floats
 from freerock.identification.random_effects import LEVEL, Population
 
 OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
-LAW = "law"  # what it does not explain of a run, as an input that its fits share
 Key = tuple[str, str]  # owner and name of an input
 Shifts = Mapping[Key, float]  # for one standard uncertainty of each input, on the scale of the values
 
