@@ -1,6 +1,8 @@
 """Which rule makes a file: looked up by its name where the rule names it."""
 
 from collections import defaultdict
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from snakemake.output_index import OutputIndex
@@ -11,7 +13,7 @@ class ByName:
 
     The rules of the batches name each file they make. Snakemake would search for each the beginnings of all
     names and then compile a pattern from each name of the rule: a sixth of the time that a plan of
-    thousands of records takes.
+    thousands of records takes. What patterns make of a file is looked up once: several rules ask for it.
 
     Parameters
     ----------
@@ -23,17 +25,17 @@ class ByName:
         for rule in filter(_is_named, rules):
             for product in rule.products():
                 self._of_name[str(product)].add(rule)
-        self._of_patterns = OutputIndex([rule for rule in rules if not _is_named(rule)])
+        of_patterns = OutputIndex([rule for rule in rules if not _is_named(rule)])
+        self._match: Callable[[str], set[Any]] = cache(of_patterns.match)
+        self._producers: Callable[[str], set[Any]] = cache(of_patterns.match_producers)
 
     def match(self, targetfile: str) -> set[Any]:
         """The rules that may make a file."""
-        found: set[Any] = self._of_patterns.match(targetfile)
-        return found | self._of_name.get(str(targetfile), set())
+        return self._match(str(targetfile)) | self._of_name.get(str(targetfile), set())
 
     def match_producers(self, targetfile: str) -> set[Any]:
         """The rules that make a file."""
-        found: set[Any] = self._of_patterns.match_producers(targetfile)
-        return found | self._of_name.get(str(targetfile), set())
+        return self._producers(str(targetfile)) | self._of_name.get(str(targetfile), set())
 
 
 def _is_named(rule: Any) -> bool:
