@@ -17,7 +17,6 @@ import os
 import runpy
 import select
 import shutil
-import signal
 import site
 import socket
 import subprocess
@@ -74,31 +73,31 @@ def commands() -> Path:
 
 
 def serve(folder: Path):
-    """Fork for each client until stdin is closed; returns in the forked process."""
+    """Fork for each client until stdin is closed and tell it the end; returns in the forked process."""
     listening = socket.socket(socket.AF_UNIX)
     listening.bind(str(folder / "socket"))
     listening.listen()
-    signal.signal(signal.SIGCHLD, forget)
     print("warm", flush=True)
-    while listening in select.select([listening, sys.stdin], [], [])[0]:
-        client = listening.accept()[0]
-        if os.fork() == 0:  # waits for the process and tells its end
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            listening.close()
+    running = {}  # process and client, by the descriptor that tells the end of the process
+    while sys.stdin not in (ready := select.select([listening, sys.stdin, *running], [], [])[0]):
+        for ended in running.keys() & ready:
+            process, client = running.pop(ended)
+            os.close(ended)
+            code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+            with client, contextlib.suppress(OSError):  # it may have been killed
+                client.sendall(b"%d\n" % code)
+        if listening in ready:
+            client = listening.accept()[0]
             if (process := os.fork()) == 0:
+                listening.close()
+                for other, (_, waiting) in running.items():
+                    os.close(other)
+                    waiting.close()
                 return as_asked(client, folder)
-            client.sendall(b"%d\n" % process)
-            client.sendall(b"%d\n" % os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]))
-            os._exit(0)
-        client.close()
+            with contextlib.suppress(OSError):
+                client.sendall(b"%d\n" % process)
+            running[os.pidfd_open(process)] = process, client
     os._exit(0)
-
-
-def forget(*_):
-    """Of a forked process that has ended nothing is left."""
-    with contextlib.suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
 
 
 def as_asked(client, folder: Path):
