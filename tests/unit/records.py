@@ -1,8 +1,11 @@
 """Small record files of every format, and ways to damage them."""
 
 import os
+import sys
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
+from subprocess import PIPE, Popen
 from zipfile import ZipFile
 
 import h5py
@@ -157,15 +160,34 @@ def damaged(content: bytes, n: int, seed: int) -> Iterator[bytes]:
         yield copy.tobytes()
 
 
-def walked_by_a_fork(path: str, seconds: int, most_bytes: float) -> int:
-    """In place of `hdf5.walked`, where thousands of files are read: to start Python as often takes hours."""
+WALKER = """\
+import os, sys
+import hdf5_walk
+
+for line in sys.stdin:
+    path, seconds, most_bytes = line.rstrip("\\n").rsplit(" ", 2)
     child = os.fork()
     if not child:
         code = 1
         try:
-            hdf5_walk.limit_time(seconds)
-            hdf5_walk.walk(path, most_bytes)
+            hdf5_walk.limit_time(int(seconds))
+            hdf5_walk.walk(path, float(most_bytes))
             code = 0
         finally:
             os._exit(code)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+"""
+
+
+@cache
+def walker() -> Popen[str]:
+    """A Python that forks for each file; it is small, what reads the files is not and takes long to fork."""
+    environment = os.environ | {"PYTHONPATH": str(Path(hdf5_walk.__file__).parent)}
+    return Popen([sys.executable, "-c", WALKER], env=environment, stdin=PIPE, stdout=PIPE, text=True)
+
+
+def walked_by_a_fork(path: str, seconds: int, most_bytes: float) -> int:
+    """In place of `hdf5.walked`, where thousands of files are read: to start Python as often takes hours."""
+    there = walker()
+    print(path, seconds, most_bytes, file=there.stdin, flush=True)
+    return int(there.stdout.readline())

@@ -1,11 +1,11 @@
 """How an analysis of foreign records is graded, on tables made by hand."""
 
 import subprocess
-import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
+from warm import commands
 
 from freerock.studies import foreign
 
@@ -158,7 +158,7 @@ def test_a_run_without_a_law_and_one_that_was_missed(tmp_path):
 
 
 def main(*arguments, cwd=ROOT):
-    command = [sys.executable, "-m", "freerock.studies.foreign", *map(str, arguments)]
+    command = [commands() / "python", "-m", "freerock.studies.foreign", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd)
 
 
