@@ -220,6 +220,7 @@ def test_edges_too_small_to_move_k_by_much_are_not_told_beside_sharp_ones():
     assert len(edges_alike(1.01 * least, BLOCK)) == 1
 
 
+@pytest.mark.slow
 def test_rounded_edges_are_not_taken_for_another_contact_width():
     """Under this noise the law fails and passes with a narrower contact, k 4 to 6 standard errors off."""
     for louder in (8, 12):
