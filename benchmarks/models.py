@@ -19,9 +19,10 @@ from freerock.identification.problem import COARSE, FINE
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation
 from freerock.models.ground import pulse
-from freerock.models.kernel import _accelerations, _sample
+from freerock.models.kernel import _accelerations, _sample, integrate
 from freerock.models.laws import KINEMATICS, Rules
 from freerock.models.published import TABLE_2
+from freerock.models.series import ORDER, _corner, _fill_theta, _whole
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.studies.atlas.cells import problem_of
 from freerock.studies.methods.by_name import METHODS
@@ -38,7 +39,7 @@ HC = Problem("hunt_crossley", BLOCK, MARBLE, THETA0)
 TIME = np.arange(0.0, 5.0, 1 / 2000)
 ERROR = 1e-10  # ε at which methods are compared
 NOISE = math.radians(0.01)  # of a laser
-LADDER = [10**-e for e in np.arange(2.0, 9.1, 0.5)]
+LADDER = [10**-e for e in np.arange(2.0, 9.1, 0.25)]
 
 
 def row(what, target, seen, note=""):
@@ -154,9 +155,72 @@ def _interpolate(dense, time, step, out, rates):
         t += step
 
 
+def by_the_kernel(rtol):
+    """The same motion by the methods that take over where series do not reach; its statistics."""
+    out, rates = np.empty(TIME.size), np.empty((0, 3))
+    law = Foundation.of(MARBLE).constants(BLOCK)
+    ground = np.empty(0), np.empty((0, 14))
+    _, *counts, _ = integrate(
+        law, -1.0, False, tuple(map(float, HC.start)), TIME, *ground, rtol * THETA0, 10**6, out, rates
+    )
+    return dict(zip(("steps", "rejected", "implicit", "evaluations"), counts, strict=True))
+
+
+@njit(fastmath={"contract", "reassoc", "nsz"})
+def _series(states, whole, law, rounds):
+    """Coefficients of steps, each waiting for the one before."""
+    z, t = np.zeros(ORDER + 1), np.zeros(ORDER + 1)
+    h = law[4]
+    for _ in range(rounds):
+        for i in range(states.shape[0]):
+            theta = abs(states[i, 2]) + 1e-300 * t[ORDER]
+            s, c = math.sin(theta), math.cos(theta)
+            depth, v, w = states[i, 0] - h * c, states[i, 1] + h * s * states[i, 3], states[i, 3]
+            if whole[i]:
+                _whole(z, t, depth, v, theta, w, s, c, 0.0, law)
+            else:
+                _corner(z, t, depth, v, theta, w, s, c, 0.0, law)
+    return t[ORDER]
+
+
+@njit
+def _all_samples(coefficients, time, steps, out):
+    """Samples of series, step by step."""
+    each = time.size // steps
+    for n in range(0, time.size, each):
+        _fill_theta(coefficients, 1.0, time[n], time[n : n + each], out[n : n + each])
+
+
 def parts():
-    """Kernel time against the time its evaluations and its samples take alone."""
+    """Time of a run against that of its evaluations and its samples alone: of series, and of the kernel."""
     rtol = 1e-6
+    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=Solver(rtol))
+    k, c, lam, b, h, inertia, g, *_ = Foundation.of(MARBLE).constants(BLOCK)
+    # steps are short where corners come and go: an even mix has fewer of the whole base
+    states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])[::7]
+    n, rounds = response.statistics["evaluations"], 20
+    law, whole = (k, c, lam, b, h, inertia - h * h, g), (response.contact == 0)[::7]
+    timed = interleaved(
+        [
+            partial(own, rtol),
+            partial(_series, states, whole, law, rounds),
+            partial(_all_samples, np.ones(ORDER + 1), TIME, n, np.empty(TIME.size)),
+        ],
+        20,
+        in_a_row=3,
+    )
+    run, coefficients, samples = (seconds for _, seconds, _ in timed)
+    coefficients /= rounds * len(states)
+    row(
+        "series: a run over its coefficients and samples alone",
+        "",
+        f"{run / (n * coefficients + samples):.2f}",
+        f"{1e6 * run:.0f} µs; {n} × {1e9 * coefficients:.0f} ns + {1e6 * samples:.0f} µs",
+    )
+    _parts_of_the_kernel(rtol, response)
+
+
+def _parts_of_the_kernel(rtol, response):
     response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=Solver(rtol))
     law = Foundation.of(MARBLE).constants(BLOCK)
     states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])
@@ -164,10 +228,11 @@ def parts():
     regimes = np.choose(response.contact % 4, [0, 3, 9, 1])
     rounds = 20
     dense, out, rates = np.random.default_rng(0).normal(size=(4, 5)), np.empty(TIME.size), np.empty((0, 3))
-    step = 5 / response.statistics["steps"]
+    counts = by_the_kernel(rtol)
+    step = 5 / counts["steps"]
     timed = interleaved(
         [
-            partial(own, rtol),
+            partial(by_the_kernel, rtol),
             partial(_evaluate, states, regimes, law, rounds),
             partial(_interpolate, dense, TIME, step, out, rates),
         ],
@@ -176,7 +241,7 @@ def parts():
     )
     kernel, evaluation, sample = (seconds for _, seconds, _ in timed)
     evaluation, sample = evaluation / (rounds * len(states)), sample / TIME.size
-    n = response.statistics["evaluations"]
+    n = counts["evaluations"]
     least = n * evaluation + TIME.size * sample
     row(
         "kernel time over evaluations and samples alone",

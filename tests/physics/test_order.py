@@ -1,4 +1,7 @@
-"""Order of convergence across impacts: located changes of contact keep it, steps over them lose it."""
+"""Order of convergence across impacts: located changes of contact keep it, steps over them lose it.
+
+The series of free rocking have order 9, the pair that takes over where corners may pull has 5.
+"""
 
 import math
 
@@ -37,13 +40,13 @@ def observed_order(run, settings, law, debonding):
     return -np.polyfit(np.log(work).mean(axis=0), np.log(error).mean(axis=0), 1)[0]
 
 
-@pytest.mark.parametrize("debonding", ["geometric", "tensionless"])
+@pytest.mark.parametrize(("debonding", "least"), [("geometric", 9 - 0.7), ("tensionless", 5 - 0.3)])
 @pytest.mark.parametrize("law", LAWS)
-def test_fifth_order_across_impacts(law, debonding):
+def test_order_across_impacts(law, debonding, least):
     def run(angle, rtol):
         return motion(law, angle, debonding, rtol)
 
-    assert observed_order(run, 10.0 ** np.arange(-8, -10.1, -0.5), law, debonding) > 5 - 0.3
+    assert observed_order(run, 10.0 ** np.arange(-8, -10.1, -0.5), law, debonding) > least
 
 
 @pytest.mark.parametrize("law", LAWS)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.fit import fit_run
-from freerock.identification.problem import COARSE, FINE, posed
+from freerock.identification.problem import FINE, posed
 from freerock.identification.pursuit import MOVED, WITHIN, pursue, resolved
 from freerock.identification.search import as_exact, follow
 from freerock.identification.settings import FitSettings
@@ -61,7 +61,7 @@ def test_derivatives_along_directions_are_those_by_each_number():
 def test_a_minimum_at_a_coarse_tolerance_is_none_of_the_motion_itself():
     problem, x = posed_at(RATTLING)
     noise = RATTLING.sigma_theta**2
-    coarse = follow(replace(problem, rtol=COARSE).rough(), x, [problem.motions[0].time_s[-1]])
+    coarse = follow(replace(problem, rtol=1e-3).rough(), x, [problem.motions[0].time_s[-1]])
     assert coarse.mean_square < 1.2 * noise
     assert as_exact(problem, coarse).mean_square > 100 * noise
 

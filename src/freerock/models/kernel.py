@@ -15,14 +15,12 @@ Rodas5P (doi:10.1007/s10543-023-00967-x) with the analytic Jacobian.
 """
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import typeof
 from numpy.typing import NDArray
 
-from freerock.models.compiled import compiled
+from freerock.models.compiled import compiled, run
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
@@ -1086,9 +1084,6 @@ def _integrate(
     return outcome, steps, rejected, implicit, evaluations, impacts[:n_impacts]
 
 
-_loaded = False
-
-
 def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.float64]]:
     """Integrate from t = 0 and sample at `time`.
 
@@ -1123,15 +1118,5 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     impacts : ndarray
         Instants at which θ changes its sign [s], if `rates` has rows.
     """
-    global _loaded
-    dispatcher: Any = _integrate
-    if not _loaded:
-        try:
-            dispatcher.compile(tuple(typeof(argument) for argument in arguments))
-        except Exception:
-            # a damaged file in the cache fails until it is deleted
-            for path in Path(dispatcher.stats.cache_path or "").glob(f"{Path(__file__).stem}.*.nb[ic]"):
-                path.unlink(missing_ok=True)
-        _loaded = True
-    found: tuple[int, int, int, int, int, NDArray[np.float64]] = dispatcher(*arguments)
+    found: tuple[int, int, int, int, int, NDArray[np.float64]] = run(_integrate, *arguments)
     return found

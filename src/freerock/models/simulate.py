@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
+from freerock.models import kernel, series
 from freerock.models.block import Block
 from freerock.models.checks import check_edges, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
-from freerock.models.kernel import integrate
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
@@ -67,7 +67,7 @@ class Response:
         "non_finite" (the state or the step size is no longer a usable number).
     statistics : dict
         steps, rejected (steps taken again), implicit (steps taken implicitly), evaluations (of the
-        accelerations); 0 but for the steps, which are the impacts, in closed form.
+        accelerations, or of their series); 0 but for the steps, which are the impacts, in closed form.
     """
 
     time: Floats
@@ -313,17 +313,23 @@ class _Scene:
         if is_foundation and not foundation.is_damped:
             # nothing forgets the errors of a motion without damping
             amplitude *= 0.3
-        return integrate(
-            # Housner's block always turns about its corners
-            foundation.constants(block, self.rules.kinematics == "pivoting" or not is_foundation),
+        pivots = self.rules.kinematics == "pivoting"
+        tensionless = self.rules.debonding == "tensionless" and foundation.is_damped
+        tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
+        # Housner's block always turns about its corners
+        constants = foundation.constants(block, pivots or not is_foundation)
+        if is_foundation and not (tensionless or block.edge_radius or len(motion.coefficients)):
+            return series.integrate(constants, state, time, tolerance, max_steps, theta, rates)
+        return kernel.integrate(
+            constants,
             -1.0 if is_foundation else float(self.parameters["r"]),
-            self.rules.debonding == "tensionless" and foundation.is_damped,
+            tensionless,
             state,
             time,
             motion.breaks,
             motion.coefficients,
-            self.solver.rtol * amplitude,
-            self.solver.max_steps,
+            tolerance,
+            max_steps,
             theta,
             rates,
         )

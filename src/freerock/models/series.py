@@ -1,0 +1,443 @@
+"""Free rocking by Taylor series in time: a block with sharp edges, the geometric rule of debonding.
+
+With the depth Z = z_cb - h cosθ of the centre of mass, its place sideways x = h sinθ - a cosθ, and s = sinθ,
+equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) divided by the mass reads
+
+    Z̈ = g - F,    J θ̈ = s (h F - a ẍ) - cosθ (M + h ẍ),    J = I_cm/m,
+
+with the force F and the moment M cosθ of the foundation about the base centre; a is 0 of a guided block, and
+of one that pivots b while θ > 0, -b while θ < 0. While one corner is down, of
+depth D, on a length L = D/s, and with A = D L,
+
+    F = k/2 A + c/2 Ȧ + λ/6 (D A)˙,    M = b F - k/6 A L - c/6 (A L)˙ - λ/24 (A²)˙;
+
+while the whole base is,
+
+    F = 2b (k z_cb + c ż_cb) + b λ (z_cb²)˙ + λ b³/3 (s²)˙,    M = 2b³/3 (k s + c ṡ + λ (z_cb s)˙),
+
+and none in the air. So the coefficients of the motion follow order by order from sums of products, without an
+evaluation of the law at further instants, and so does the length of the step (Jorba and Zou 2005,
+doi:10.1080/10586458.2005.10128904). A step ends where a corner leaves or meets the ground, or where another
+corner is turned about: a root of the series itself.
+
+All that is compiled stands in this file: numba's cache notices a change in the file of the cached function
+only. The recurrences are written out order by order, as text, before they are compiled: as loops they take
+several times as long.
+"""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.models import kernel
+from freerock.models.compiled import compiled, run
+
+ORDER = 10
+COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE, STIFF = range(6)
+STABLE = 3.0  # times one over the fastest rate of the contact: steps as long are held by stability
+PATIENCE = 300  # such steps more than shorter ones, after which the law is stiff
+SHARPER = 0.1  # of the tolerance, as a rate: what the last terms of a step may be
+FAST = {"contract", "reassoc", "nsz"}  # of floating-point arithmetic; NaN and infinity stay what they are
+
+
+def _sum(terms: Sequence[str]) -> str:
+    """From the left, so that what is known last is added last."""
+    found = terms[0]
+    for term in terms[1:]:
+        found = f"({found} + {term})"
+    return found
+
+
+def _product(x: str, y: str, n: int, first: int = 0) -> str:
+    """Coefficient n of the product of two series; of the first series from a coefficient on."""
+    return _sum([f"{x}{j}*{y}{n - j}" for j in sorted(range(first, n + 1), key=lambda j: max(j, n - j))])
+
+
+def _square(x: str, n: int) -> str:
+    """Coefficient n of the square of a series."""
+    twice = [f"2.0*{x}{j}*{x}{n - j}" for j in range((n - 1) // 2, -1, -1)]
+    return _sum([f"{x}{n // 2}*{x}{n // 2}", *twice] if n % 2 == 0 else twice)
+
+
+FIRST = {
+    "all": ("z1, t1 = v0, w0", "lever = h*c0 + a*s0", "by_inertia = 1 / (J + lever*lever)"),
+    "corner": (
+        "by_slope = 1 / s0",
+        "d0 = z0 + h*c0 + b*s0",
+        "l0 = d0*by_slope",
+        "a0 = d0*l0",
+        "al0, da0, aa0 = a0*l0, d0*a0, a0*a0",
+    ),
+    "whole": ("y0 = z0 + h*c0", "third = b*b*b / 3"),
+}
+
+
+def _contact(touching: str, n: int) -> list[str]:
+    """Force f_n, and e_n = -M_n, of the series up to order n + 1."""
+    m = n + 1
+    if touching == "corner":
+        return [
+            f"d{m} = z{m} + h*c{m} + b*s{m}",
+            f"l{m} = (d{m} - {_product('s', 'l', m, 1)})*by_slope",
+            f"a{m} = {_product('d', 'l', m)}",
+            f"al{m} = {_product('a', 'l', m)}",
+            f"da{m} = {_product('d', 'a', m)}",
+            f"aa{m} = {_square('a', m)}",
+            f"f{n} = k*(1/2)*a{n} + {m}.0*(c*(1/2)*a{m} + lam*(1/6)*da{m})",
+            f"e{n} = k*(1/6)*al{n} + {m}.0*(c*(1/6)*al{m} + lam*(1/24)*aa{m}) - b*f{n}",
+        ]
+    if touching == "whole":
+        return [
+            f"y{m} = z{m} + h*c{m}",
+            f"yy{m} = {_square('y', m)}",
+            f"ss{m} = {_square('s', m)}",
+            f"ys{m} = {_product('y', 's', m)}",
+            f"f{n} = 2.0*b*k*y{n} + {m}.0*(2.0*b*c*y{m} + lam*(b*yy{m} + third*ss{m}))",
+            f"e{n} = -2.0*third*(k*s{n} + {m}.0*(c*s{m} + lam*ys{m}))",
+        ]
+    return [f"f{n} = 0.0", f"e{n} = 0.0"]
+
+
+def _written_out(touching: str) -> str:
+    """Text of the function that fills the coefficients of Z and θ from their values and rates."""
+    lines = [*FIRST["all"], *FIRST.get(touching, ())]
+    for n in range(ORDER - 1):
+        m = n + 1
+        # cw and sw hold the sums for cos θ θ̇ and sin θ θ̇, but for their newest term
+        known_c, known_s = (f"cw{n} + ", f"sw{n} + ") if n else ("", "")
+        lines += [f"s{m} = ({known_c}c0*w{n})*(1/{m})", f"c{m} = -({known_s}s0*w{n})*(1/{m})"]
+        lines += _contact(touching, n)
+        gravity = "g - " if n == 0 else "-"
+        lines += [
+            f"z{n + 2} = ({gravity}f{n})*(1/{(n + 1) * (n + 2)})",
+            f"cw{m} = {_product('c', 'w', m, 1)}",
+            f"sw{m} = {_product('s', 'w', m, 1)}",
+            # what acts along sin θ and along cos θ, with ẍ_G but for its newest term
+            f"x{m} = {m}.0*(h*cw{m} + a*sw{m})",
+            f"f{n} = h*f{n} - a*x{m}",
+            f"e{n} = e{n} - h*x{m}",
+        ]
+        turning = [
+            *([_product("s", "f", n, 1), _product("c", "e", n, 1)] if n else []),
+            f"s0*f{n}",
+            f"c0*e{n}",
+        ]
+        lines += [
+            f"w{m} = ({_sum(turning)})*(by_inertia*(1/{m}))",
+            f"t{n + 2} = w{m}*(1/{n + 2})",
+            f"f{n} = f{n} - a*lever*{m}.0*w{m}",
+            f"e{n} = e{n} - h*lever*{m}.0*w{m}",
+        ]
+    lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(ORDER + 1)]
+    head = f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g = law\n"
+    return head + "".join(f"    {line}\n" for line in lines)
+
+
+def _of_text(text: str, name: str) -> Any:
+    """The compiled function that a text defines; its cache is that of this file."""
+    defined: dict[str, Any] = {"__name__": __name__}
+    exec(compile(text, __file__, "exec"), defined)
+    return compiled(fastmath=FAST)(defined[name])
+
+
+_corner = _of_text(_written_out("corner"), "_corner")
+_whole = _of_text(_written_out("whole"), "_whole")
+_air = _of_text(_written_out("air"), "_air")
+
+
+def _horner(rows: str) -> str:
+    """Value of a polynomial at x, of the coefficients p0, p1 and so on, or p[0], p[1]."""
+    found = rows.format(ORDER)
+    for n in range(ORDER - 1, -1, -1):
+        found = f"({found}*x + {rows.format(n)})"
+    return found
+
+
+_at = _of_text(
+    f"def _at(p, x):\n    return {_horner('p[{}]')}\n",
+    "_at",
+)
+_both_at = _of_text(
+    "def _both_at(z, t, x):\n"
+    f"    a, b, v, w = z[{ORDER}], t[{ORDER}], 0.0, 0.0\n"
+    + "".join(
+        f"    v, w, a, b = v*x + a, w*x + b, a*x + z[{n}], b*x + t[{n}]\n" for n in range(ORDER - 1, -1, -1)
+    )
+    + "    return a, v, b, w\n",
+    "_both_at",
+)
+# in a plain loop over slices, which becomes one of vectors
+_fill_theta = _of_text(
+    "def _fill_theta(p, sign, start, time, theta):\n"
+    f"    {', '.join(f'p{n}' for n in range(ORDER + 1))} = "
+    f"{', '.join(f'sign*p[{n}]' for n in range(ORDER + 1))}\n"
+    "    for i in range(time.size):\n"
+    "        x = time[i] - start\n"
+    f"        theta[i] = {_horner('p{}')}\n",
+    "_fill_theta",
+)
+
+
+@compiled(fastmath=FAST)
+def _sincos(x):
+    """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
+    if abs(x) < 0.6:
+        q = x * x
+        q2 = q * q
+        q4 = q2 * q2
+        s = x * (
+            ((1 - q * (1 / 6)) + (1 / 120 - q * (1 / 5040)) * q2)
+            + ((1 / 362880 - q * (1 / 39916800)) + (1 / 6227020800 - q * (1 / 1307674368000)) * q2) * q4
+        )
+        c = 1 - q * (
+            ((1 / 2 - q * (1 / 24)) + (1 / 720 - q * (1 / 40320)) * q2)
+            + ((1 / 3628800 - q * (1 / 479001600)) + (1 / 87178291200 - q * (1 / 20922789888000)) * q2) * q4
+        )
+        return s, c
+    return math.sin(x), math.cos(x)
+
+
+@compiled(fastmath=FAST)
+def _corner_at(z, t, x, side, law):
+    """Depth of the corner on a side at the time x into a step, and its rate."""
+    b, h = law[3], law[4]
+    depth, v, theta, w = _both_at(z, t, x)
+    s, cos = _sincos(theta)
+    return depth + h * cos + side * b * s, v - (h * s - side * b * cos) * w
+
+
+@compiled(fastmath=FAST)
+def _crossing(z, t, step, side, inside, rate0, depth1, rate1, within, law):
+    """Time into a step at which a corner leaves its side of the ground, or infinity.
+
+    `inside`: whether it was in the ground when the step began; its rate then, depth and rate at the end.
+    """
+    low, high, depth, rate = 0.0, step, depth1, rate1
+    if (depth > 0) == inside:
+        # there and back within the step: it would be between the two, where the rate is zero
+        if not ((rate0 < 0) == inside and rate0 * rate1 < 0):
+            return math.inf
+        high = step * rate0 / (rate0 - rate1)
+        depth, rate = _corner_at(z, t, high, side, law)
+        if (depth > 0) == inside:
+            return math.inf
+    x = high
+    for _ in range(60):
+        # Newton's step, or a bisection where it leaves the bracket
+        better = x - depth / rate
+        x = better if low < better < high else 0.5 * (low + high)
+        depth, rate = _corner_at(z, t, x, side, law)
+        if abs(depth) < within or high - low < 1e-15 * step:
+            break
+        if (depth > 0) == inside:
+            low = x
+        else:
+            high = x
+    return x
+
+
+@compiled(fastmath=FAST)
+def _passage(t, step):
+    """Time into a step at which θ changes its sign."""
+    left, right = 0.0, step
+    positive = t[0] > 0 or (t[0] == 0 and t[1] > 0)
+    for _ in range(54):
+        middle = 0.5 * (left + right)
+        if (_at(t, middle) > 0) == positive:
+            left = middle
+        else:
+            right = middle
+    return right
+
+
+@compiled(fastmath=FAST)
+def _fill_rates(z, t, sign, start, time, h, rates):
+    """z_cb, ż_cb and θ̇ at the samples of a step."""
+    for i in range(time.size):
+        depth, v, theta, w = _both_at(z, t, time[i] - start)
+        s, cos = _sincos(theta)
+        rates[i, 0], rates[i, 1], rates[i, 2] = depth + h * cos, v - h * s * w, sign * w
+
+
+@compiled(fastmath=FAST)
+def _length_of_step(z, t, by_width, allowed):
+    """Step after which the last two terms of the rates of both series are within what is allowed."""
+    last = ORDER * max(abs(t[ORDER]), abs(z[ORDER]) * by_width) + 1e-300
+    before = (ORDER - 1) * max(abs(t[ORDER - 1]), abs(z[ORDER - 1]) * by_width) + 1e-300
+    return math.exp(
+        min(math.log(allowed / last) * (1 / (ORDER - 1)), math.log(allowed / before) * (1 / (ORDER - 2)))
+    )
+
+
+@compiled(fastmath=FAST)
+def _fastest(length, depth, law):
+    """Square of the fastest rate of a contact, about: of its oscillation, or of its decay."""
+    k, c, lam, b, _, J, _ = law
+    share = length * (1 + b * b / J)
+    decay = share * (c + lam * depth)
+    return max(share * k, decay * decay)
+
+
+@compiled(fastmath=FAST)
+def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates):
+    k, c, lam, b, h, J, g = law
+    p = math.sqrt(g * math.sqrt(b * b + h * h) / (J + h * h + b * b))
+    theta_cr = math.atan2(b, h)
+    record = rates.size > 0
+    z, t = np.empty(ORDER + 1), np.empty(ORDER + 1)
+    impacts = np.empty(256 if record else 0)
+    # stiffness of the upright block against turning, and the energy below which it is at rest
+    flat = g / (2 * b * k)
+    turning = (2 / 3) * k * b * b * b - g * h
+    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
+    within = 1e-3 * allowed * b
+    # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
+    kick, least = 2 * corner * h / (J + h * h), 0.01 * tolerance * p
+    by_width, longest, shortest = 1 / b, 1 / p, 1e-15 / p
+
+    # a block that stands on its left corner alone is seen from behind, as one on its right
+    depth, v, angle, w = state
+    sign, clock = 1.0, 0.0
+    s, cos = _sincos(angle)
+    right, left = depth + b * s > 0, depth - b * s > 0
+    depth, v = depth - h * cos, v + h * s * w
+    outcome = COMPLETED
+    n = n_impacts = steps = stiff = 0
+    while n < time.size and time[n] <= 0:
+        theta[n] = angle
+        if record:
+            rates[n, 0], rates[n, 1], rates[n, 2] = depth + h * cos, v - h * s * w, w
+        n += 1
+    while n < time.size:
+        if steps >= max_steps:
+            outcome = STEP_LIMIT
+            break
+        if left and not right:
+            sign, angle, w, s = -sign, -angle, -w, -s
+            right, left = True, False
+        a = corner if angle > 0 or (angle == 0 and w > 0) else -corner
+        if right and left:
+            _whole(z, t, depth, v, angle, w, s, cos, a, law)
+        elif right:
+            _corner(z, t, depth, v, angle, w, s, cos, a, law)
+        else:
+            _air(z, t, depth, v, angle, w, s, cos, a, law)
+        step = min(_length_of_step(z, t, by_width, allowed * p), longest)
+        if not step > shortest:
+            outcome = NON_FINITE
+            break
+        # a contact is no longer than the base, which tells at once of most steps
+        deepest = max(depth + h * cos + b * s, 0.0)
+        held = right and step * step * _fastest(2 * b, deepest, law) > STABLE * STABLE
+        if held and not left:
+            held = step * step * _fastest(deepest / s, deepest, law) > STABLE * STABLE
+        stiff = stiff + 1 if held else max(0, stiff - 1)
+        if stiff == PATIENCE:
+            outcome = STIFF
+            break
+        depth1, v1, angle1, w1 = _both_at(z, t, step)
+        s1, cos1 = _sincos(angle1)
+        base, rate, rate1 = depth1 + h * cos1, v - h * s * w, v1 - h * s1 * w1
+        turn, turn1 = b * w * cos, b * w1 * cos1
+        of_right = of_left = math.inf
+        if (base + b * s1 > 0) != right or (rate + turn) * (rate1 + turn1) < 0:
+            of_right = _crossing(
+                z, t, step, 1.0, right, rate + turn, base + b * s1, rate1 + turn1, within, law
+            )
+        if (base - b * s1 > 0) != left or (rate - turn) * (rate1 - turn1) < 0:
+            of_left = _crossing(
+                z, t, step, -1.0, left, rate - turn, base - b * s1, rate1 - turn1, within, law
+            )
+        turned = math.inf
+        if a * angle1 < 0 and kick * step * max(w * w, w1 * w1) > least:
+            turned = _passage(t, step)
+        if min(of_right, of_left, turned) < math.inf:
+            step = min(of_right, of_left, turned)
+            depth1, v1, angle1, w1 = _both_at(z, t, step)
+            s1, cos1 = _sincos(angle1)
+            # upright and not turning: what happens at one corner happens at the other
+            both = angle1 == 0 and w1 == 0
+            if turned < min(of_right, of_left):
+                angle1, s1, cos1 = 0.0, 0.0, 1.0
+            elif of_right <= of_left:
+                right, left = not right, left != both
+            else:
+                right, left = right != both, not left
+
+        end, first = clock + step, n
+        while n + 8 < time.size and time[n + 8] <= end:
+            n += 8
+        while n < time.size and time[n] <= end:
+            n += 1
+        if n > first:
+            _fill_theta(t, sign, clock, time[first:n], theta[first:n])
+            if record:
+                _fill_rates(z, t, sign, clock, time[first:n], h, rates[first:n])
+        passes = angle * angle1 < 0 or (angle == 0 and w * angle1 < 0) or turned == step
+        if record and passes:
+            if n_impacts == impacts.size:
+                longer = np.empty(2 * impacts.size)
+                longer[:n_impacts] = impacts
+                impacts = longer
+            impacts[n_impacts] = clock + (step if turned == step else _passage(t, step))
+            n_impacts += 1
+        clock, depth, v, angle, w, s, cos = end, depth1, v1, angle1, w1, s1, cos1
+        steps += 1
+        if abs(angle) > theta_cr and angle * w >= 0:
+            outcome = OVERTURNED
+            break
+        if right and left and turning > 0:
+            bounce, rate = depth + h * cos - flat, v - h * s * w
+            energy = k * b * bounce * bounce + 0.5 * turning * s * s
+            energy += 0.5 * rate * rate + h * s * rate * w + 0.5 * (J + h * h) * w * w
+            if energy < rest:
+                outcome = AT_REST
+                break
+    if outcome != COMPLETED and outcome != STIFF:
+        rests = outcome == AT_REST
+        for i in range(n, time.size):
+            theta[i] = 0.0 if rests else math.nan
+            if record:
+                rates[i, 0] = flat if rests else math.nan
+                rates[i, 1] = rates[i, 2] = 0.0 if rests else math.nan
+    there = depth + h * cos, v - h * s * w, sign * angle, sign * w
+    return outcome, steps, n, clock, there, impacts[:n_impacts]
+
+
+def integrate(
+    law: tuple[float, ...],
+    state: tuple[float, float, float, float],
+    time: Floats,
+    tolerance: float,
+    max_steps: int,
+    theta: Floats,
+    rates: Floats,
+) -> tuple[int, int, int, int, int, Floats]:
+    """As `kernel.integrate`: a block with sharp edges, the geometric rule, a ground at rest.
+
+    Where the law turns out to be stiff, from there on by that. A step counts as one evaluation.
+    """
+    k, c, lam, b, h, inertia, g, corner, _ = law
+    scene = (k, c, lam, b, h, inertia - h * h, g), corner, state
+    accuracy = tolerance, SHARPER * tolerance, max_steps
+    outcome, steps, n, clock, there, impacts = run(_rock, *scene, time, *accuracy, theta, rates)
+    if outcome != STIFF:
+        return outcome, steps, 0, 0, steps, impacts
+    later, own, *others, further = kernel.integrate(
+        law,
+        -1.0,
+        False,
+        there,
+        time[n:] - clock,
+        np.empty(0),
+        np.empty((0, 14)),
+        tolerance,
+        max_steps - steps,
+        theta[n:],
+        rates[n:] if rates.size else rates,
+    )
+    rejected, implicit, evaluations = others
+    return later, steps + own, rejected, implicit, steps + evaluations, np.append(impacts, clock + further)
