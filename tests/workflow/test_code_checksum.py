@@ -1,5 +1,6 @@
 """The code whose checksum is a parameter of a step is the code the step runs."""
 
+import ast
 import os
 import re
 from pathlib import Path
@@ -30,6 +31,15 @@ def test_every_module_a_step_imports_is_among_its_code(finished):
         declared = {Path(path).relative_to(ROOT) for path in code(ROOT / "workflow/scripts" / script, *named)}
         assert imported <= declared, script
     assert seen == SCRIPTS
+
+
+@pytest.mark.parametrize(
+    "script", sorted((ROOT / "workflow/scripts").glob("*.py")), ids=lambda path: path.stem
+)
+def test_scripts_import_what_takes_long_at_work(script):
+    first = ast.parse(script.read_text(encoding="utf-8")).body
+    imported = [line.module for line in first if isinstance(line, ast.ImportFrom)]
+    assert [name for name in imported if name.startswith("freerock")] == ["freerock.jobs.ledger"]
 
 
 def test_imports_for_type_checkers_do_not_count(tmp_path):
