@@ -140,7 +140,7 @@ def _of_text(text: str, name: str) -> Any:
     """The compiled function that a text defines; its cache is that of this file."""
     defined: dict[str, Any] = {"__name__": __name__}
     exec(compile(text, __file__, "exec"), defined)
-    return compiled(fastmath=FAST)(defined[name])
+    return compiled(fastmath=FAST, forceinline=True)(defined[name])
 
 
 _corner = _of_text(_written_out("corner"), "_corner")
@@ -181,7 +181,7 @@ _fill_theta = _of_text(
 )
 
 
-@compiled(fastmath=FAST)
+@compiled(fastmath=FAST, forceinline=True)
 def _sincos(x):
     """sin and cos; the Taylor polynomials are exact to the last digit for |x| < 0.6."""
     if abs(x) < 0.6:
@@ -262,7 +262,7 @@ def _fill_rates(z, t, sign, start, time, h, rates):
         rates[i, 0], rates[i, 1], rates[i, 2] = depth + h * cos, v - h * s * w, sign * w
 
 
-@compiled(fastmath=FAST)
+@compiled(fastmath=FAST, forceinline=True)
 def _length_of_step(z, t, by_width, allowed):
     """Step after which the last two terms of the rates of both series are within what is allowed."""
     last = ORDER * max(abs(t[ORDER]), abs(z[ORDER]) * by_width) + 1e-300
@@ -272,7 +272,7 @@ def _length_of_step(z, t, by_width, allowed):
     )
 
 
-@compiled(fastmath=FAST)
+@compiled(fastmath=FAST, forceinline=True)
 def _fastest(length, depth, law):
     """Square of the fastest rate of a contact, about: of its oscillation, or of its decay."""
     k, c, lam, b, _, J, _ = law

@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -289,7 +290,7 @@ class _Scene:
         """Its row."""
         return LAWS[self.model]
 
-    @property
+    @cached_property
     def foundation(self) -> Foundation:
         """What it stands on; none under a rigid block."""
         return Foundation.of(self.parameters) if self.law.is_foundation else Foundation(0.0)
