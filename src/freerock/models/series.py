@@ -148,18 +148,14 @@ _whole = _of_text(_written_out("whole"), "_whole")
 _air = _of_text(_written_out("air"), "_air")
 
 
-def _horner(rows: str) -> str:
-    """Value of a polynomial at x, of the coefficients p0, p1 and so on, or p[0], p[1]."""
-    found = rows.format(ORDER)
+def _horner() -> str:
+    """Value of the polynomial of the coefficients p0, p1 and so on at x."""
+    found = f"p{ORDER}"
     for n in range(ORDER - 1, -1, -1):
-        found = f"({found}*x + {rows.format(n)})"
+        found = f"({found}*x + p{n})"
     return found
 
 
-_at = _of_text(
-    f"def _at(p, x):\n    return {_horner('p[{}]')}\n",
-    "_at",
-)
 _both_at = _of_text(
     "def _both_at(z, t, x):\n"
     f"    a, b, v, w = z[{ORDER}], t[{ORDER}], 0.0, 0.0\n"
@@ -176,7 +172,7 @@ _fill_theta = _of_text(
     f"{', '.join(f'sign*p[{n}]' for n in range(ORDER + 1))}\n"
     "    for i in range(time.size):\n"
     "        x = time[i] - start\n"
-    f"        theta[i] = {_horner('p{}')}\n",
+    f"        theta[i] = {_horner()}\n",
     "_fill_theta",
 )
 
@@ -240,17 +236,21 @@ def _crossing(z, t, step, side, inside, rate0, depth1, rate1, within, law):
 
 
 @compiled(fastmath=FAST)
-def _passage(t, step):
+def _passage(z, t, step):
     """Time into a step at which θ changes its sign."""
-    left, right = 0.0, step
+    low, high, x = 0.0, step, 0.5 * step
     positive = t[0] > 0 or (t[0] == 0 and t[1] > 0)
-    for _ in range(54):
-        middle = 0.5 * (left + right)
-        if (_at(t, middle) > 0) == positive:
-            left = middle
+    for _ in range(60):
+        _, _, angle, rate = _both_at(z, t, x)
+        if (angle > 0) == positive:
+            low = x
         else:
-            right = middle
-    return right
+            high = x
+        better = x - angle / rate
+        if abs(better - x) < 1e-15 * step or high - low < 1e-15 * step:
+            break
+        x = better if low < better < high else 0.5 * (low + high)
+    return x
 
 
 @compiled(fastmath=FAST)
@@ -353,7 +353,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
             )
         turned = math.inf
         if a * angle1 < 0 and kick * step * max(w * w, w1 * w1) > least:
-            turned = _passage(t, step)
+            turned = _passage(z, t, step)
         if min(of_right, of_left, turned) < math.inf:
             step = min(of_right, of_left, turned)
             depth1, v1, angle1, w1 = _both_at(z, t, step)
@@ -382,7 +382,7 @@ def _rock(law, corner, state, time, tolerance, allowed, max_steps, theta, rates)
                 longer = np.empty(2 * impacts.size)
                 longer[:n_impacts] = impacts
                 impacts = longer
-            impacts[n_impacts] = clock + (step if turned == step else _passage(t, step))
+            impacts[n_impacts] = clock + (step if turned == step else _passage(z, t, step))
             n_impacts += 1
         clock, depth, v, angle, w, s, cos = end, depth1, v1, angle1, w1, s1, cos1
         steps += 1
