@@ -190,6 +190,22 @@ def test_steps_run_out():
     assert np.isnan(found.theta[-1]) and np.isfinite(found.theta[0])
 
 
+@given(st.floats(1e-30, 1e300))
+def test_a_root_is_hardly_too_large(x):
+    for n in (series.ORDER - 1, series.ORDER - 2):
+        assert x ** (1 / n) * (1 - 1e-12) <= series._root(x, n) <= 1.062 * x ** (1 / n)
+
+
+@pytest.mark.parametrize(
+    "state", [(math.nan, 0.0, 0.1, 0.0), (0.0, math.inf, 0.1, 0.0), (0.0, 0.0, 0.1, math.nan)]
+)
+def test_a_state_that_is_no_number_ends_the_run(state):
+    time, theta = np.arange(100) / 1000, np.empty(100)
+    law = Foundation.of({"k": 7e6, "c": 1e4}).constants(BLOCK)
+    outcome, *_ = series.integrate(law, state, time, 1e-6, 1000, theta, np.empty((0, 3)))
+    assert outcome == series.NON_FINITE and np.isnan(theta[1:]).all()
+
+
 def test_both_dampings_at_once():
     """A law with c and λ: the general one."""
     assert LAWS["general"].is_foundation
