@@ -22,7 +22,7 @@ from freerock.models.ground import pulse
 from freerock.models.kernel import _accelerations, _sample, integrate
 from freerock.models.laws import KINEMATICS, Rules
 from freerock.models.published import TABLE_2
-from freerock.models.series import ORDER, _corner, _fill_theta, _whole
+from freerock.models.series import FAST, ORDER, _corner, _fill_theta, _whole
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.studies.atlas.cells import problem_of
 from freerock.studies.methods.by_name import METHODS
@@ -166,7 +166,7 @@ def by_the_kernel(rtol):
     return dict(zip(("steps", "rejected", "implicit", "evaluations"), counts, strict=True))
 
 
-@njit(fastmath={"contract", "reassoc", "nsz"})
+@njit(fastmath=FAST)
 def _series(states, whole, law, rounds):
     """Coefficients of steps, each waiting for the one before."""
     z, t = np.zeros(ORDER + 1), np.zeros(ORDER + 1)
@@ -221,7 +221,7 @@ def parts():
 
 
 def _parts_of_the_kernel(rtol, response):
-    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=Solver(rtol))
+    """The second row of `parts`, with the evaluations along a motion."""
     law = Foundation.of(MARBLE).constants(BLOCK)
     states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])
     # evaluations fall where the steps are short: an even mix of the regimes is close to theirs

@@ -136,6 +136,7 @@ def written() -> str:
 
 
 def main() -> None:
+    """Write them into `series`, between `BEGIN` and `END`."""
     path = Path(__file__).with_name("series.py")
     before, rest = path.read_text(encoding="utf-8").split(BEGIN)
     path.write_text(before + BEGIN + written() + END + rest.split(END)[1], encoding="utf-8")

@@ -845,7 +845,8 @@ def integrate(
     theta: Floats,
     rates: Floats,
 ) -> tuple[int, int, int, int, int, Floats]:
-    """As `kernel.integrate`: a block with sharp edges, the geometric rule, a ground at rest.
+    """As `kernel.integrate`, with `state` its y and `theta` its out: a block with sharp edges, the geometric
+    rule, a ground at rest.
 
     Where the law turns out to be stiff, from there on by that. A step counts as one evaluation.
     """
