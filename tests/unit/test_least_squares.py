@@ -1,5 +1,8 @@
 """Least squares from a start."""
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import optimize
@@ -51,3 +54,12 @@ def test_it_ends_to_the_last_digit_where_scipy_does_with_derivatives_of_the_last
     np.testing.assert_array_equal(end.x, plain.x)
     assert end.evaluations == plain.nfev
     assert len(asked) == plain.njev - (plain.status in (2, 4))
+
+
+def test_steps_below_what_a_float_tells_are_not_asked_for():
+    to_fit = replace(problem("winkler"), stride=1e-8)
+    samples = to_fit.samples(m=8)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        end = least_squares(to_fit, to_fit.start(to_fit.fitted([5e6, 4e4])), samples)
+    assert end.evaluations > 1

@@ -10,6 +10,7 @@ from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
 XTOL = 1e-9  # relative step at which a search ends; less where the difference quotients' steps are less
+LEAST = np.finfo(float).eps  # that SciPy takes
 ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
 
 
@@ -62,7 +63,7 @@ def least_squares(
         (low, high),
         x_scale="jac",
         ftol=ftol,
-        xtol=XTOL * min(problem.stride, 1.0),
+        xtol=max(XTOL * min(problem.stride, 1.0), LEAST),
         gtol=None,
         max_nfev=60,
     )
