@@ -3,6 +3,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from fabricated import campaign, failed_record, fits, record
 
@@ -125,6 +126,18 @@ def test_restitution_of_experiment_and_models_since_release(datasets):
     assert first["time_s"].tolist() == pytest.approx([0.3] * 4)
     assert first["peak_before_deg"].iloc[0] == pytest.approx(10.2)
     assert set(table["run"]) == {1, 2, 3}
+
+
+@pytest.mark.parametrize("odd", [[], [failed_record()], [failed_record(), record("b9_oak", n_runs=1)]])
+def test_tables_joined_of_each_record_are_those_of_all_at_once(datasets, odd):
+    records, fitted = datasets
+    records = [*odd, *records]
+    fitted = [*(fits(tree, failed=["winkler"]) for tree in odd), *fitted]
+    whole = tables.tidy_tables(records, fitted)
+    apart = tables.joined([tables.rows_of([one], [its]) for one, its in zip(records, fitted, strict=True)])
+    assert list(apart) == list(whole)
+    for name, frame in whole.items():
+        pd.testing.assert_frame_equal(apart[name], frame)
 
 
 def test_campaign_without_any_run():

@@ -1,9 +1,14 @@
 """The tables of a campaign as numbers: tidy ones, predictions, and tables 1 to 3."""
 
+import gc
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+import xarray as xr
+
+from freerock.identification.estimate import Estimate
 from freerock.identification.population import shared_foundation
 from freerock.identification.predict import predictions
 from freerock.models.block import Block
@@ -16,7 +21,9 @@ from freerock.tables.restitution import restitution_comparison
 from freerock.tables.restitution_law import restitution_law
 from freerock.tables.summary import table1, table2, table3
 from freerock.tables.swings import swings
-from freerock.tables.tidy import tidy_tables
+from freerock.tables.tidy import joined, rows_of
+
+AT_ONCE = 40  # records whose fits are in memory together
 
 
 def make_tables(
@@ -37,8 +44,7 @@ def make_tables(
     folder : path
         Where the tables are written.
     """
-    records = [open_record(path, samples=False) for path in record_files]
-    fits = [open_fits(path, samples=False) for path in fit_files]
+    records, estimates, tables = _read(record_files, fit_files)
     blocks = {name: Block(**block) for name, block in settings["blocks"].items()}
     of_test = {Path(path).stem: each for path, each in zip(record_files, enumerate(records), strict=True)}
 
@@ -46,8 +52,6 @@ def make_tables(
         i, record = of_test[test]
         return motions_in(record, samples_in(record_files[i], ("time", "theta")))
 
-    tables = tidy_tables(records, fits)
-    estimates = estimates_of(fits)
     tables["predictions"] = predictions(estimates, motions, blocks, settings["debonding"])
     choice = tables["choice"][tables["choice"]["status"] == "rejected"]
     rejected = set(choice[["test", "run", "model"]].itertuples(index=False, name=None))
@@ -67,3 +71,22 @@ def make_tables(
         tables[name] = frame.assign(origin=origin)
     for name, frame in tables.items():
         write_csv(frame, Path(folder, f"{name}.csv"))
+
+
+def _read(
+    record_files: Sequence[str | Path], fit_files: Sequence[str | Path]
+) -> tuple[list[xr.DataTree], list[Estimate], dict[str, pd.DataFrame]]:
+    """Records without samples, usable fits and the tidy tables."""
+    records: list[xr.DataTree] = []
+    estimates: list[Estimate] = []
+    parts = []
+    for start in range(0, max(len(record_files), 1), AT_ONCE):
+        some = slice(start, start + AT_ONCE)
+        measured = [open_record(path, samples=False) for path in record_files[some]]
+        fits = [open_fits(path, samples=False) for path in fit_files[some]]
+        parts.append(rows_of(measured, fits))
+        records += measured
+        estimates += estimates_of(fits)
+        del fits
+        gc.collect()  # groups know their parents: nothing else frees them
+    return records, estimates, joined(parts)

@@ -1,7 +1,7 @@
 """Tidy tables: one row per run, parameter, fit, candidate or impact, from the record and fit datasets."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -326,6 +326,50 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
     return order[RESTITUTION].reset_index(drop=True)
 
 
+def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
+    """What some records of a campaign add to its tidy tables.
+
+    Parameters
+    ----------
+    records, fits : sequence of xarray.DataTree
+        Record and fit datasets.
+
+    Returns
+    -------
+    dict of str to pandas.DataFrame
+        runs, parameters, parts, contributions, epsilon, choice and restitution.
+    """
+    return {
+        "runs": runs_table(records, fits),
+        "parameters": parameters_table(fits),
+        "parts": parts_table(fits),
+        "contributions": contributions_table(fits),
+        "epsilon": epsilon_table(fits),
+        "choice": choice_table(fits),
+        "restitution": restitution_table(records, fits),
+    }
+
+
+def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFrame]:
+    """The tidy tables of a campaign by name, contributions as those of its budget.
+
+    Parameters
+    ----------
+    parts : sequence of mapping of str to pandas.DataFrame
+        At least one, as `rows_of` gives them; a record with its fits is in one of them.
+    """
+    tables = {}
+    for name, first in parts[0].items():
+        filled = [part[name] for part in parts if len(part[name])]
+        tables[name] = pd.concat(filled, ignore_index=True) if filled else first
+    contributions = tables.pop("contributions")
+    parameters = tables["parameters"]
+    tables["candidates"] = candidates_table(tables["choice"], parameters)
+    tables["populations"] = populations_table(parameters, contributions)
+    tables["budget"] = budget_table(parameters, contributions)
+    return tables
+
+
 def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict[str, pd.DataFrame]:
     """The tidy tables by name: runs, parameters, epsilon, choice, candidates, populations and the rest.
 
@@ -334,19 +378,7 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
     records, fits : sequence of xarray.DataTree
         Record and fit datasets.
     """
-    parameters, choice = parameters_table(fits), choice_table(fits)
-    contributions = contributions_table(fits)
-    return {
-        "runs": runs_table(records, fits),
-        "parameters": parameters,
-        "parts": parts_table(fits),
-        "epsilon": epsilon_table(fits),
-        "choice": choice,
-        "candidates": candidates_table(choice, parameters),
-        "populations": populations_table(parameters, contributions),
-        "budget": budget_table(parameters, contributions),
-        "restitution": restitution_table(records, fits),
-    }
+    return joined([rows_of(records, fits)])
 
 
 def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
