@@ -68,7 +68,7 @@ def problems(**options):
 
 @pytest.mark.parametrize("campaign", [None, "lab", "config/campaigns/lab.yaml"])
 def test_a_sound_campaign(lab, campaign):
-    assert check_config(campaign=campaign)[:2] == (["lab: 2 records, 1 blocks, 1 foundations"], [])
+    assert check_config(campaign=campaign)[:2] == (["lab: 2 records, 1 block, 1 foundation"], [])
 
 
 def test_the_shipped_campaigns(monkeypatch):
@@ -82,6 +82,10 @@ def test_the_shipped_campaigns(monkeypatch):
 def missing_record(raw):
     (raw / "a.tdms").unlink()
     (raw / "manifest.csv").unlink()
+
+
+def missing_and_listed(raw):
+    (raw / "a.tdms").unlink()
 
 
 def truncated(raw):
@@ -102,6 +106,16 @@ FILES = {
         missing_record,
         "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct the file "
         "column of the campaign's CSV",
+    ),
+    "missing record that the manifest lists": (
+        missing_and_listed,
+        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: no such file; put it there, or correct the file "
+        "column of the campaign's CSV",
+    ),
+    "empty record that the manifest lists": (
+        lambda raw: (raw / "a.tdms").write_bytes(b""),
+        "config/campaigns/lab.csv:2: file: raw/lab/a.tdms: the file is empty; "
+        "copy it again from the acquisition computer",
     ),
     "truncated record": (
         truncated,

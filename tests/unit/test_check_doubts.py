@@ -162,8 +162,16 @@ def test_a_doubt_is_printed_and_no_error(doubts, capsys):
     assert cli.main(["check"]) == 0
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("doubt: config/campaigns/lab.csv:2: a: 0.5 Hz are ")
-    found = "lab: 1 records, 1 blocks, 1 foundations: nothing to correct"
+    found = "lab: 1 record, 1 block, 1 foundation: nothing to correct"
     assert out[-1] == f"{found}, but see what is doubted"
+
+
+def test_two_records_of_one_signal_are_doubted(doubts):
+    Path("raw/lab/b.tdms").write_bytes(b"a record")
+    assert doubts(csv=CSV + "b,a.tdms,,tall,floor,near\n") == [
+        "config/campaigns/lab.csv:3: b: a.tdms is the signal of a too; "
+        "name the file and channel of this record"
+    ]
 
 
 def test_a_record_that_the_manifest_lists_and_no_line_names_is_doubted(doubts):

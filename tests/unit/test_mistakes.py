@@ -95,6 +95,10 @@ YAML_MISTAKES = {
         ("0.28", "0,28"),
         "lab.yaml:5: blocks.tall.height_m: '0,28' is not a valid number; give the full height 2h in metres",
     ),
+    "decimal comma in braces": (
+        ("0.05}", "0,05}"),
+        "lab.yaml:11: lasers.near.range_m: 0,05 has a decimal comma; write 0.05",
+    ),
     "switch for a number": (
         ("0.28", "true"),
         "lab.yaml:5: blocks.tall.height_m: true is not a number; give a number",
@@ -168,6 +172,11 @@ YAML_MISTAKES = {
         "'um', 'rad', 'mrad' or 'deg'; give the unit of the channel: V, mV, kV, mA, A (of the sensor's "
         "output), m, cm, mm, um (of the displacement), rad, mrad, deg (of the rotation itself); left out, as "
         "the file states it",
+    ),
+    "unit of no channel, and no beam": (
+        ("beam: horizontal, position_m: 0.1, range_m: 0.05", "units: degree"),
+        "lab.yaml:11: lasers.near.units: 'degree' is not '', 'V', 'mV', 'kV', 'mA', 'A', 'm', 'cm', 'mm', "
+        "'um', 'rad', 'mrad' or 'deg'; did you mean 'deg'?",
     ),
     "two scales": (
         ("0.05}", "0.05, sensitivity_per_mm: 0.2}"),
@@ -485,6 +494,11 @@ CSV_MISTAKES = {
     "too many cells": (
         ("near,,,,", "near,,,,wet, cold"),
         "lab.csv:2: has 11 cells, the first line has 10; put texts that hold a comma in quotes",
+    ),
+    "no line of columns": (
+        (HEADER, ""),
+        "lab.csv:1: names no columns; begin with a line of their names, those in use: "
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note",
     ),
     "semicolons": (
         (CSV, CSV.replace(",", ";")),

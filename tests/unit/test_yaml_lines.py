@@ -71,6 +71,17 @@ def test_what_has_no_plain_value_is_refused_with_its_line(read, written):
     assert problem.startswith(f"lab.yaml:{REFUSED[written]}; ")
 
 
+def test_a_decimal_comma_in_braces_is_named_and_cuts_no_number_in_two(read):
+    data, lines, problems = read("a: {b: 1,05, c: -0,5,\n d: 7, e: {f: 2,5}}\n")
+    assert data == {"a": {"b": 1.05, "c": -0.5, "d": 7, "e": {"f": 2.5}}}
+    assert list(lines) == [("a",), ("a", "b"), ("a", "c"), ("a", "d"), ("a", "e"), ("a", "e", "f")]
+    assert problems == [
+        "lab.yaml:1: a.b: 1,05 has a decimal comma; write 1.05",
+        "lab.yaml:1: a.c: -0,5 has a decimal comma; write -0.5",
+        "lab.yaml:2: a.e.f: 2,5 has a decimal comma; write 2.5",
+    ]
+
+
 def test_keys_are_words_and_have_their_lines(read):
     data, lines, problems = read("a:\n  017: 1\n\n  no: &x [2, 3]\nb: *x\n")
     assert data == {"a": {"017": 1, "no": [2, 3]}, "b": [2, 3]}

@@ -128,9 +128,10 @@ def check_config(
         found = [*source.problems, *check_files(source)]
         problems += found
         if not found and source.campaign:
-            parts = [("records", source.records), ("blocks", source.campaign.blocks)]
-            parts += [("foundations", source.campaign.foundations)]
-            sound.append(f"{each.stem}: {', '.join(f'{len(held)} {what}' for what, held in parts)}")
+            held = {"record": source.records, "block": source.campaign.blocks}
+            held |= {"foundation": source.campaign.foundations}
+            counted = (f"{len(all_of)} {what}{'s' * (len(all_of) != 1)}" for what, all_of in held.items())
+            sound.append(f"{each.stem}: {', '.join(counted)}")
             doubts += doubts_about(source)
     return sound, problems, doubts
 
@@ -140,8 +141,8 @@ def check_files(source: Source) -> Iterator[FreerockError]:
     if not Path(source.raw).is_dir():
         yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
         return
-    yield from _manifest(source.raw)
     tables: dict[str, Calibration] = {}
+    unread: set[str] = set()  # files of which a problem says so
     for name, laser in source.lasers.items():
         if laser.calibration:
             from freerock.rotation.calibration import read_calibration
@@ -149,11 +150,13 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             try:
                 tables[name] = read_calibration(Path(source.raw, laser.calibration))
             except FreerockError as error:
+                unread.add(laser.calibration)
                 yield _at(source.where("lasers", name, "calibration"), error)
     if source.campaign and source.campaign.truth:
         try:
             read_truth(Path(source.raw, source.campaign.truth))
         except FreerockError as error:
+            unread.add(source.campaign.truth)
             yield _at(source.where("truth"), error)
     csv = source.path.with_suffix(".csv")
     contents: dict[Path, Contents] = {}
@@ -161,16 +164,22 @@ def check_files(source: Source) -> Iterator[FreerockError]:
         path = Path(source.raw, record.file)
         if path not in contents:
             contents[path] = _contents(path)
+        if isinstance(contents[path], FreerockError):
+            unread.add(record.file)
         yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
+    yield from _manifest(source.raw, unread)
 
 
-def _manifest(raw: str) -> Iterator[FreerockError]:
+def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
+    """Files that are not those listed, but for those already named as unreadable."""
     try:
         listed: Iterable[str] = listed_checksums(raw)
     except FreerockError as error:
         yield error
         return
     for file in listed:
+        if file in unread:
+            continue
         try:
             check_manifest(raw, [file])
         except FreerockError as error:
@@ -250,6 +259,7 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
     yield from _unnamed(csv, source)
+    yield from _same_signal(csv, source)
     work = 0.0
     for number, (line, record) in enumerate(source.records):
         path, block = Path(source.raw, record.file), campaign.blocks[record.block]
@@ -262,6 +272,20 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             where = f"{csv}:{line}: {record.test}"
             yield from _channel(where, path, channel, block, campaign.lasers[laser], source.raw)
         yield from _by_hand(f"{csv}:{line}: override", path, record)
+
+
+def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
+    """Records whose signal is that of another record."""
+    first: dict[tuple[str, str], str] = {}
+    for line, record in source.records:
+        for channel in record.channels:
+            test = first.setdefault((record.file, channel), record.test)
+            if test != record.test:
+                what = (
+                    f"{record.file}{f', channel {channel},' if channel else ''} is the signal of {test} too"
+                )
+                where = f"{csv}:{line}: {record.test}"
+                yield FreerockError(where, what, "name the file and channel of this record")
 
 
 def _unnamed(csv: Path, source: Source) -> Iterator[FreerockError]:

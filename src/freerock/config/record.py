@@ -157,15 +157,15 @@ def _read_table(path: Path) -> list[tuple[int, list[str]]]:
     except csv.Error as error:
         raise FreerockError(f"{path}:{rows.line_num}", str(error), "check the quotes") from None
     table = [(line, row) for line, row in table if any(row) and not row[0].startswith("#")]
+    names = ",".join(Record.model_fields)
+    for line, header in table[:1]:
+        if len(header) == 1 and ";" in header[0]:
+            raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
+        if not any(cell.lower() in Record.model_fields for cell in header):
+            remedy = f"begin with a line of their names, those in use: {names}"
+            raise FreerockError(f"{path}:{line}", "names no columns", remedy)
     if len(table) < 2:
-        what, remedy = (
-            "has no record",
-            f"write the line {','.join(Record.model_fields)} and a line per record",
-        )
-        raise FreerockError(path, what, remedy)
-    line, header = table[0]
-    if len(header) == 1 and ";" in header[0]:
-        raise FreerockError(f"{path}:{line}", "has no commas", "separate the columns by commas")
+        raise FreerockError(path, "has no record", f"write the line {names} and a line per record")
     return table
 
 

@@ -92,7 +92,9 @@ class LaserSection(Section):
     @field_validator("beam", "position_m")
     @classmethod
     def _beam_is_placed(cls, value: Any, info: ValidationInfo) -> Any:
-        units = info.data.get("units", "")
+        if "units" not in info.data:  # refused: whether there is a beam is not known
+            return value
+        units = info.data["units"]
         is_rotation = bool(units) and CHANNEL_UNITS[units][0] == "rotation"
         if is_rotation and value is not None:
             raise Invalid(f"a channel in {units} is the rotation itself", "remove it, or correct units")

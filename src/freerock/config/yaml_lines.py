@@ -6,7 +6,7 @@ work that a file may ask for is bounded: its length, and its values after aliase
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from ruamel.yaml import YAML
 from ruamel.yaml.composer import Composer
@@ -58,6 +58,9 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
         root = reader.compose(_plain_text(path))
         lines: Lines = {}
         problems: list[FreerockError] = []
+        for loc, line, number in _decimal_commas(root):
+            where, remedy = f"{path}:{line}: {'.'.join(loc)}", f"write {number.replace(',', '.')}"
+            problems.append(FreerockError(where, f"{number} has a decimal comma", remedy))
         for loc, line in _locate_keys(root):
             if loc in lines:
                 where, first = f"{path}:{line}: {'.'.join(loc)}", lines[loc]
@@ -141,6 +144,30 @@ def _fault(path: Path, error: YAMLError) -> FreerockError:
     what = getattr(error, "problem", None) or "is not YAML"
     remedy = getattr(error, "remedy", CORRECT)
     return FreerockError(where, what, remedy)
+
+
+def _decimal_commas(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int, str]]:
+    """Location, line and text of each number that a comma cut in two, as in {a: 0,42}; it is joined."""
+    if isinstance(node, SequenceNode):
+        for i, item in enumerate(node.value):
+            yield from _decimal_commas(item, (*loc, str(i)))
+    if not isinstance(node, MappingNode):
+        return
+    whole: list[tuple[Node, Node]] = []
+    for key, value in node.value:
+        before = whole[-1][1] if whole else None
+        if _is_digits(key) and _is_digits(before) and isinstance(value, ScalarNode) and not value.value:
+            number = f"{before.value},{key.value}"
+            yield (*loc, str(whole[-1][0].value)), key.start_mark.line + 1, number
+            before.value, before.ctag = number.replace(",", "."), Tag(suffix=NUMBERS[1])
+        else:
+            yield from _decimal_commas(value, (*loc, str(key.value)))
+            whole.append((key, value))
+    node.value = whole
+
+
+def _is_digits(node: Node | None) -> TypeGuard[ScalarNode]:
+    return isinstance(node, ScalarNode) and node.style is None and node.value.lstrip("+-").isdigit()
 
 
 def _locate_keys(node: Node | None, loc: Key = ()) -> Iterator[tuple[Key, int]]:
