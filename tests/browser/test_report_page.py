@@ -160,6 +160,14 @@ def test_findings_key_figure_and_table_2_need_no_sideways_scroll(page, width):
     assert table.get_by_text("·10⁶", exact=False).first.is_visible()
 
 
+def test_no_table_needs_a_sideways_scroll_at_1200_pixels(page):
+    page.set_viewport_size({"width": 1200, "height": 900})
+    page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    wide = """() => [...document.querySelectorAll(".scroll")].filter(each =>
+        each.scrollWidth > each.clientWidth + 1).map(each => each.getAttribute("aria-label"))"""
+    assert page.evaluate(wide) == []
+
+
 def test_the_first_screen_holds_the_findings_and_the_figure(page):
     assert page.locator("#findings .verdicts").bounding_box()["y"] < 900
     box = page.locator("#findings svg.key").bounding_box()

@@ -124,6 +124,9 @@ def test_table2_shows_the_mean_of_the_runs_and_how_far_they_differ():
     assert text["τ / %"].tolist() == ["2.0", "–", "< 0.30", "–"]
     assert text["Next run"].tolist() == ["93 … 112", "–", "99.75 … 100.25", "–"]
     assert text["Runs"].tolist() == ["3", "1", "3", "0"]
+    rejected = table2_text(table.assign(rejected=[False, False, True, False]))
+    assert rejected["τ / %"].tolist() == ["2.0", "–", "–", "–"]
+    assert rejected["Next run"].tolist() == ["93 … 112", "–", "–", "–"]
     one = table2_text(table[table["test"] == "alone"])
     assert list(one) == ["Foundation", "Model", "Parameter", "Identified", "Runs", "Published"]
 

@@ -43,7 +43,7 @@ BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
 IMPACTS = ("impact_time", "restitution", "restitution_stderr")
 RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
 OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
-OF_MODEL = ("parameter", "value", "stderr", "unit", "epsilon_theta", "success")
+OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "success")
 OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *IMPACTS)  # shown of its fits
 
 

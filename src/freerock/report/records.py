@@ -187,14 +187,16 @@ def _fits(fits: xr.DataTree) -> dict[int, list[dict[str, Any]]]:
 
 def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
     names, units = fit["parameter"].values.astype(str), fit["unit"].values.astype(str)
-    found = zip(names, fit["value"].values, fit["stderr"].values, units, strict=True)
+    sure = "u_total" if "u_total" in fit else "stderr"
+    found = zip(names, fit["value"].values, fit[sure].values, units, strict=True)
     known = fit.attrs
     return {
         "model": MODEL_LABELS[model],
         "parameters": [
-            f"{_symbol(name)} = {quantity(value, stderr)}" + f" {unit_text(unit)}".rstrip()
-            for name, value, stderr, unit in found
+            f"{_symbol(name)} = {quantity(value, u)}" + f" {unit_text(unit)}".rstrip()
+            for name, value, u, unit in found
         ],
+        "by_noise": sure == "stderr",
         "epsilon": quantity(100 * fit["epsilon_theta"].item()),
         "success": bool(fit["success"].item()),
         "rtol": float(known["rtol"]) if law_of(model).is_foundation else math.nan,

@@ -16,8 +16,8 @@ from freerock.tables.text import between, fixed, quantity, with_unit
 RUNS_NOTE = (
     "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, what is "
     "known of block, sensor and clock, and what the law does not explain (table of the budget); τ: spread "
-    "between runs without their noise, "
-    "below a bound (<) where noise alone may scatter them as much; next run: where it lies with 95 %."
+    "between runs without their noise, below a bound (<) where noise alone may scatter them as much; next "
+    "run: where it lies with 95 %; neither is shown of a law that is rejected."
 )
 ONE_RUN_NOTE = (
     "One run: its own value with its total standard uncertainty (k = 1), of noise, of what is known of "
@@ -97,7 +97,7 @@ def _mark(row: Any) -> str:
 
 def _spread(row: Any) -> Cell:
     """Spread between runs in per cent of the mean."""
-    if not math.isfinite(row.tau):
+    if row.rejected or not math.isfinite(row.tau):
         return Cell("–")
     if row.scatter_p > SCATTERS or row.tau == 0:
         bound = 100 * row.tau_high / row.mean
@@ -106,7 +106,7 @@ def _spread(row: Any) -> Cell:
 
 
 def _next_run(row: Any) -> Cell:
-    if not math.isfinite(row.next_low):
+    if row.rejected or not math.isfinite(row.next_low):
         return Cell("–")
     return number(between(row.next_low, row.next_high), row.next_low)
 
