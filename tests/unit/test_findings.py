@@ -97,6 +97,21 @@ def test_two_laws_that_the_data_cant_tell_apart(tmp_path):
     assert "That the foundation yields" in text["Not to be concluded"]
 
 
+def test_widths_of_several_blocks_have_no_mean(tmp_path):
+    trees = [record("b1_marble"), record("b2_marble", "b2")]
+    datasets = trees, [fits(tree, models=("housner", "hunt_crossley_width")) for tree in trees]
+    names = tables_of(tmp_path, datasets)
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    of_b2 = (frames["populations"]["test"] == "b2_marble") & (frames["populations"]["parameter"] == "width")
+    assert of_b2.sum() == 1
+    frames["populations"].loc[of_b2, "mean"] = 0.0321
+    text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
+    assert (
+        "(Hunt–Crossley, width free, mean of 2 records); of each block its own, 2b = " in text["Parameters"]
+    )
+    assert "2b = 0.0321 to 0.0660 m." in text["Parameters"]
+
+
 def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_path):
     names = tables_of(tmp_path, campaign())
     frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}

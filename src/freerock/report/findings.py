@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, SYMBOLS, law_of
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, OF_RECORD, PAPER_MODELS, SYMBOLS, law_of
 from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, Number, Sentence, Tables, Where, listed
 from freerock.tables.candidates import Answer, answers
@@ -165,9 +165,16 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             without.append((label,))
             continue
         rows = _best_known(known, foundation, model)
-        names = CANDIDATES[model].parameters
-        numbers = listed([_number(known, u, {**rows, "parameter": name}) for name in names])
-        told.append((f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")."))
+        names, own = CANDIDATES[model].parameters, _of_each_block(known, rows)
+        numbers = listed(
+            [_number(known, u, {**rows, "parameter": name}) for name in names if name not in own]
+        )
+        of_blocks = [
+            part for name in own for part in ("; of each block its own, ", *_range(known, rows, name))
+        ]
+        told.append(
+            (f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")", *of_blocks, ".")
+        )
         of_one |= bool((known.rows("populations", rows)["n_runs"] == 1).any())
     if without:
         told.append(("None on ", *listed(without), ": no law explains most of the runs there."))
@@ -194,18 +201,29 @@ def _best_known(known: Tables, foundation: str, model: str) -> Where:
     return of_foundation | {"level": "record"}
 
 
+def _of_each_block(known: Tables, rows: Where) -> list[str]:
+    """The parameters of a block among those of a foundation: over several blocks they have no mean."""
+    names = known.rows("populations", rows)["parameter"]
+    blocks = known.rows("populations", {**rows, "level": "record"})["block"]
+    several = rows["level"] == "foundation" and blocks.nunique() > 1
+    return [name for name in names if name in OF_RECORD] if several else []
+
+
+def _range(known: Tables, rows: Where, parameter: str) -> Sentence:
+    """A parameter from record to record."""
+    where = {**rows, "level": "record", "parameter": parameter}
+    unit = unit_text(known.rows("populations", where)["unit"].iloc[0])
+    return f"{SYMBOLS[parameter]} = ", *known.ends("populations", "mean", where), f" {unit}".rstrip()
+
+
 def _number(known: Tables, u: str, where: Where) -> Sentence:
     """A parameter of one record or of a foundation; its range over records that have each their own."""
-    own, symbol = known.rows("populations", where), SYMBOLS[str(where["parameter"])]
+    own, parameter = known.rows("populations", where), str(where["parameter"])
     if own.empty:
-        return (f"{symbol} unknown",)
+        return (f"{SYMBOLS[parameter]} unknown",)
     if len(own) == 1:
-        return f"{symbol} = ", known.value("populations", "mean", where, u)
-    return (
-        f"{symbol} = ",
-        *known.ends("populations", "mean", where),
-        f" {unit_text(own['unit'].iloc[0])}".rstrip(),
-    )
+        return f"{SYMBOLS[parameter]} = ", known.value("populations", "mean", where, u)
+    return _range(known, where, parameter)
 
 
 def _over(known: Tables, rows: Where) -> Sentence:
