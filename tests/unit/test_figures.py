@@ -152,6 +152,13 @@ def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets
     assert len(data) < len(restitution_table(*datasets))
 
 
+def test_restitution_names_the_laws_of_which_no_fit_may_be_used():
+    tree = record()
+    lost = "Housner: no fit that may be used"
+    assert lost in texts(drawn_restitution([tree], [fits(tree, failed=["housner"])])[0])
+    assert lost not in texts(drawn_restitution([tree], [fits(tree)])[0])
+
+
 def test_restitution_without_any_impact():
     broken = failed_record()
     figure, data = drawn_restitution([broken], [fits(broken)])
@@ -432,6 +439,11 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert misfit_map.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_marble."
     ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]
+    others, drawn = figure.axes[0].lines
+    assert drawn.get_xdata() == identified["k"].iloc[0] and others.get_xdata() == identified["k"].iloc[1]
+    assert (drawn.get_markerfacecolor(), others.get_markerfacecolor()) == ("black", "white")
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert named[1:] == ["identified on that run: the minimum", "on the other runs"]
 
 
 @pytest.mark.parametrize("name", get_args(Figures))

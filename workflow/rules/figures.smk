@@ -37,7 +37,7 @@ FIGURES = {
     "misfit_map": {
         "title": "Misfit maps around the identified parameters",
         "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified on the first "
-        "run of each record, in per cent; dots, the parameters identified on each run.",
+        "run of each record, in per cent; full dot, those parameters; open dots, the parameters identified on its other runs.",
         "reads": ["maps"],
     },
     "predictions": {

@@ -31,7 +31,8 @@ from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
 
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
-OF_A_RUN: Style = {"marker": "o", "color": "black", "linestyle": ""}
+OF_DRAWN: Style = {"marker": "o", "color": "black", "linestyle": ""}
+OF_OTHERS: Style = OF_DRAWN | {"markerfacecolor": "white"}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
 
 
@@ -71,7 +72,7 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
         ax.set(xlabel=axis_of("k"), ylabel=axis_of("lambda"))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
-    handles = _handles()
+    handles = _handles(maps)
     names = [str(handle.get_label()) for handle in handles]
     figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
     if maps:
@@ -84,12 +85,15 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return drawn_runs(data[data["quantity"] == "grid"])
 
 
-def _handles() -> list[Line2D]:
+def _handles(maps: Sequence[RecordMap]) -> list[Line2D]:
     contour = f"$ε_θ$ of {MODEL_LABELS[MODEL]} / %"
-    return [
+    handles = [
         Line2D([], [], color="0.4", linewidth=scaled(0.8), label=contour),
-        Line2D([], [], **OF_A_RUN, markersize=scaled(4), label="identified, run by run"),
+        Line2D([], [], **OF_DRAWN, markersize=scaled(4), label="identified on that run: the minimum"),
     ]
+    if any(len(each.identified) > 1 for each in maps):
+        handles.append(Line2D([], [], **OF_OTHERS, markersize=scaled(4), label="on the other runs"))
+    return handles
 
 
 def _panel(ax: Axes, record: RecordMap) -> None:
@@ -106,10 +110,10 @@ def _panel(ax: Axes, record: RecordMap) -> None:
         linewidths=scaled(0.7),
     )
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
-    small = 0.85 * matplotlib.rcParams["legend.fontsize"]
-    texts = ax.clabel(lines, fmt=percent, fontsize=small, inline=False)
-    for each in record.identified:
-        ax.plot(each.k, each.damping, markersize=scaled(4), **OF_A_RUN)
+    texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
+    for style, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
+        for each in found:
+            ax.plot(each.k, each.damping, markersize=scaled(4), zorder=3, **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import (
+    FAILED,
     Axes,
     Labels,
     Style,
@@ -33,7 +34,6 @@ MARKERS: dict[str, Style] = {
     "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
 }
 NARROWEST_IN = 2.2  # of a panel
-FAILED = "#b00020"
 
 
 @printed

@@ -6,10 +6,12 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures.style import (
+    FAILED,
     MODEL_MARKERS,
     MODEL_STYLES,
     Axes,
     Labels,
+    Style,
     footer,
     legend_on_top,
     number_of,
@@ -61,6 +63,7 @@ def draw(
     for (block, foundation), ax in panels.items():
         scene, law = (of_scene(each, block, foundation) for each in (data, laws))
         _panel(ax, scene, law, blocks[block].restitution_housner, recorded(origin)["label"])
+        _tell_failed(ax, of_scene(epsilon, block, foundation))
     for block, ax in {block: ax for (block, _), ax in panels.items()}.items():
         seen = data[(data["block"] == block) & (data["source"] == "experiment")]["rigid_speed_m_s"]
         if len(seen):  # models rock on below what is seen
@@ -77,6 +80,16 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     seen = data[data["source"] == "experiment"]
     n_runs = len(seen[["test", "run"]].drop_duplicates())
     return f"{number_of(len(seen), 'recorded impact').capitalize()} of {number_of(n_runs, 'run')}."
+
+
+def _tell_failed(ax: Axes, fits: pd.DataFrame) -> None:
+    """The laws of which no fit may be used: none of their impacts is drawn."""
+    usable = fits.groupby("model", sort=False)["success"].any()
+    if lost := [MODEL_LABELS[model] for model in LAWS if not usable.get(model, True)]:
+        text = f"{', '.join(lost)}: no fit that may be used"
+        style: Style = {"fontsize": "small", "color": FAILED, "zorder": 4}
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+        ax.text(0.02, 0.03, text, transform=ax.transAxes, bbox=box, **style)
 
 
 def _panel(ax: Axes, scene: pd.DataFrame, law: pd.DataFrame, r_housner: float, name: str) -> None:

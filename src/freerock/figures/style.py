@@ -36,6 +36,7 @@ Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
 Drawn = TypeVar("Drawn", covariant=True)
 
+FAILED = "#b00020"  # colour of what is said of failed fits
 HERE = Path(__file__).parent
 styled = functools.partial(matplotlib.rc_context, fname=HERE / "freerock.mplstyle")
 """Context manager and decorator that draws in the style sheet, whatever the user's own settings are."""
