@@ -24,7 +24,7 @@ from freerock.studies.methods.problem import Problem
 
 COLUMNS = ["part", "model", "method", "setting", "x", "y", "order"]
 X = {  # what x and y are, by part
-    "order": ("evaluations per second of motion", "relative error of θ"),
+    "order": ("evaluations, or series of freerock, per second of motion", "relative error of θ"),
     "energy": ("time / s", "relative error of the energy"),
     "chattering": ("time to rest / s", "largest |θ| from then on / rad"),
 }

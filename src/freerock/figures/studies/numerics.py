@@ -27,7 +27,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
     order = frame[frame["part"] == "order"]
     for ax, model in ((one, "winkler"), (other, "hunt_crossley")):
         _order(ax, order[order["model"] == model])
-        ax.set(title=f"Order: {MODEL_LABELS[model]}", xlabel="evaluations per second of motion")
+        ax.set(title=f"Order: {MODEL_LABELS[model]}", xlabel="evaluations (freerock: series) per second")
         ax.set_ylabel("relative error of $θ$")
     _curves(below, frame[frame["part"] == "energy"])
     below.set(title="Energy of an undamped block on springs", xlabel="time / s")
@@ -51,6 +51,7 @@ def _order(ax: Axes, rows: pd.DataFrame) -> None:
         style = {"linewidth": 0.9, "markersize": 3.5} | STYLES[str(method)]
         ax.plot(points["x"], points["y"], **style, label=name)
     ax.set(xscale="log", yscale="log")
+    ax.set_ylim(ax.get_ylim()[0] * 1e-5)  # room for the legend
     ax.legend(fontsize=6, title="order seen", title_fontsize=6)
 
 
