@@ -35,6 +35,13 @@ def test_nothing_touched_nothing_reruns(checkout):
     assert "Nothing to be done" in done.stdout + done.stderr
 
 
+def test_a_run_ends_with_where_the_report_is(checkout):
+    (checkout / "results/small/complete.txt").unlink()
+    done = checkout.snakemake()
+    assert done.returncode == 0
+    assert done.stderr.splitlines()[-1] == "results/small/report.html: the report; open it in a browser"
+
+
 def test_time_stamps_alone_rerun_nothing(checkout):
     for path in [*(checkout / "src").rglob("*.py"), *(checkout / "workflow").rglob("*.*"), checkout / YAML]:
         os.utime(path)

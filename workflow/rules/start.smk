@@ -111,7 +111,7 @@ def steps():
 
 
 def check_again():
-    """Refuse to end well when files were changed in the course of the run."""
+    """Refuse to end well when files were changed in the course of the run; else tell where the reports are."""
     done = [step for job, step in steps() if workflow.dag.finished(job) or str(job.log[0]) not in IN_DOUBT]
     end = time.monotonic() + workflow.execution_settings.latency_wait  # of other machines' files
     while (found := compare(done)).doubts and time.monotonic() < end:
@@ -121,6 +121,8 @@ def check_again():
         LAST.extend(in_doubt(found))
         LAST.append("results: files were changed while snakemake was at work; run the same command again")
         sys.exit(1)
+    reports = [path for step in done for path in step.outputs if Path(path).name == "report.html"]
+    LAST[:0] = [f"{path}: the report; open it in a browser" for path in reports]
 
 
 @cache
