@@ -1,6 +1,7 @@
 """freerock check: every problem of configuration and files at once, each with its file and line."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,8 @@ from nptdms import ChannelObject, TdmsWriter
 
 from freerock.cli import subcommands as cli
 from freerock.cli.check import check_config
+from freerock.config.campaign import load_campaign
+from freerock.config.mistakes import ConfigError
 from freerock.files import sha256, write_manifest
 
 ROOT = Path(__file__).parents[2]
@@ -188,6 +191,14 @@ def test_a_problem_of_the_files_is_reported_with_its_line(lab, mistake):
     spoil, line = FILES[mistake]
     spoil(lab)
     assert problems() == [line]
+
+
+def test_a_campaign_that_is_missing_is_one_line(lab):
+    path = "config/campaigns/nothing.yaml"
+    line = f"{path}: cannot be read (No such file or directory); write the file"
+    assert problems(campaign=path) == [line]
+    with pytest.raises(ConfigError, match=f"^{re.escape(line)}$"):
+        load_campaign(path)
 
 
 def test_a_changed_record_is_reported_by_its_checksum(lab):

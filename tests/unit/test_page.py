@@ -1,8 +1,10 @@
 import json
 import re
+from dataclasses import replace
 
 import pytest
 from fabricated import campaign, failed_record, fits, record
+from fabricated import fit as fabricated_fit
 from reported import BLOCKS, make, settings
 
 from freerock.config.history import LOOKED_AT, Change
@@ -152,6 +154,20 @@ def test_charts_take_their_looks_from_the_figures(page):
     assert styles["lines"]["housner"]["color"] == "#d55e00"
     dashes = [tuple(line["dash"]) for line in styles["lines"].values()]
     assert len(set(dashes[1:])) == len(dashes) - 1
+
+
+def test_indices_stand_below_the_line_and_in_no_name(tmp_path, monkeypatch):
+    def fit(tree, model, *more):
+        return replace(fabricated_fit(tree, model, *more), epsilon_holdout=2.0 if model == "housner" else 0.1)
+
+    monkeypatch.setattr("fabricated.fit", fit)
+    tree, told = named(record(), "mat_foam"), "Figure 2\nε_θ up to t_f. Drawn: run 1 of mat_foam."
+    fitted = named(fits(tree), "mat_foam")
+    page = make(tmp_path, ([tree], [fitted]), figures=[(told, tmp_path / "image.png")])
+    assert "ε<sub>θ</sub> up to t<sub>f</sub>. Drawn: run 1 of mat_foam." in page.html
+    assert "held-out ε<sub>θ</sub> = 200" in page.html
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", page.html)
+    assert not [cell for cell in cells if "ε_θ" in cell]
 
 
 def test_images_have_size_and_description(page):

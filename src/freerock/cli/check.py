@@ -125,7 +125,7 @@ def check_config(
     sound = []
     for each in paths:
         source = read_campaign(each)
-        found = [*source.problems, *check_files(source)]
+        found = [*source.problems, *(check_files(source) if each.exists() else ())]
         problems += found
         if not found and source.campaign:
             held = {"record": source.records, "block": source.campaign.blocks}

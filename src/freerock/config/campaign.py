@@ -341,7 +341,7 @@ def read_campaign(path: str | Path) -> Source:
     if fault := name_fault(path.stem):
         problems.append(FreerockError(path, *fault))
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
-    records = read_records(path.with_suffix(".csv"), names, path, problems)
+    records = read_records(path.with_suffix(".csv"), names, path, problems) if path.exists() else []
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{path.with_suffix('.csv')}:{line}: laser", what, remedy))

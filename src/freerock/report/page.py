@@ -3,6 +3,7 @@
 import base64
 import io
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -37,6 +38,8 @@ MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would 
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = {"foundation_effect": "results", "models": "results", "restitution": "restitution"}  # of figures
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
+
+INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ)_(θ|f|th|ex)(?![A-Za-z0-9_])")  # in no name, as mat_foam
 
 HERE = Path(__file__).parent
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
@@ -177,16 +180,8 @@ def _content(
 
 def _indices(text: str) -> Markup:
     """A text of the report's own with its indices below the line, and no per cent apart from its number."""
-    known = {
-        "ε_θ": "ε<sub>θ</sub>",
-        "t_f": "t<sub>f</sub>",
-        "θ_th": "θ<sub>th</sub>",
-        "θ_ex": "θ<sub>ex</sub>",
-    }
-    shown = escape(text).replace(" %", "\N{NO-BREAK SPACE}%")
-    for plainly, index in known.items():
-        shown = shown.replace(plainly, Markup(index))
-    return shown
+    shown = str(escape(text)).replace(" %", "\N{NO-BREAK SPACE}%")
+    return Markup(INDEXED.sub(r"\1<sub>\2</sub>", shown))
 
 
 def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
