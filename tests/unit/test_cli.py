@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -51,6 +52,14 @@ def test_help_answers_at_once_and_documents_the_exit_codes():
     spent, answer = least_time_of("--help", enough=0.3)
     assert cli.EXIT_CODES in answer
     assert spent <= 0.3
+
+
+def test_the_version_is_that_of_the_citation(capsys):
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.M)
+    with pytest.raises(SystemExit) as done:
+        cli.main(["--version"])
+    assert done.value.code == 0
+    assert capsys.readouterr().out == f"freerock {cited[1]}\n"
 
 
 def test_check_of_the_shipped_campaign_takes_a_moment():

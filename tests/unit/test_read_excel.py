@@ -4,7 +4,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
-from openpyxl import Workbook
+from openpyxl import Workbook, load_workbook
 from reading import refusal
 
 from freerock.records.read import read_record
@@ -53,6 +53,25 @@ def test_each_pair_has_its_own_time(pairs):
         np.testing.assert_allclose(dataset["time"], (n + 1) * TIME[: 80 - 5 * n], atol=1e-12)
         assert dataset[name].attrs["units"] == "rad"
         assert dataset.attrs == {"format": "Excel", "sampling_rate_hz": pytest.approx(100 / (n + 1))}
+
+
+def test_a_workbook_is_read_once_for_all_its_records_and_again_when_it_has_changed(pairs, monkeypatch):
+    read = []
+
+    def load(path, **options):
+        read.append(path)
+        return load_workbook(path, **options)
+
+    monkeypatch.setattr("freerock.records.excel.load_workbook", load)
+    found = [read_record(pairs, name)[name].values for name in SPECIMENS]
+    assert len(read) == 1
+    book = load_workbook(pairs)
+    book["free rocking"]["B4"] = 7.0
+    book.save(pairs)
+    changed = read_record(pairs, "A1")["A1"].values
+    assert len(read) == 2
+    assert (found[0][0], changed[0]) == (1.0, 7.0)
+    np.testing.assert_array_equal(changed[1:], found[0][1:])
 
 
 def test_pairs_without_a_choice_are_listed(pairs):

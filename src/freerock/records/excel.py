@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import date, datetime, time
+from functools import lru_cache
 from itertools import chain, islice
 from math import nan
 from pathlib import Path
@@ -56,6 +57,18 @@ def contents(path: Path) -> Iterator[Contents]:
     saved. A column of time belongs to the columns at its right. A channel is named "channel" or
     "sheet/channel"; columns may end in empty cells.
     """
+    known = path.stat()
+    tables, channels, notes = _parsed(path, known.st_ino, known.st_size, known.st_mtime_ns)
+
+    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Samples]:
+        return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
+
+    yield Contents([*channels], read, {"format": FORMAT}, [*notes])
+
+
+@lru_cache(maxsize=1)  # the records of one workbook are read one after the other
+def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], list[str]]:
+    """Tables by sheet, channels and notes of a workbook in a `state` of its file."""
     with ZipFile(path) as archive:
         check_declared(path, sum(part.file_size for part in archive.infolist()), DENSEST_SHEET)
         _check_work(path, archive)
@@ -80,11 +93,7 @@ def contents(path: Path) -> Iterator[Contents]:
         remedy = "export columns of numbers under headings, the time in seconds among them"
         raise faults[0] if faults else FreerockError(path, "no sheet holds a table of numbers", remedy)
     notes += [f"{str(error.where).removeprefix(f'{path}: ')} passed over: {error.what}" for error in faults]
-
-    def read(wanted: Sequence[tuple[str, int]]) -> dict[tuple[str, int], Samples]:
-        return {(sheet, i): np.array(tables[sheet].columns[i]) for sheet, i in wanted}
-
-    yield Contents(channels, read, {"format": FORMAT}, notes)
+    return tables, channels, notes
 
 
 def _check_work(path: Path, archive: ZipFile) -> None:
