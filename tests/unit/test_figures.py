@@ -24,7 +24,7 @@ from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
 from freerock.products.groups import runs_of
 from freerock.tables.text import quantity
-from freerock.tables.tidy import epsilon_table, restitution_table, runs_table
+from freerock.tables.tidy import choice_table, epsilon_table, restitution_table, runs_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
 LABELS = {"b1": "Slender block", "marble": "Marble"}
@@ -426,7 +426,8 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     monkeypatch.setattr("freerock.jobs.misfit.open_fits", lambda path, only=None: files[path])
     settings = {"blocks": {name: asdict(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
     make_misfit_maps(settings, list(files), ["one", "other"], tmp_path / "misfit_map.nc")
-    figure, data = misfit_map.draw(misfit_map.read(tmp_path / "misfit_map.nc"), "simulated", LABELS)
+    maps, choice = misfit_map.read(tmp_path / "misfit_map.nc"), choice_table([tree])
+    figure, data = misfit_map.draw(maps, choice, "simulated", LABELS)
     identified = data[data["quantity"] == "identified"]
     assert identified["run"].tolist() == [1, 2]
     assert identified["correlation"].abs().max() <= 1
@@ -444,6 +445,9 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert (drawn.get_markerfacecolor(), others.get_markerfacecolor()) == ("black", "white")
     named = [text.get_text() for text in figure.legends[0].get_texts()]
     assert named[1:] == ["identified on that run: the minimum", "on the other runs"]
+    assert "law rejected" not in texts(figure)
+    choice.loc[(choice["model"] == "hunt_crossley") & (choice["run"] == 1), "status"] = "rejected"
+    assert "law rejected" in texts(misfit_map.draw(maps, choice, "simulated", LABELS)[0])
 
 
 @pytest.mark.parametrize("name", get_args(Figures))

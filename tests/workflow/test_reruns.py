@@ -10,6 +10,7 @@ from freerock.files import sha256
 from freerock.virtual_lab.tdms import write_record
 
 OF_TABLES = {"figure_models": 2, "figure_restitution": 1, "figure_parameters": 1, "figure_predictions": 1}
+OF_TABLES |= {"figure_misfit_map": 1}
 FIGURES = {"figure_foundation_effect": 1} | OF_TABLES
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}

@@ -37,8 +37,9 @@ FIGURES = {
     "misfit_map": {
         "title": "Misfit maps around the identified parameters",
         "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified on the first "
-        "run of each record, in per cent; full dot, those parameters; open dots, the parameters identified on its other runs.",
-        "reads": ["maps"],
+        "run of each record, in per cent; full dot, those parameters; open dots, the parameters identified on its other runs. Law rejected: the choice of a model rejects it for the first run, and the "
+        "parameters describe the fit, not the foundation.",
+        "reads": ["maps", "choice"],
     },
     "predictions": {
         "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",

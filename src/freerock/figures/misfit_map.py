@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures.style import (
+    FAILED,
     Axes,
     Labels,
     Style,
@@ -42,7 +43,9 @@ def read(path: str) -> list[RecordMap]:
 
 
 @printed
-def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(
+    maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None
+) -> tuple[Figure, pd.DataFrame]:
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part is in the covariances of the
@@ -52,6 +55,8 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
     ----------
     maps : sequence of freerock.products.misfit_maps.RecordMap
         As `open_misfit_maps` gives them.
+    choice : pandas.DataFrame
+        Tidy table: where it rejects the law for the run of the contours, the panel says so.
 
     Returns
     -------
@@ -59,6 +64,8 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
         Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
         correlation of ln k and ln λ; SI units.
     """
+    rejected = choice[(choice["model"] == MODEL) & (choice["status"] == "rejected")]
+    no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
     width, _ = size(1)
     beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
     rows = max(1, math.ceil(len(maps) / beside))
@@ -66,6 +73,10 @@ def draw(maps: Sequence[RecordMap], origin: str, labels: Labels = None) -> tuple
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
+        if (each.test, str(each.identified[0].run)) in no:
+            style: Style = {"fontsize": "small", "color": FAILED, "zorder": 4, "ha": "right"}
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
+            ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **style)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
         title = panel(i, len(maps), f"{block}, {foundation}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
