@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import snakemake.dag
+import snakemake.io
 
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
@@ -12,13 +13,15 @@ from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
+from freerock.jobs.checksums import once
 from freerock.jobs.guard import check_folder
 from freerock.jobs.log import in_utf8, why_failed
 from freerock.jobs.producers import ByName
 from freerock.jobs.reruns import PACKAGE, code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
-snakemake.dag.OutputIndex = ByName  # no setting chooses it
+snakemake.dag.OutputIndex = ByName  # no setting chooses these two
+snakemake.io._IOFile.checksum = once(snakemake.io._IOFile.checksum)
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 A_CAMPAIGN = "among the campaigns to analyse"
