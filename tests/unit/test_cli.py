@@ -94,7 +94,7 @@ def test_plan_prints_its_table_and_writes_the_same_bytes_each_time(small, capsys
     for folder in ("one", "two"):
         assert cli.main(["plan", str(small / "lab.yaml"), "--into", str(small / folder)]) == 0
         out = capsys.readouterr().out
-        assert out.startswith("Standard errors in %")
+        assert out.startswith("Standard errors by noise alone in %")
         places = [f"{small / folder / name}.csv, .pdf, .png" for name in ("plan", "total")]
         assert out.splitlines()[-3:] == [
             f"written: {each}" for each in (*places, small / folder / "budget.csv")

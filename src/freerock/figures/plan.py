@@ -39,7 +39,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.D
     """
     frame = frame.assign(percent=(100 * frame["stderr"] / frame["value"]).replace(np.inf, np.nan))
     pages = [
-        _page(frame, rows, f"Predicted with {sensor}, {duration:g} s from the release", labels)
+        _page(frame, rows, f"Predicted by noise alone with {sensor}, {duration:g} s from the release", labels)
         for (sensor, duration), rows in frame.groupby(["sensor", "duration_s"], sort=False)
     ]
     return pages, frame

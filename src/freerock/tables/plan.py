@@ -33,7 +33,7 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     )
     alike, shown = _columns(rows)
     table = rows.set_index([*shown, "parameter"])["percent"].unstack(sort=False)
-    title = ", ".join(["Standard errors in %", *rows[alike].iloc[0]])
+    title = ", ".join(["Standard errors by noise alone in %", *rows[alike].iloc[0]])
     reasons = [
         f"{row.block} on {row.foundation} from {row.angle}: {row.note}"
         for row in rows.itertuples()
