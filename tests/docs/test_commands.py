@@ -47,7 +47,6 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "snakemake results/studies/faults.csv": "minutes",
     "python -m freerock.studies": "needs the results of the studies",
     "python benchmarks/": "minutes; measures speed",
-    "OMP_NUM_THREADS=1 python benchmarks/": "minutes; measures speed",
     "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",
     "snakemake --config campaigns=foreign": "minutes; part of it is run by tests/workflow/test_foreign.py",
     "snakemake": "the shipped campaign is analysed by tests/workflow/test_palermo.py",
