@@ -26,9 +26,11 @@ from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
+from freerock.runs.quiet import converter_step
 from freerock.runs.segment import Run
 from freerock.runs.total import MeasuredTotal, measured_total
 from freerock.runs.verdict import Reason
+from freerock.units import BASE
 
 log = logging.getLogger("freerock")
 
@@ -128,7 +130,9 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
     limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
-    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits)
+    recorded = next(record[name].values for name in BASE if name in record)
+    step = converter_step(recorded, record["theta"].values)
+    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, step)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged], totals)

@@ -32,24 +32,40 @@ EPSILON = float(np.finfo(float).eps)
 Index = Any  # of a sample
 
 
+class Residual(NamedTuple):
+    """What noise leaves of a fit: mean square over that of white noise, and its degrees of freedom over those
+    of white noise. Unknown, of a computed motion, where the residual itself tells."""
+
+    expected: float
+    freedom: float
+    known: bool
+
+
 class Samples(NamedTuple):
     """A motion, or a part of it: time [s], θ or |θ| and the standard deviation of its noise [rad].
 
-    `noise_known` says whether that deviation is measured, rather than put in for a computed motion.
+    `left` is what a fit leaves of that noise.
     """
 
     t: Floats
     y: Floats
     noise: Floats
-    noise_known: bool
+    left: Residual
 
 
 class Peak(NamedTuple):
-    """Height of a swing of |θ| [rad], its standard error, and its instant [s]."""
+    """Height of a swing of |θ| [rad], its standard error, and its instant [s].
+
+    Of its fit: half the window [s], degree, and mean square of the residual over that of the noise, at least
+    1 where it is known.
+    """
 
     height: float
     stderr: float
     time_s: float
+    reach_s: float
+    degree: float
+    loud: float
 
 
 class Rigid(NamedTuple):
@@ -67,13 +83,14 @@ class Lowest(NamedTuple):
 
 
 class Polynomial(NamedTuple):
-    """Polynomial fit: coefficients, their covariance, whether the residual is no more than noise.
+    """Polynomial fit: coefficients, their covariance, how loud the residual is, whether that is just noise.
 
     Not `found` where it is undetermined.
     """
 
     coefficients: Floats
     covariance: Floats
+    loud: float
     adequate: bool
     found: bool
 
@@ -115,7 +132,7 @@ class Side(NamedTuple):
     remainder: Floats
 
 
-UNKNOWN = Peak(math.nan, math.nan, math.nan)
+UNKNOWN = Peak(math.nan, math.nan, math.nan, math.nan, math.nan, math.nan)
 NOT_FOUND = Extrapolated(math.nan, math.nan, math.nan, math.nan, False, False)
 
 
@@ -151,11 +168,13 @@ def impact_rows(
 
     Returns
     -------
-    ndarray, shape (n_found, 8)
+    ndarray, shape (n_found, 12)
         Instant of the impact and its standard error [s]; signed peak before it, its standard error, and the
-        same of the peak after it [rad]; ratio of the angular rates and its standard error.
+        same of the peak after it [rad]; ratio of the angular rates and its standard error; instant of the
+        peak after it and half the window of its fit [s], degree and loudness of that fit. Standard errors
+        are those of white noise.
     """
-    rows = np.full((passages.size, 8), np.nan)
+    rows = np.full((passages.size, 12), np.nan)
     until = np.empty(passages.size + 1, np.int64)
     until[:-1], until[-1] = np.searchsorted(motion.t, passages), swings[-1, 1] + 1
     previous = averaged(part(motion, swings[0, 0], until[0]), block)
@@ -180,6 +199,7 @@ def impact_rows(
         rows[i, 2], rows[i, 3] = -sign * before.height, before.stderr
         rows[i, 4], rows[i, 5] = sign * after.height, after.stderr
         rows[i, 6], rows[i, 7] = ratio
+        rows[i, 8], rows[i, 9], rows[i, 10], rows[i, 11] = after[2:]
         before, previous = after, swing
     return rows
 
@@ -187,7 +207,7 @@ def impact_rows(
 @compiled(fastmath=False)
 def part(motion: Samples, first: Index, last: Index) -> Samples:
     """Some of the samples."""
-    return Samples(motion.t[first:last], motion.y[first:last], motion.noise[first:last], motion.noise_known)
+    return Samples(motion.t[first:last], motion.y[first:last], motion.noise[first:last], motion.left)
 
 
 @compiled(fastmath=False)
@@ -203,7 +223,7 @@ def averaged(swing: Samples, block: Rigid) -> Samples:
     t, n = swing.t, swing.t.size
     side = 1.0 if swing.y.sum() > 0 else -1.0
     if n <= SWING_SAMPLES:
-        return Samples(t.copy(), side * swing.y, swing.noise.copy(), swing.noise_known)
+        return Samples(t.copy(), side * swing.y, swing.noise.copy(), swing.left)
     step = (t[-1] - t[0]) / SWING_SAMPLES
     time_s, y, noise = np.empty(SWING_SAMPLES), np.empty(SWING_SAMPLES), np.empty(SWING_SAMPLES)
     first = made = 0
@@ -226,7 +246,7 @@ def averaged(swing: Samples, block: Rigid) -> Samples:
             noise[made] = math.sqrt(variance / count / count)
             made += 1
         first = j
-    return Samples(time_s[:made], y[:made], noise[:made], swing.noise_known)
+    return Samples(time_s[:made], y[:made], noise[:made], swing.left)
 
 
 @compiled(fastmath=False)
@@ -240,7 +260,7 @@ def fit_peak(swing: Samples, noise_of_one: float, block: Rigid) -> Peak:
     if t.size < LOW_PEAK_DEGREE + 4:
         return found
     degree = PEAK_DEGREE if y.max() > LOW_PEAK * noise_of_one else LOW_PEAK_DEGREE
-    rigid = Peak(y.max(), 0.0, (t[0] + t[-1]) / 2)
+    rigid = Peak(y.max(), 0.0, (t[0] + t[-1]) / 2, 0.0, 0.0, 1.0)
     remainder = y - rigid_swing(t, rigid, block)
     for window in PEAK_WINDOWS:
         reach = window * (t[-1] - t[0]) / 2
@@ -250,7 +270,7 @@ def fit_peak(swing: Samples, noise_of_one: float, block: Rigid) -> Peak:
             if last - first < degree + 4:
                 return found
             x = (t[first:last] - rigid.time_s) / reach
-            fit = fit_polynomial(x, remainder[first:last], swing.noise[first:last], swing.noise_known, degree)
+            fit = fit_polynomial(x, remainder[first:last], swing.noise[first:last], swing.left, degree)
             if not fit.found:
                 return found
             level, slope, bend = fit.coefficients[:3]
@@ -260,11 +280,12 @@ def fit_peak(swing: Samples, noise_of_one: float, block: Rigid) -> Peak:
             shift = -slope / (2 * bend)
             top = rigid.height + level + slope * shift / 2
             unbiased = top + fit.covariance[1, 1] / (4 * bend)  # noise can only raise the top of a curve
-            peak = Peak(unbiased, math.sqrt(fit.covariance[0, 0]), rigid.time_s + shift * reach)
+            stderr, at = math.sqrt(fit.covariance[0, 0]), rigid.time_s + shift * reach
+            peak = Peak(unbiased, stderr, at, reach, float(degree), fit.loud)
             adequate = fit.adequate
             if abs(shift) < CENTRED:
                 break
-            rigid = Peak(top, 0.0, peak.time_s)
+            rigid = Peak(top, 0.0, peak.time_s, 0.0, 0.0, 1.0)
             remainder = y - rigid_swing(t, rigid, block)
         found = peak
         if adequate:
@@ -321,7 +342,7 @@ def swing_at(instant: float, peak: Peak, shape: Shape, block: Rigid) -> float:
 
 
 @compiled(fastmath=False)
-def fit_polynomial(x: Floats, y: Floats, noise: Floats, noise_known: bool, degree: int) -> Polynomial:
+def fit_polynomial(x: Floats, y: Floats, noise: Floats, left: Residual, degree: int) -> Polynomial:
     """Weighted least squares.
 
     Unless known noise explains the residual, the residual gives the scale of the covariance.
@@ -347,10 +368,10 @@ def fit_polynomial(x: Floats, y: Floats, noise: Floats, noise_known: bool, degre
             fitted = fitted * x[i] + coefficients[j]
         squares += ((y[i] - fitted) / noise[i]) ** 2
     freedom = x.size - n
-    scatter = squares / freedom
-    adequate = scatter < 1 + 3 * math.sqrt(2 / freedom)
-    scale = 1.0 if adequate and noise_known else scatter
-    return Polynomial(coefficients, covariance * scale, adequate, found)
+    scatter = squares / freedom / left.expected
+    adequate = scatter < 1 + 3 * math.sqrt(2 / (freedom * left.freedom))
+    scale = 1.0 if adequate and left.known else scatter
+    return Polynomial(coefficients, covariance * scale, scale, adequate, found)
 
 
 @compiled(fastmath=False)
@@ -384,7 +405,7 @@ def side_of(swing: Samples, passage: float, peak: Peak, sign: float, block: Rigi
     remainder = np.empty(near.t.size)
     for i in range(near.t.size):
         remainder[i] = sign * (near.y[i] - swing_at(near.t[i], peak, shape, block))
-    rising = Samples(near.t, sign * near.y, near.noise, near.noise_known)
+    rising = Samples(near.t, sign * near.y, near.noise, near.left)
     return Side(sign, peak, shape, rising, remainder)
 
 
@@ -398,7 +419,7 @@ def extrapolated(
     t, noise = side.motion.t[first:last], side.motion.noise[first:last]
     reach = max(abs(t[0] - instant), abs(t[-1] - instant))
     remainder = side.remainder[first:last]
-    fit = fit_polynomial((t - instant) / reach, remainder, noise, side.motion.noise_known, degree)
+    fit = fit_polynomial((t - instant) / reach, remainder, noise, side.motion.left, degree)
     if not fit.found:
         return NOT_FOUND
     swing = swing_at(instant, side.peak, side.shape, block)

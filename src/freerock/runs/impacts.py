@@ -14,8 +14,10 @@ from scipy.special import ellipkinc
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.runs.impact_kernel import Lowest, Peak, Rigid, Samples, impact_rows
+from freerock.runs.impact_kernel import Lowest, Peak, Residual, Rigid, Samples, impact_rows
 from freerock.runs.limits import OF_IMPACTS, ImpactLimits
+from freerock.runs.noise import Noise
+from freerock.runs.peak_noise import left_of, under_noise
 from freerock.runs.uplift import uplift_amplitude
 from freerock.runs.verdict import Reason
 
@@ -67,6 +69,7 @@ def find_impacts(
     theta0: float | None = None,
     theta0_stderr: float = 0.0,
     limits: ImpactLimits = OF_IMPACTS,
+    noise: Noise | None = None,
 ) -> Impacts:
     """Find the impacts of one run, measured or computed.
 
@@ -89,6 +92,8 @@ def find_impacts(
         Release angle, of either sign, and its standard error [rad]: the peak before the first impact.
         Without it, or from θ_cr on, that peak and the first restitutions are NaN.
     limits : ImpactLimits, optional
+    noise : Noise, optional
+        Of the sensor over sigma_theta (`quiet.sensor_noise`); else it is taken to be white.
 
     Returns
     -------
@@ -97,9 +102,11 @@ def find_impacts(
     """
     motion = _motion(time_s, theta, sigma_theta)
     swings = _swings(motion, limits)
+    if noise and motion.left.known and len(swings) > 1:
+        motion = motion._replace(left=left_of(noise, motion, swings))
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
-    rows = _rows(motion, swings, passages, (theta0, theta0_stderr), uplift, block, limits)
+    rows = _rows(motion, swings, passages, (theta0, theta0_stderr), uplift, block, limits, noise)
     columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
 
@@ -116,7 +123,12 @@ def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Rea
 
 
 def restitution_from_peaks(
-    before: float, before_stderr: float, after: float, after_stderr: float, block: Block | Rigid
+    before: float,
+    before_stderr: float,
+    after: float,
+    after_stderr: float,
+    block: Block | Rigid,
+    shared: float = 0.0,
 ) -> tuple[float, float]:
     """Restitution that takes one peak of a rigid block to the next.
 
@@ -129,6 +141,8 @@ def restitution_from_peaks(
     before, before_stderr, after, after_stderr : float
         Peak rotations of either sign and their standard errors [rad].
     block : Block
+    shared : float
+        Covariance of the two heights [rad²].
 
     Returns
     -------
@@ -137,7 +151,9 @@ def restitution_from_peaks(
     """
     (energy_0, slope_0), (energy_1, slope_1) = (_energy(abs(peak), block) for peak in (before, after))
     r = math.sqrt(energy_1 / energy_0)
-    return r, r / 2 * math.hypot(slope_0 / energy_0 * before_stderr, slope_1 / energy_1 * after_stderr)
+    by_0, by_1 = slope_0 / energy_0, slope_1 / energy_1
+    variance = (by_0 * before_stderr) ** 2 + (by_1 * after_stderr) ** 2 - 2 * by_0 * by_1 * shared
+    return r, r / 2 * math.sqrt(max(variance, 0.0)) if variance == variance else math.nan
 
 
 def restitution_covariance(impacts: Impacts, block: Block) -> Floats:
@@ -150,7 +166,9 @@ def restitution_covariance(impacts: Impacts, block: Block) -> Floats:
     before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
     after = by(impacts.peak_after_rad, impacts.peak_after_stderr_rad)
     shared = -after[:-1] * before[1:]
-    return np.asarray(np.diag(before**2 + after**2) + np.diag(shared, 1) + np.diag(shared, -1))
+    covariance = np.diag(before**2 + after**2) + np.diag(shared, 1) + np.diag(shared, -1)
+    scale = impacts.restitution_stderr / np.sqrt(np.diag(covariance))  # neighbouring peaks share slow noise
+    return np.asarray(covariance * np.outer(scale, scale))
 
 
 def _energy(height: float, block: Block | Rigid) -> tuple[float, float]:
@@ -168,7 +186,7 @@ def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> Samp
     if not valid.all():
         t, y, sigma = t[valid], y[valid], sigma[valid]
     noise = np.maximum(sigma, RELATIVE_NOISE * np.abs(y).max(initial=0.0))
-    return Samples(t, y, noise, noise_known=bool(np.all(sigma == noise)))
+    return Samples(t, y, noise, Residual(1.0, 1.0, bool(np.all(sigma == noise))))
 
 
 def _swings(motion: Samples, limits: ImpactLimits) -> list[tuple[int, int]]:
@@ -199,6 +217,7 @@ def _rows(
     uplift: float,
     block: Block,
     limits: ImpactLimits,
+    noise: Noise | None,
 ) -> Floats:
     """The impacts one by one, as values of `Impacts`; release holds its angle and standard error."""
     if not passages:
@@ -207,12 +226,17 @@ def _rows(
     start = _release_peak(motion, *release, rigid)
     released = theta0 is not None and abs(theta0) < rigid.theta_cr
     lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
-    t, y, noise = (_unwritable(each) for each in motion[:3])
-    known = Samples(t, y, noise, motion.noise_known)
+    known = Samples(*(_unwritable(each) for each in motion[:3]), motion.left)
     rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
+    rows, fits = rows[:, :8], rows[:, 8:]
+    shared = np.zeros(len(rows))
+    if noise and motion.left.known and len(rows):
+        shared = under_noise(rows, fits, motion, noise)
     restitution = [
-        restitution_from_peaks(before, before_stderr, after, after_stderr, rigid)
-        for before, before_stderr, after, after_stderr in np.abs(rows[:, 2:6]).tolist()
+        restitution_from_peaks(before, before_stderr, after, after_stderr, rigid, both)
+        for (before, before_stderr, after, after_stderr), both in zip(
+            np.abs(rows[:, 2:6]).tolist(), shared.tolist(), strict=True
+        )
     ]
     return np.hstack([rows[:, :6], np.reshape(restitution, (-1, 2)), rows[:, 6:]])
 
@@ -233,7 +257,7 @@ def _release_peak(motion: Samples, theta0: float | None, theta0_stderr: float, b
     height = min(abs(theta0) if theta0 is not None else float(size.max()), 0.99 * block.theta_cr)
     i = int(np.argmax(size <= height / 2))
     fall_s = _fall_time(height, float(size[i]), block)
-    return Peak(float(height), float(theta0_stderr), float(motion.t[i] - fall_s))
+    return Peak(float(height), float(theta0_stderr), float(motion.t[i] - fall_s), 0.0, 0.0, 1.0)
 
 
 def _fall_time(height: float, level: float, block: Rigid) -> float:

@@ -12,6 +12,7 @@ from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
+from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.verdict import Verdict
 
@@ -25,15 +26,18 @@ def judged_runs(
     by_hand: ByHand = NOTHING,
     of_runs: RunLimits = OF_RUNS,
     of_impacts: ImpactLimits = OF_IMPACTS,
+    step: float = 0.0,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each; all else, and the errors, as in `segment.find_runs` and `impacts.find_impacts`.
+    (n_time,) each, `step` that of the converter [rad]; all else, and the errors, as in `segment.find_runs` and
+    `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
+    noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s)
     judged = []
-    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs):
+    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise):
         during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
         found = find_impacts(
             time_s[during],
@@ -43,6 +47,7 @@ def judged_runs(
             theta0=run.theta0,
             theta0_stderr=run.theta0_stderr,
             limits=of_impacts,
+            noise=noise,
         )
         uneven = doubt_about_evenness(found, block)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from freerock.arrays import Complexes, Floats, Indices
+from freerock.runs.whitening import Slow
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
@@ -24,6 +25,7 @@ SHORTEST = 64  # samples of a stretch that says something of a spectrum
 SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
 RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
 VARIANCE_STEPS = 4096  # frequencies at which a density is summed
+LEAST = 1e-9  # of the variance: its white part
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
@@ -83,6 +85,39 @@ class Noise:
         frequency = np.arange(0.5, VARIANCE_STEPS) / (2 * VARIANCE_STEPS)
         slow = float(np.mean(self.density(frequency))) - self.white
         return self.white + max(slow, 0.0) / self.averaged
+
+    @property
+    def stuck(self) -> float:
+        """Mean square of a converter's error of which a block that stands shows nothing [rad²].
+
+        Its first harmonic over the place between two steps (Widrow and Kollár 2008,
+        doi:10.1017/CBO9780511754661).
+        """
+        if not self.step:
+            return 0.0
+        rounding = self.step**2 / 12
+        before = max(self.variance - (2 if self.dof.max() <= COARSELY else 1) * rounding, 0.0)
+        first = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
+        return min(first**2 / 2, rounding)
+
+    def wander(self, n: float) -> float:
+        """Variance of levels so many samples apart beyond what a rest shows [rad²].
+
+        Where the noise still grows at the lowest frequency resolved, it is taken to have as much power in
+        each octave below: that of 1/f noise.
+        """
+        lowest = self.edges[1] / RESOLVED
+        if self.corner > self.edges[1] or n * lowest < 1:
+            return 0.0
+        density = float(self.density(np.array([lowest]))[0]) - self.white
+        return max(density, 0.0) * 2 * lowest * math.log(n * lowest) / self.averaged
+
+    @property
+    def law(self) -> Slow:
+        """What its law says of means of `averaged` samples."""
+        kept = math.exp(-2 * math.pi * self.corner)
+        slow = self.slow * (1 - kept) / (1 + kept)
+        return Slow(max(self.white, LEAST * (slow + self.white)) / self.averaged, slow / self.averaged, kept)
 
     def scaled(self, factor: float) -> "Noise":
         """The same noise with its standard deviation times a factor."""
@@ -247,6 +282,48 @@ def filtered(noise: Noise, columns: Floats) -> Floats:
     wrapped[:n], wrapped[-n + 1 :] = covariance, covariance[:0:-1]
     transform = rfft(np.ascontiguousarray(columns.T), size)
     return np.asarray(irfft(rfft(wrapped).real * transform, size)[:, :n].T)
+
+
+def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
+    """Covariance of weighted sums of noise, shape (..., n_sums, n_sums) [rad²].
+
+    The sums are of means of `averaged` samples that follow each other. A fit that is linear in its samples is
+    such a sum.
+
+    Parameters
+    ----------
+    noise : Noise
+    weights : ndarray, shape (..., n_sums, n_means)
+    """
+    n = weights.shape[-1]
+    size = next_fast_len(2 * n, real=True)
+    lags = _autocovariance(noise, n) / noise.averaged
+    wrapped = np.zeros(size)
+    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
+    through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
+    return np.asarray(through @ np.swapaxes(weights, -1, -2))
+
+
+def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
+    """Covariance of n means of so many samples each that follow each other, shape (n, n) [rad²]."""
+    size = together / noise.averaged
+    if size > 1:
+        parts = np.arange(n * round(size)).reshape(n, -1)
+        weights = np.zeros((n, parts.size))
+        np.put_along_axis(weights, parts, 1 / parts.shape[1], axis=1)
+        return covariance_of_sums(noise, weights)
+    lags = np.arange(n) * size
+    known = _autocovariance(noise, n + 1)
+    found = np.interp(lags, np.arange(n + 1), known) / noise.averaged
+    found[0] += noise.white * (1 / together - 1 / noise.averaged)
+    return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
+
+
+def stderr_of_mean(noise: Noise, n: int) -> float:
+    """Standard error of the mean of n means of `averaged` samples [rad]."""
+    n = max(n, 1)
+    lags = _autocovariance(noise, n) * (2 - 2 * np.arange(n) / n)
+    return math.sqrt(max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged)
 
 
 def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:

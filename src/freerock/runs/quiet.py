@@ -6,6 +6,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Mask
 from freerock.rotation.still import Phase, stationary_phases, stretches
+from freerock.runs.noise import Noise, noise_at_rest
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
@@ -44,6 +45,24 @@ def quiet_stretches(
         if first < PARTS:
             settled = sum(map(len, np.array_split(own, PARTS)[:first]))
             yield from _valid(own[settled:])
+
+
+def sensor_noise(
+    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float = 0.0, window_s: float = 0.25
+) -> Noise | None:
+    """Noise of a sensor over sigma_theta, from all that is quiet in a record; None where too little is.
+
+    Parameters
+    ----------
+    time_s, theta, sigma_theta, window_s :
+        As for `quiet_stretches`.
+    step : float
+        Of the converter [rad].
+    """
+    rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
+    usual = usual_of(sigma_theta)
+    found = noise_at_rest(quiet_stretches(time_s, theta, sigma_theta, window_s), rate_hz, step)
+    return found and found.scaled(1 / usual)
 
 
 def usual_of(sigma_theta: Floats) -> float:

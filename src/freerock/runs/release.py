@@ -5,19 +5,28 @@ depend on how the finger left.
 """
 
 import math
+import warnings
 from typing import NamedTuple
 
 import numpy as np
 
-from freerock.arrays import Floats
+from freerock.arrays import Floats, Indices, Mask
+from freerock.models.compiled import run
 from freerock.rotation.still import Phase
 from freerock.runs.limits import RunLimits
+from freerock.runs.noise import Noise, covariance_of_sums, stderr_of_mean
 from freerock.runs.signal import Signal
+from freerock.runs.whitening import transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
-EARLY_SAMPLES = 300  # of the early motion suffice
+EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the converter
+FEWEST = 6  # means of the early motion that give an instant
+SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
 SURE = 4.0  # standard errors of a push
-BLOCK_S, MIN_BLOCKS = 0.025, 4  # means over this long are taken as independent; fewer are no hold
+BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
+QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
+MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
+HUBER = 3.0  # standard deviations beyond which a mean counts less (Huber 1964, doi:10.1214/aoms/1177703732)
 
 
 class Release(NamedTuple):
@@ -43,20 +52,34 @@ class Release(NamedTuple):
 
 
 class HeldAngle(NamedTuple):
-    """Angle before the release, its standard error, and how far it wanders [rad]."""
+    """Angle before the release, its standard error, how far it wanders, and by what it moves [rad].
+
+    The last is a standard deviation, 0 where the noise explains what is seen.
+    """
 
     theta0: float
     stderr: float
     wander: float
+    moved: float = 0.0
 
 
 class _EarlyMotion(NamedTuple):
-    """Start of a motion [s] and the angle from which it began [rad], with their standard errors."""
+    """Start of a motion [s] and by how much it began above the held angle [rad], with standard errors."""
 
     start_s: float
     start_stderr_s: float
-    top: float
-    top_stderr: float
+    above: float
+    above_stderr: float
+
+
+class _Means(NamedTuple):
+    """Means of samples: time since the release [s], θ and its σ [rad], their numbers, which are early ones."""
+
+    t: Floats
+    theta: Floats
+    sigma: Floats
+    place: Indices
+    early: Mask
 
 
 def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> Release:
@@ -65,31 +88,54 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     The early motion is fitted twice: from the held angle, which gives the instant, and from any angle, which
     shows a push. Where no fit succeeds, the instant is a guess good to `finger_s`.
     """
-    first, last = np.searchsorted(signal.t, (hold.mid_s, end_s))
-    fallen = 1 - signal.theta[first:last] / hold.level
-    early, late, latest = (
-        signal.t[first + int(np.argmax(fallen > share))] for share in (FALL / 4, FALL, FALL_MOST)
-    )
+    early, late, latest = _falls(signal, hold, end_s)
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late = max(late, min(latest, guess + 3 * finger_s))
     for _ in range(3):
         held = held_angle(signal, hold, release, limits)
-        near = signal.during(release + finger_s, late)
-        motion = signal.t[near] - release, signal.theta[near], signal.sigma[near]
-        found = _early_motion(*motion, held.theta0, held.stderr)
+        since_s = max(hold.start_s, release - finger_s - limits.held_s)
+        means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
+        found = _early_motion(means, signal.relative_noise, held, held.moved)
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
         moved, release = abs(begun - release), begun
         if moved < 0.1 * found.start_stderr_s:
             break
-    free = _early_motion(*motion, held.theta0, math.inf)
-    pushed = abs(free.top - held.theta0) > SURE * free.top_stderr
-    push = (free.top - held.theta0) / held.theta0 if pushed else 0.0
+    free = _early_motion(means, signal.relative_noise, held, math.inf)
+    pushed = abs(free.above) > SURE * free.above_stderr
+    push = free.above / held.theta0 if pushed else 0.0
     timed = not math.isnan(found.start_stderr_s)
     stderr = found.start_stderr_s if timed else finger_s
     return Release(release, stderr, push, min(hold.end_s, release), timed)
+
+
+def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, float]:
+    """When a block has fallen by a quarter of `FALL`, by `FALL` and by `FALL_MOST` of its held angle [s].
+
+    Medians of some samples tell: of heavy-tailed noise a single one may say so long before the release.
+    """
+    first, last = np.searchsorted(signal.t, (hold.mid_s, end_s)).tolist()
+    size = max(1, min(round(SEARCH_S / signal.step_s), (last - first) // 8))
+    theta = signal.theta[first : first + (last - first) // size * size].reshape(-1, size)
+    with warnings.catch_warnings(action="ignore"):  # of medians of no valid sample
+        fallen = 1 - np.nanmedian(theta, axis=1) / hold.level
+    found = []
+    for share in (FALL / 4, FALL, FALL_MOST):
+        i = int(np.argmax(fallen > share))
+        near = slice(first + max(i - 1, 0) * size, first + (i + 1) * size)
+        samples = 1 - signal.theta[near] / hold.level
+        found.append(float(signal.t[near][_passes(samples, share)]))
+    early, late, latest = found
+    return early, late, latest
+
+
+def _passes(values: Floats, level: float) -> int:
+    """From which value on most are above a level: where those below after it and above before it are fewest."""
+    above = np.concatenate([[0], np.cumsum(values > level)])
+    below = np.concatenate([[0], np.cumsum(~(values > level))])
+    return min(int(np.argmin(above[:-1] + below[-1] - below[:-1])), len(values) - 1)
 
 
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:
@@ -102,67 +148,111 @@ def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits)
 def held_over(signal: Signal, start_s: float, end_s: float) -> HeldAngle | None:
     """Held angle, its standard error and how far it wanders [rad], from one instant to another [s].
 
-    Where means over `BLOCK_S` scatter clearly more than white noise would, the block moved, and may have
-    been released from anywhere within that motion. None of fewer than `MIN_BLOCKS` such means.
+    The standard error is that of the mean under the noise. Where means over `BLOCK_S` scatter clearly more
+    than that would, the block moved, and may have been released from anywhere within that motion. None of
+    fewer than `MIN_BLOCKS` such means.
     """
     near = signal.during(start_s, end_s)
     held = signal.theta[near][np.isfinite(signal.theta[near])]
-    size = max(1, round(BLOCK_S / (signal.t[1] - signal.t[0])))
+    size = max(1, round(BLOCK_S / signal.step_s))
     n = held.size // size
     if n < MIN_BLOCKS:
         return None
-    means = held[held.size - n * size :].reshape(n, size).mean(axis=1)
-    variance, white = np.var(means, ddof=1), np.nanmean(signal.sigma[near]) ** 2 / size
-    stderr = math.sqrt(variance / n + (variance if variance > 3 * white else 0.0))
-    return HeldAngle(float(held.mean()), stderr, float(np.ptp(means)))
+    blocks = held[held.size - n * size :].reshape(n, size)
+    means, noise, sigma = blocks.mean(axis=1), signal.relative_noise, float(np.nanmean(signal.sigma[near]))
+    together = max(1, round(size / noise.averaged))
+    of_mean, of_all = (stderr_of_mean(noise, k) ** 2 for k in (together, max(1, held.size // noise.averaged)))
+    within = float(np.mean(blocks.var(axis=1))) / max(noise.variance - of_mean, QUICK * noise.variance)
+    loud = max(within, sigma**2)  # a hold may be louder than a rest
+    variance = float(np.var(means, ddof=1))
+    moves = variance > MOVES * loud * (of_mean - of_all)
+    whole, moved = math.sqrt(loud * of_all + sigma**2 * noise.stuck), math.sqrt(variance) if moves else 0.0
+    stderr = max(whole, math.sqrt(variance / n)) if moves else whole
+    return HeldAngle(float(held.mean()), math.hypot(stderr, moved), float(np.ptp(means)), moved)
 
 
-def _early_motion(
-    t: Floats, theta: Floats, sigma: Floats, theta0: float, theta0_stderr: float
-) -> _EarlyMotion:
-    """Fit θ = θ_top - a/q² (cosh q(t - t0) - 1): t0 and θ_top.
+def _means(
+    signal: Signal, held_s: tuple[float, float], early_s: tuple[float, float], release_s: float
+) -> _Means:
+    """Means of samples of the hold and of the early motion, as many together as its noise takes."""
+    size = signal.relative_noise.averaged
+    first, last = np.searchsorted(signal.t, (held_s[0], early_s[1])).tolist()
+    n = (last - first) // size
+    part = slice(first, first + n * size)
+    t, theta, sigma = (x[part].reshape(n, size).mean(axis=1) for x in (signal.t, signal.theta, signal.sigma))
+    half = signal.step_s * size / 2
+    held, early = t < held_s[1] - half, t > early_s[0] + half
+    known = np.isfinite(theta) & np.isfinite(sigma) & (held | early)
+    found = _Means(t - release_s, theta, sigma, np.arange(n), early)
+    return _Means(*(x[known] for x in found))
+
+
+def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) -> _EarlyMotion:
+    """Fit a level to the hold and θ = θ_top - a/q² (cosh q(t - t0) - 1) to the early motion: t0 and θ_top.
 
     That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
-    neither a compliant base nor a width other than nominal matters. NaN where the fit fails.
+    neither a compliant base nor a width other than nominal matters. The fit is one of generalised least
+    squares, by the noise's law; standard errors are by all that a rest shows of it, and larger where the
+    early motion is louder. NaN where the fit fails.
+
+    Parameters
+    ----------
+    means : _Means
+    noise : Noise
+        Over σ.
+    held : HeldAngle
+    moved : float
+        Standard deviation of θ_top about the level [rad]; infinite where it may be any.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
-    valid = np.isfinite(theta) & np.isfinite(sigma)
-    t, theta, noise = t[valid], theta[valid], np.maximum(sigma[valid], 1e-6 * abs(theta0))
-    if t.size < 6:
+    t, theta, sigma, place, early = means
+    if np.count_nonzero(early) < FEWEST:
         return _EarlyMotion(math.nan, math.nan, math.nan, math.nan)
-    together = -(-t.size // EARLY_SAMPLES)  # samples in one mean: so short a time is straight
-    n = t.size // together * together
-    t, theta, noise = (x[:n].reshape(-1, together).mean(axis=1) for x in (t, theta, noise))
-    noise = noise / math.sqrt(together)
-    held = max(theta0_stderr, 1e-9 * abs(theta0))
+    sigma, law, theta0 = np.maximum(sigma, 1e-6 * abs(held.theta0)), noise.law, held.theta0
+    moved = max(moved, 1e-9 * abs(theta0))
+    since = np.where(early, t, 0.0)
+
+    def whitened(columns: Floats) -> Floats:
+        return run(whiten, np.ascontiguousarray(columns / sigma[:, None]), place, law)
+
+    def shape(q: float, t0: float) -> tuple[Floats, Floats, Floats]:
+        at = early * (since - t0)
+        angle = _bounded(q * at)
+        return (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q, at
 
     def residual(x: Floats) -> Floats:
-        top, pull, q, t0 = x
-        left = np.empty(t.size + 1)
-        model = theta0 + top - pull / q**2 * (np.cosh(_bounded(q * (t - t0))) - 1)
-        np.divide(model - theta, noise, out=left[:-1])
-        left[-1] = top / held
-        return left
+        level, above, pull, q, t0 = x
+        model = theta0 + level + early * above - pull * shape(q, t0)[0]
+        return np.append(weight * whitened((model - theta)[:, None])[:, 0], above / moved)
 
     def slopes(x: Floats) -> Floats:
-        _, pull, q, t0 = x
-        since = t - t0
-        angle = _bounded(q * since)
-        fallen, rate = (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q
-        by = np.empty((4, t.size + 1))
-        by[0, :-1], by[1, :-1] = 1.0, -fallen
-        by[2, :-1], by[3, :-1] = pull * (2 * fallen - rate * since) / q, pull * rate
-        by[:, :-1] /= noise
-        by[:, -1] = 1 / held, 0, 0, 0
-        return by
+        _, _, pull, q, t0 = x
+        fallen, rate, at = shape(q, t0)
+        by_q = pull * (2 * fallen - rate * at) / q
+        by = whitened(np.column_stack([np.ones(t.size), early, -fallen, by_q, pull * rate]))
+        return np.vstack([weight[:, None] * by, [0, 1 / moved, 0, 0, 0]])
 
-    guess = (0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0)
-    x, *_ = leastsq(residual, guess, Dfun=slopes, col_deriv=True, full_output=True)
-    scale = max(1.0, float(np.sum(residual(x) ** 2)) / (t.size - len(guess)))
+    x = np.array([0.0, 0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
+    weight = np.ones(t.size)
+    for _ in range(2):
+        x, *_ = leastsq(residual, x, Dfun=slopes, full_output=True)
+        left = residual(x)[:-1] / weight
+        size = np.abs(left) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
+        if size.max() < HUBER:
+            break
+        weight = np.minimum(1.0, np.sqrt(HUBER / np.maximum(size, HUBER)))
     by = slopes(x)
-    stderr = np.sqrt(scale * np.diag(np.linalg.pinv(by @ by.T)))
-    return _EarlyMotion(x[3], stderr[3], theta0 + x[0], stderr[0])
+    scale = np.linalg.norm(by, axis=0)
+    inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
+    influence = np.zeros((5, int(place[-1]) + 1))
+    weighted = np.ascontiguousarray(inverse @ (by[:-1] * weight[:, None]).T)
+    influence[:, place] = run(transposed, weighted, place, law)
+    variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / moved) ** 2
+    freedom = np.count_nonzero(early) - 3
+    loud = max(1.0, float(np.sum((weight * left)[early] ** 2)) / freedom)
+    stderr = np.sqrt(loud * variance)
+    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1])
 
 
 def _bounded(angle: Floats) -> Floats:

@@ -22,6 +22,8 @@ from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
+from freerock.runs.noise import Noise, stderr_of_mean
+from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, scatter, signal_of
 from freerock.runs.verdict import Reason, Verdict
 
@@ -81,6 +83,7 @@ def find_runs(
     quality: SignalQuality = UNKNOWN,
     by_hand: ByHand = NOTHING,
     limits: RunLimits = OF_RUNS,
+    noise: Noise | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -102,6 +105,8 @@ def find_runs(
     by_hand : ByHand, optional
         Runs set or left out by hand.
     limits : RunLimits, optional
+    noise : Noise, optional
+        Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
 
     Returns
     -------
@@ -113,6 +118,9 @@ def find_runs(
         No release found, and none set by hand.
     """
     signal = signal_of(time_s, theta, sigma_theta, flags)
+    if noise is None and len(signal.t) > 1:
+        noise = sensor_noise(signal.t, signal.theta, signal.sigma, window_s=limits.window_s)
+    signal = signal._replace(noise=noise)
     phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
@@ -216,13 +224,33 @@ class _Search:
             fit_start_s=float(begins.fit_start_s),
             end_s=float(motion.end_s),
             theta0=begins.held.theta0,
-            theta0_stderr=math.hypot(begins.held.stderr, self.quality.zero_stderr),
+            theta0_stderr=math.hypot(begins.held.stderr, self._zero_stderr(begins.hold_start_s)),
             sigma_theta=motion.sigma_theta,
             n_impacts=facts.n_impacts,
             verdict=verdict_on(facts),
             excluded=facts.exclusion is not None,
             overridden=facts.override is not None,
         )
+
+    def _zero_stderr(self, time_s: float) -> float:
+        """Standard error of the zero of θ [rad] at an instant [s], between the rests before and after it."""
+        signal, rests = self.signal, [each for each in self.phases if each.kind == "rest"]
+        near = rests[:0]
+        near += [each for each in rests if each.mid_s <= time_s][-1:]
+        near += [each for each in rests if each.mid_s > time_s][:1]
+        if not near:
+            return self.quality.zero_stderr
+        share, noise = 1.0, signal.relative_noise
+        if len(near) == 2:
+            share = (near[1].mid_s - time_s) / (near[1].mid_s - near[0].mid_s)
+        variance = 0.0
+        for each, weight in zip(near, (share, 1 - share), strict=False):
+            part = core(signal, each, self.limits.window_s)
+            n = (part.stop - part.start) // noise.averaged
+            apart = abs(each.mid_s - time_s) * noise.rate_hz
+            own = stderr_of_mean(noise, n) ** 2 + noise.stuck + noise.wander(apart)
+            variance += weight**2 * own * float(np.nanmedian(signal.sigma[part])) ** 2
+        return max(self.quality.zero_stderr, math.sqrt(variance))
 
     def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
         """What is known of a run."""

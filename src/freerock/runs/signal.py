@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
+from freerock.runs.noise import Noise, white_noise
 
 NOISE_SAMPLES = 50_000  # suffice to know the noise
 
@@ -15,13 +16,24 @@ NOISE_SAMPLES = 50_000  # suffice to know the noise
 class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
 
-    Rotation is NaN where a sample is flagged.
+    Rotation is NaN where a sample is flagged. The noise of a sample is `sigma` times `noise`, if that is known.
     """
 
     t: Floats
     theta: Floats
     sigma: Floats
     flags: Flags
+    noise: Noise | None = None
+
+    @property
+    def step_s(self) -> float:
+        """Time from a sample to the next [s]."""
+        return float(self.t[-1] - self.t[0]) / max(1, len(self.t) - 1)
+
+    @property
+    def relative_noise(self) -> Noise:
+        """Noise over `sigma`; white where it is not known."""
+        return self.noise or white_noise(1.0, 1 / self.step_s)
 
     def during(self, start_s: float, end_s: float) -> slice:
         """The samples from one instant to another."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.rotation.still import Phase, stretches
+from freerock.runs.noise import covariance_of_sums
 from freerock.runs.release import FALL_MOST
 from freerock.runs.signal import Signal
 
@@ -52,7 +53,7 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     if n < 4:
         return None
     means = theta[: n * size].reshape(n, size).mean(axis=1)  # NaN where a sample is invalid: no rate
-    noise = float(np.median(signal.sigma[during][: n * size])) * np.sqrt(2 / size)
+    noise = float(np.median(signal.sigma[during][: n * size])) * _stderr_of_rate(signal, size)
     falls = -np.sign(hold.level) * np.diff(means)
     fastest = np.fmax.accumulate(np.nan_to_num(falls))
     slower = fastest - falls > np.maximum(SURE * noise, SLOWER * fastest)
@@ -61,6 +62,14 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
         return None
     first, last = spans[-1]
     return _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
+
+
+def _stderr_of_rate(signal: Signal, size: int) -> float:
+    """Standard error of the difference of neighbouring means of so many samples, over σ."""
+    noise = signal.relative_noise
+    n = max(1, round(size / noise.averaged))
+    difference = np.repeat([[-1.0, 1.0]], n, axis=1) / n
+    return float(np.sqrt(covariance_of_sums(noise, difference)[0, 0] * n * noise.averaged / size))
 
 
 def _stop(t: Floats, means: Floats, falls: Floats, size: int, first: int, last: int, slow: float) -> Stop:

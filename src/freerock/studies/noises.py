@@ -31,6 +31,7 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
+from freerock.runs.quiet import converter_step
 from freerock.runs.segment import Run
 from freerock.studies.document import publish
 from freerock.studies.virtual_run import SEED, Row, rows_of_all
@@ -187,7 +188,7 @@ def scene_of(i: int) -> Scene:
         kind == "pivoting",
         angle * draw.uniform(0.6, 1.0) * draw.choice([-1, 1]),
         draw.uniform(3e-3, 12e-3),
-        draw.uniform(1.5, 2.5),
+        round(draw.uniform(1.5, 2.5), 3),  # whole samples
     )
 
 
@@ -321,7 +322,8 @@ def measured(noise: str, i: int) -> tuple[Truth, Run, Impacts]:
     time_s = np.arange(len(volts)) / RATE_HZ
     found = find_rotation(time_s, volts, laser, block, "V")
     signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    run, impacts = judged_runs(signal, block, signal_quality(found))[0]
+    step = converter_step(volts, signal[1])
+    run, impacts = judged_runs(signal, block, signal_quality(found), step=step)[0]
     return truth, run, impacts
 
 
