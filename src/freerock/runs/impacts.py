@@ -70,6 +70,7 @@ def find_impacts(
     theta0_stderr: float = 0.0,
     limits: ImpactLimits = OF_IMPACTS,
     noise: Noise | None = None,
+    zero_stderr: float = 0.0,
 ) -> Impacts:
     """Find the impacts of one run, measured or computed.
 
@@ -94,6 +95,9 @@ def find_impacts(
     limits : ImpactLimits, optional
     noise : Noise, optional
         Of the sensor over sigma_theta (`quiet.sensor_noise`); else it is taken to be white.
+    zero_stderr : float
+        Standard error of the zero of θ, a part of that of theta0 [rad]: it raises the peaks on one side and
+        lowers those on the other.
 
     Returns
     -------
@@ -106,7 +110,8 @@ def find_impacts(
         motion = motion._replace(left=left_of(noise, motion, swings))
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)
-    rows = _rows(motion, swings, passages, (theta0, theta0_stderr), uplift, block, limits, noise)
+    release = theta0, theta0_stderr, zero_stderr
+    rows = _rows(motion, swings, passages, release, uplift, block, limits, noise)
     columns = dict(zip(COLUMNS, rows.T.copy(), strict=True))
     return Impacts(theta_uplift=uplift, **columns)
 
@@ -213,17 +218,17 @@ def _rows(
     motion: Samples,
     swings: Sequence[tuple[int, int]],
     passages: Sequence[float],
-    release: tuple[float | None, float],
+    release: tuple[float | None, float, float],
     uplift: float,
     block: Block,
     limits: ImpactLimits,
     noise: Noise | None,
 ) -> Floats:
-    """The impacts one by one, as values of `Impacts`; release holds its angle and standard error."""
+    """The impacts one by one, as values of `Impacts`; release holds its angle, its standard error and that of the zero."""
     if not passages:
         return np.empty((0, len(COLUMNS)))
     rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
-    start = _release_peak(motion, *release, rigid)
+    start = _release_peak(motion, *release[:2], rigid)
     released = theta0 is not None and abs(theta0) < rigid.theta_cr
     lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
     known = Samples(*(_unwritable(each) for each in motion[:3]), motion.left)
@@ -232,6 +237,10 @@ def _rows(
     shared = np.zeros(len(rows))
     if noise and motion.left.known and len(rows):
         shared = under_noise(rows, fits, motion, noise)
+    if len(rows):
+        rows[:, 5] = np.hypot(rows[:, 5], release[2])
+        rows[1:, 3] = rows[:-1, 5]
+        shared -= release[2] ** 2  # the peaks are on either side
     restitution = [
         restitution_from_peaks(before, before_stderr, after, after_stderr, rigid, both)
         for (before, before_stderr, after, after_stderr), both in zip(

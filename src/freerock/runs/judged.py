@@ -48,6 +48,7 @@ def judged_runs(
             theta0_stderr=run.theta0_stderr,
             limits=of_impacts,
             noise=noise,
+            zero_stderr=run.zero_stderr,
         )
         uneven = doubt_about_evenness(found, block)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict

@@ -8,11 +8,12 @@ else there is: lines of the mains, other colours, the converter.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
+from scipy.special import ndtri, stdtrit
 
 from freerock.arrays import Complexes, Floats, Indices
 from freerock.runs.whitening import Slow
@@ -25,6 +26,8 @@ SHORTEST = 64  # samples of a stretch that says something of a spectrum
 SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
 RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
 VARIANCE_STEPS = 4096  # frequencies at which a density is summed
+OCTAVE = 0.7  # of its upper end: the middle of an octave
+QUANTILE = 0.975  # of the intervals that are stated
 LEAST = 1e-9  # of the variance: its white part
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
@@ -100,17 +103,26 @@ class Noise:
         first = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
         return min(first**2 / 2, rounding)
 
-    def wander(self, n: float) -> float:
-        """Variance of levels so many samples apart beyond what a rest shows [rad²].
+    def wander(self, apart: float, together: float) -> float:
+        """Mean square of the difference of two levels beyond what a rest shows [rad²].
 
-        Where the noise still grows at the lowest frequency resolved, it is taken to have as much power in
-        each octave below: that of 1/f noise.
+        Each is of so many samples together, so many apart. Where the density grows towards the lowest octave
+        beyond its law, it is taken to go on as that of 1/f noise, A/f: 2A (ln(apart/together) + 3/2).
         """
-        lowest = self.edges[1] / RESOLVED
-        if self.corner > self.edges[1] or n * lowest < 1:
+        if len(self.ratio) < 4:
             return 0.0
-        density = float(self.density(np.array([lowest]))[0]) - self.white
-        return max(density, 0.0) * 2 * lowest * math.log(n * lowest) / self.averaged
+        grows = min(max(math.log(self.ratio[0] / self.ratio[2]) / math.log(4.0), 0.0), 1.0)
+        lowest = OCTAVE * self.edges[1]
+        excess = max(float(self.density(np.array([lowest]))[0]) - self.white, 0.0) / self.averaged
+        return 4 * grows * excess * lowest * (math.log(max(apart / together, 1.0)) + 1.5)
+
+    @cached_property
+    def unsure(self) -> float:
+        """Student's over the normal quantile for what is slow, of which a rest shows little."""
+        lowest = float(self.density(np.array([OCTAVE * self.edges[1]]))[0])
+        share = max(1 - self.white / lowest, 0.0) if lowest > 0 else 0.0
+        ratio = float(stdtrit(max(self.dof[0], 1.0), QUANTILE) / ndtri(QUANTILE))
+        return math.sqrt(1 + share * (ratio**2 - 1))
 
     @property
     def law(self) -> Slow:
@@ -323,7 +335,8 @@ def stderr_of_mean(noise: Noise, n: int) -> float:
     """Standard error of the mean of n means of `averaged` samples [rad]."""
     n = max(n, 1)
     lags = _autocovariance(noise, n) * (2 - 2 * np.arange(n) / n)
-    return math.sqrt(max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged)
+    variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
+    return math.sqrt(variance) * noise.unsure
 
 
 def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:

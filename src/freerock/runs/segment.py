@@ -57,6 +57,8 @@ class Run:
         What speaks against the run, and what was set by hand.
     excluded, overridden : bool
         Left out by hand; release and end set by hand.
+    zero_stderr : float
+        Standard error of the zero of θ during the run, which all its peaks share [rad].
     """
 
     number: int
@@ -72,6 +74,7 @@ class Run:
     verdict: Verdict = field(default_factory=Verdict)
     excluded: bool = False
     overridden: bool = False
+    zero_stderr: float = 0.0
 
 
 def find_runs(
@@ -215,7 +218,7 @@ class _Search:
     def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
         """A run with its verdict."""
         facts = self._facts(number, motion, doubts)
-        begins = motion.begins
+        begins, zero_stderr = motion.begins, self._zero_stderr(motion.begins.hold_start_s)
         return Run(
             number=number,
             hold_start_s=begins.hold_start_s,
@@ -224,12 +227,13 @@ class _Search:
             fit_start_s=float(begins.fit_start_s),
             end_s=float(motion.end_s),
             theta0=begins.held.theta0,
-            theta0_stderr=math.hypot(begins.held.stderr, self._zero_stderr(begins.hold_start_s)),
+            theta0_stderr=math.hypot(begins.held.stderr, zero_stderr),
             sigma_theta=motion.sigma_theta,
             n_impacts=facts.n_impacts,
             verdict=verdict_on(facts),
             excluded=facts.exclusion is not None,
             overridden=facts.override is not None,
+            zero_stderr=zero_stderr,
         )
 
     def _zero_stderr(self, time_s: float) -> float:
@@ -248,8 +252,9 @@ class _Search:
             part = core(signal, each, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
-            own = stderr_of_mean(noise, n) ** 2 + noise.stuck + noise.wander(apart)
-            variance += weight**2 * own * float(np.nanmedian(signal.sigma[part])) ** 2
+            own = weight**2 * (stderr_of_mean(noise, n) ** 2 + noise.stuck) + weight * noise.wander(
+                apart, noise.rate_hz * self.limits.held_s)
+            variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
         return max(self.quality.zero_stderr, math.sqrt(variance))
 
     def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
