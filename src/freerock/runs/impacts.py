@@ -15,6 +15,7 @@ from scipy.special import ellipkinc
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.runs.impact_kernel import Lowest, Peak, Residual, Rigid, Samples, impact_rows
+from freerock.runs.in_motion import in_motion
 from freerock.runs.limits import OF_IMPACTS, ImpactLimits
 from freerock.runs.noise import Noise
 from freerock.runs.peak_noise import left_of, under_noise
@@ -107,6 +108,8 @@ def find_impacts(
     motion = _motion(time_s, theta, sigma_theta)
     swings = _swings(motion, limits)
     if noise and motion.left.known and len(swings) > 1:
+        high = [slice(i, j + 1) for i, j in swings[1:]]
+        noise = in_motion(noise, motion.t, motion.y, motion.noise, high)
         motion = motion._replace(left=left_of(noise, motion, swings))
     passages = [_line_zero(motion.t[i : j + 1], motion.y[i : j + 1]) for (_, i), (j, _) in pairwise(swings)]
     uplift = uplift_amplitude(motion.t, motion.y, passages, block)

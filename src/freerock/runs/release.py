@@ -13,6 +13,7 @@ import numpy as np
 from freerock.arrays import Floats, Indices, Mask
 from freerock.models.compiled import run
 from freerock.rotation.still import Phase
+from freerock.runs.in_motion import in_motion, swings_of
 from freerock.runs.limits import RunLimits
 from freerock.runs.noise import Noise, covariance_of_sums, stderr_of_mean
 from freerock.runs.signal import Signal
@@ -22,6 +23,7 @@ FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the bloc
 EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the converter
 FEWEST = 6  # means of the early motion that give an instant
 SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
+SWING, SWINGS = 20.0, 20  # standard deviations of the noise that a swing is high, and how many tell its noise
 SURE = 4.0  # standard errors of a push
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
@@ -89,6 +91,7 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     shows a push. Where no fit succeeds, the instant is a guess good to `finger_s`.
     """
     early, late, latest = _falls(signal, hold, end_s)
+    noise = _in_motion(signal, hold, end_s)
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late = max(late, min(latest, guess + 3 * finger_s))
@@ -96,19 +99,29 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
-        found = _early_motion(means, signal.relative_noise, held, held.moved)
+        found = _early_motion(means, noise, held, held.moved)
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
         moved, release = abs(begun - release), begun
         if moved < 0.1 * found.start_stderr_s:
             break
-    free = _early_motion(means, signal.relative_noise, held, math.inf)
+    free = _early_motion(means, noise, held, math.inf)
     pushed = abs(free.above) > SURE * free.above_stderr
     push = free.above / held.theta0 if pushed else 0.0
     timed = not math.isnan(found.start_stderr_s)
     stderr = found.start_stderr_s if timed else finger_s
     return Release(release, stderr, push, min(hold.end_s, release), timed)
+
+
+def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
+    """Noise over σ, as loud as it is while the block swings."""
+    during = signal.during(hold.end_s, end_s)
+    t, theta, sigma = (values[during] for values in (signal.t, signal.theta, signal.sigma))
+    noise = signal.relative_noise
+    known = sigma[np.isfinite(sigma)]
+    lowest = SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else math.inf
+    return in_motion(noise, t, theta, sigma, swings_of(theta, lowest)[:SWINGS])
 
 
 def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, float]:

@@ -1,0 +1,77 @@
+"""Noise that is louder while the block moves than at rest, octave by octave.
+
+Differences of the sixth order of means say nothing of a smooth motion, and what is left of them is noise. They
+are taken about the tops, away from impacts.
+"""
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from freerock.arrays import Floats
+from freerock.runs.noise import Noise, covariance_of_sums
+
+SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
+INNER = 0.7  # of a swing, about its middle, that is looked at
+FEWEST = 8  # differences that tell
+SURE = 4.0  # standard errors by which noise is louder; three would be met by chance in one run of some ten
+OF_MEDIAN = 0.4549  # the median of squares of normal numbers
+EFFICIENCY = 0.37  # of that median
+STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order
+
+
+def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
+    """Noise of a sensor, as loud in each octave as it is while the block swings.
+
+    Parameters
+    ----------
+    noise : Noise
+        At rest, over sigma.
+    time_s, theta, sigma : ndarray, shape (n_time,)
+        Of a motion, time [s], rotation and the standard deviation of its noise [rad].
+    swings : iterable of slice
+        Between impacts.
+    """
+    pieces = [_means(noise, time_s[each], theta[each] / sigma[each]) for each in swings if each.stop - each.start > 1]
+    factors = list[float]()
+    for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
+        weights = np.repeat(SIXTH, 2**k) / 2**k
+        found = np.concatenate(
+            [np.empty(0), *(np.convolve(each, weights[::-1], "valid")[:: max(1, 3 * 2**k)] for each in pieces if len(each) >= len(weights))]
+        )
+        found = found[np.isfinite(found)]
+        if found.size < FEWEST:
+            break
+        expected = float(covariance_of_sums(noise, weights[None])[0, 0])
+        ratio = float(np.median(found**2)) / OF_MEDIAN / expected
+        limit = 1 + SURE * math.sqrt(2 / (found.size * EFFICIENCY))
+        factors.append(ratio if ratio > limit else 1.0)
+    if max(factors, default=1.0) == 1.0:
+        return noise
+    whole = np.ones(len(noise.ratio))
+    whole[len(whole) - len(factors) :] = factors[::-1]
+    below = slice(0, len(whole) - len(factors))
+    steeper = factors[-1] / factors[-2] if len(factors) > 1 else 1.0
+    whole[below] = 1 + (factors[-1] - 1) * min(max(steeper, 1.0), STEEPEST)
+    return replace(noise, ratio=noise.ratio * whole)
+
+
+def _means(noise: Noise, time_s: Floats, values: Floats) -> Floats:
+    """Means of as many samples as the noise takes, about the middle of a swing."""
+    margin = (1 - INNER) / 2 * len(time_s)
+    inner = values[int(margin) : len(values) - int(margin)]
+    m = noise.averaged
+    return np.asarray(inner[: len(inner) // m * m].reshape(-1, m).mean(axis=1))
+
+
+def swings_of(theta: Floats, lowest: float) -> list[slice]:
+    """The stretches in which |θ| is higher than `lowest` [rad] with one sign, after the first."""
+    high = np.flatnonzero(np.abs(theta) > lowest)
+    if not high.size:
+        return []
+    turns = np.flatnonzero(np.diff(theta[high] > 0))
+    first, last = high[np.append(0, turns + 1)], high[np.append(turns, high.size - 1)]
+    return [slice(int(i), int(j) + 1) for i, j in zip(first[1:], last[1:], strict=True)]
