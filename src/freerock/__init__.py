@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from freerock.runs.impacts import Impacts, find_impacts
     from freerock.runs.limits import ImpactLimits, RunLimits
     from freerock.runs.motion import Motion
+    from freerock.runs.quiet import quiet_stretches, sensor_noise
     from freerock.runs.segment import Run, find_runs
 
 _ROOMS = {  # module: the public names it holds
@@ -52,6 +53,7 @@ _ROOMS = {  # module: the public names it holds
     "runs.impacts": ("Impacts", "find_impacts"),
     "runs.limits": ("ImpactLimits", "RunLimits"),
     "runs.motion": ("Motion",),
+    "runs.quiet": ("quiet_stretches", "sensor_noise"),
     "runs.segment": ("Run", "find_runs"),
 }
 
@@ -87,7 +89,9 @@ __all__ = [
     "open_fits",
     "open_record",
     "pulse",
+    "quiet_stretches",
     "read_record",
+    "sensor_noise",
     "simulate",
     "view_of",
 ]

@@ -22,6 +22,7 @@ RUN = {
     "end_s": "end",
     "theta0": "theta0",
     "theta0_stderr": "theta0_stderr",
+    "zero_stderr": "zero_stderr",
     "sigma_theta": "sigma_theta",
     "n_impacts": "n_impacts",
 }
@@ -63,6 +64,7 @@ VARIABLES = {
     "fit_start": ("s", "measured", "first instant used in a fit, after the support has left the block"),
     "end": ("s", "measured", "instant of rest"),
     "theta0": ("rad", "measured", "release angle"),
+    "zero": ("rad", "measured", "zero of theta during the run"),
     "theta0_u": ("rad", "quality", "total standard uncertainty of theta0"),
     "n_impacts": ("1", "measured", "number of sign changes of theta that stand out of the noise"),
     "impact_time": ("s", "measured", "instant of impact"),

@@ -16,8 +16,8 @@ from freerock.runs.noise import Noise, covariance_of_sums
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
 INNER = 0.7  # of a swing, about its middle, that is looked at
-FEWEST = 8  # differences that tell
-SURE = 4.0  # standard errors by which noise is louder; three would be met by chance in one run of some ten
+FEWEST = 6  # differences that tell
+SURE = 2.5  # standard errors by which noise is louder
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers
 EFFICIENCY = 0.37  # of that median
 STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order

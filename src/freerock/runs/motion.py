@@ -1,12 +1,13 @@
 """A run of a record as fits and predictions take it: θ(t) since its release, and what is known of it."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import InitVar, dataclass
 
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.rotation.view import View
-from freerock.runs.noise import Noise
+from freerock.runs.noise import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
 
@@ -30,10 +31,13 @@ class Motion:
     fit_start_s : float
         First instant that a fit uses, after the finger has left the block [s since the release].
     noise : Noise, optional
-        What the sensor does at rest (`noise.noise_at_rest`); None where no rest was seen: then the noise is
-        taken to be white, of sigma_theta.
+        What the sensor does at rest; None where no rest was seen: then it is taken to be white, of
+        sigma_theta.
     view : View, optional
         What the sensor makes of a motion; None where it shows the rotation as it is.
+    rests : iterable of ndarray, optional
+        Stretches of θ at rest [rad], about any level, sampled as the motion is (`quiet.quiet_stretches`):
+        they give `noise` where that is None.
     """
 
     time_s: Floats
@@ -45,6 +49,13 @@ class Motion:
     fit_start_s: float = 0.0
     noise: Noise | None = None
     view: View | None = None
+    rests: InitVar[Iterable[Floats]] = ()
+
+    def __post_init__(self, rests: Iterable[Floats]) -> None:
+        stretches = [np.asarray(each, float) for each in rests]
+        if self.noise is None and stretches:
+            rate_hz = (len(self.time_s) - 1) / float(self.time_s[-1] - self.time_s[0])
+            object.__setattr__(self, "noise", noise_at_rest(stretches, rate_hz))
 
 
 def motion_of(

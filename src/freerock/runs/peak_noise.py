@@ -10,7 +10,7 @@ from freerock.runs.impact_kernel import PEAK_DEGREE, SWING_SAMPLES, Residual, Sa
 from freerock.runs.noise import Noise, covariance_of_means, covariance_of_sums
 
 TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
-FIT = 64  # means of it suffice
+COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
 
 
 def left_of(noise: Noise, motion: Samples, swings: Sequence[tuple[int, int]]) -> Residual:
@@ -33,7 +33,9 @@ def left_of(noise: Noise, motion: Samples, swings: Sequence[tuple[int, int]]) ->
     left -= (left @ basis) @ basis.T
     freedom = n - PEAK_DEGREE - 1
     trace = float(np.trace(left))
-    return Residual(trace / freedom, trace**2 / float(np.sum(left * left)) / freedom, True)
+    found = trace / freedom, trace**2 / float(np.sum(left * left)) / freedom
+    coarse = np.exp2(np.rint(COARSE * np.log2(found)) / COARSE).tolist()
+    return Residual(*coarse, True)
 
 
 def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Floats:

@@ -62,7 +62,7 @@ def sensor_noise(
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     usual = usual_of(sigma_theta)
     found = noise_at_rest(quiet_stretches(time_s, theta, sigma_theta, window_s), rate_hz, step)
-    return found and found.scaled(1 / usual)
+    return found.scaled(1 / usual) if found and found.variance > 0 else None
 
 
 def usual_of(sigma_theta: Floats) -> float:

@@ -120,7 +120,9 @@ def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
     t, theta, sigma = (values[during] for values in (signal.t, signal.theta, signal.sigma))
     noise = signal.relative_noise
     known = sigma[np.isfinite(sigma)]
-    lowest = SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else math.inf
+    lowest = SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
+    if not lowest:
+        return noise
     return in_motion(noise, t, theta, sigma, swings_of(theta, lowest)[:SWINGS])
 
 
@@ -175,8 +177,9 @@ def held_over(signal: Signal, start_s: float, end_s: float) -> HeldAngle | None:
     means, noise, sigma = blocks.mean(axis=1), signal.relative_noise, float(np.nanmean(signal.sigma[near]))
     together = max(1, round(size / noise.averaged))
     of_mean, of_all = (stderr_of_mean(noise, k) ** 2 for k in (together, max(1, held.size // noise.averaged)))
-    within = float(np.mean(blocks.var(axis=1))) / max(noise.variance - of_mean, QUICK * noise.variance)
-    loud = max(within, sigma**2)  # a hold may be louder than a rest
+    within = max(noise.variance - of_mean, QUICK * noise.variance)  # of such a mean
+    seen = float(np.mean(blocks.var(axis=1)))
+    loud = max(seen / within if within > 0 else 0.0, sigma**2)  # a hold may be louder than a rest
     variance = float(np.var(means, ddof=1))
     moves = variance > MOVES * loud * (of_mean - of_all)
     whole, moved = math.sqrt(loud * of_all + sigma**2 * noise.stuck), math.sqrt(variance) if moves else 0.0
