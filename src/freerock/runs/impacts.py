@@ -227,14 +227,16 @@ def _rows(
     limits: ImpactLimits,
     noise: Noise | None,
 ) -> Floats:
-    """The impacts one by one, as values of `Impacts`; release holds its angle, its standard error and that of the zero."""
+    """The impacts one by one, as values of `Impacts`; release holds its angle and the standard errors
+    of angle and zero."""
     if not passages:
         return np.empty((0, len(COLUMNS)))
     rigid, theta0 = Rigid(block.theta_cr, block.p), release[0]
     start = _release_peak(motion, *release[:2], rigid)
     released = theta0 is not None and abs(theta0) < rigid.theta_cr
     lowest = Lowest(limits.min_amplitude_sigmas, limits.min_uplift_ratio * uplift)
-    known = Samples(*(_unwritable(each) for each in motion[:3]), motion.left)
+    t, y, sigma = (_unwritable(each) for each in motion[:3])
+    known = Samples(t, y, sigma, motion.left)
     rows = impact_rows(known, np.array(swings), np.array(passages), start, released, uplift, lowest, rigid)
     rows, fits = rows[:, :8], rows[:, 8:]
     shared = np.zeros(len(rows))

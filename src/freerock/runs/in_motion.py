@@ -1,7 +1,7 @@
 """Noise that is louder while the block moves than at rest, octave by octave.
 
-Differences of the sixth order of means say nothing of a smooth motion, and what is left of them is noise. They
-are taken about the tops, away from impacts.
+Differences of the sixth order of means say nothing of a smooth motion, and what is left of them is noise.
+They are taken about the tops, away from impacts.
 """
 
 import math
@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.runs.noise import Noise, covariance_of_sums
+from freerock.runs.noise import Noise
+from freerock.runs.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
@@ -35,12 +36,23 @@ def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings
     swings : iterable of slice
         Between impacts.
     """
-    pieces = [_means(noise, time_s[each], theta[each] / sigma[each]) for each in swings if each.stop - each.start > 1]
+    pieces = [
+        _means(noise, time_s[each], theta[each] / sigma[each])
+        for each in swings
+        if each.stop - each.start > 1
+    ]
     factors = list[float]()
     for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
         weights = np.repeat(SIXTH, 2**k) / 2**k
         found = np.concatenate(
-            [np.empty(0), *(np.convolve(each, weights[::-1], "valid")[:: max(1, 3 * 2**k)] for each in pieces if len(each) >= len(weights))]
+            [
+                np.empty(0),
+                *(
+                    np.convolve(each, weights[::-1], "valid")[:: max(1, 3 * 2**k)]
+                    for each in pieces
+                    if len(each) >= len(weights)
+                ),
+            ]
         )
         found = found[np.isfinite(found)]
         if found.size < FEWEST:

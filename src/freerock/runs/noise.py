@@ -16,8 +16,8 @@ from scipy.fft import irfft, next_fast_len, rfft
 from scipy.special import ndtri, stdtrit
 
 from freerock.arrays import Complexes, Floats, Indices
-from freerock.runs.whitening import Slow
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
+from freerock.runs.whitening import Slow
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
 EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave
@@ -99,8 +99,8 @@ class Noise:
         if not self.step:
             return 0.0
         rounding = self.step**2 / 12
-        before = max(self.variance - (2 if self.dof.max() <= COARSELY else 1) * rounding, 0.0)
-        first = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
+        before = max(self.variance - (2 if np.max(self.dof) <= COARSELY else 1) * rounding, 0.0)
+        first: float = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
         return min(first**2 / 2, rounding)
 
     def wander(self, apart: float, together: float) -> float:
@@ -122,7 +122,8 @@ class Noise:
         lowest = float(self.density(np.array([OCTAVE * self.edges[1]]))[0])
         share = max(1 - self.white / lowest, 0.0) if lowest > 0 else 0.0
         ratio = float(stdtrit(max(self.dof[0], 1.0), QUANTILE) / ndtri(QUANTILE))
-        return math.sqrt(1 + share * (ratio**2 - 1))
+        squared: float = 1 + share * (ratio**2 - 1)
+        return math.sqrt(squared)
 
     @property
     def law(self) -> Slow:
@@ -252,7 +253,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
 
 def expected_power(noise: Noise, n: int) -> Floats:
     """What `tapered_power` of n samples of noise is on average [rad²]."""
-    lags = _autocovariance(noise, n) * _of_tapers(n)
+    lags = autocovariance(noise, n) * _of_tapers(n)
     size = next_fast_len(n, real=True)
     wrapped = np.zeros(size)
     wrapped[:n] += lags
@@ -288,55 +289,12 @@ def power_taken(basis: Floats, of_basis: Complexes, through: Floats, inner: Floa
 def filtered(noise: Noise, columns: Floats) -> Floats:
     """Covariance matrix of noise times columns, shape (n_time, n_columns)."""
     n = len(columns)
-    covariance = _autocovariance(noise, n)
+    covariance = autocovariance(noise, n)
     size = next_fast_len(2 * n, real=True)
     wrapped = np.zeros(size)
     wrapped[:n], wrapped[-n + 1 :] = covariance, covariance[:0:-1]
     transform = rfft(np.ascontiguousarray(columns.T), size)
     return np.asarray(irfft(rfft(wrapped).real * transform, size)[:, :n].T)
-
-
-def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
-    """Covariance of weighted sums of noise, shape (..., n_sums, n_sums) [rad²].
-
-    The sums are of means of `averaged` samples that follow each other. A fit that is linear in its samples is
-    such a sum.
-
-    Parameters
-    ----------
-    noise : Noise
-    weights : ndarray, shape (..., n_sums, n_means)
-    """
-    n = weights.shape[-1]
-    size = next_fast_len(2 * n, real=True)
-    lags = _autocovariance(noise, n) / noise.averaged
-    wrapped = np.zeros(size)
-    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
-    through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
-    return np.asarray(through @ np.swapaxes(weights, -1, -2))
-
-
-def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
-    """Covariance of n means of so many samples each that follow each other, shape (n, n) [rad²]."""
-    size = together / noise.averaged
-    if size > 1:
-        parts = np.arange(n * round(size)).reshape(n, -1)
-        weights = np.zeros((n, parts.size))
-        np.put_along_axis(weights, parts, 1 / parts.shape[1], axis=1)
-        return covariance_of_sums(noise, weights)
-    lags = np.arange(n) * size
-    known = _autocovariance(noise, n + 1)
-    found = np.interp(lags, np.arange(n + 1), known) / noise.averaged
-    found[0] += noise.white * (1 / together - 1 / noise.averaged)
-    return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
-
-
-def stderr_of_mean(noise: Noise, n: int) -> float:
-    """Standard error of the mean of n means of `averaged` samples [rad]."""
-    n = max(n, 1)
-    lags = _autocovariance(noise, n) * (2 - 2 * np.arange(n) / n)
-    variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
-    return math.sqrt(variance) * noise.unsure
 
 
 def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Floats:
@@ -432,8 +390,8 @@ def _of_tapers(n: int) -> Floats:
 
 
 @lru_cache(16)
-def _autocovariance(noise: Noise, n: int) -> Floats:
-    """Of noise at lags of 0 to n - 1 samples [rad²]."""
+def autocovariance(noise: Noise, n: int) -> Floats:
+    """Of noise at lags of 0 to n - 1 of its samples [rad²], shape (n,)."""
     size = 4 * n  # so that slow noise does not wrap around
     whole = irfft(noise.density(np.arange(size // 2 + 1) / size), size)
     return np.asarray(whole[:n].copy())  # without the rest, which is kept as long

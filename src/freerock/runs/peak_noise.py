@@ -1,13 +1,15 @@
 """What the noise of a sensor makes of the peaks of a run: of the residuals of their fits, of their errors."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.fft import next_fast_len
 
 from freerock.arrays import Floats
 from freerock.runs.impact_kernel import PEAK_DEGREE, SWING_SAMPLES, Residual, Samples
-from freerock.runs.noise import Noise, covariance_of_means, covariance_of_sums
+from freerock.runs.noise import Noise
+from freerock.runs.sums import covariance_of_means, covariance_of_sums
 
 TYPICAL = 0.5  # of a swing, the window in which a residual is looked at
 COARSE = 2  # steps in a factor of two: white noise is white, however its spectrum was drawn
@@ -34,8 +36,8 @@ def left_of(noise: Noise, motion: Samples, swings: Sequence[tuple[int, int]]) ->
     freedom = n - PEAK_DEGREE - 1
     trace = float(np.trace(left))
     found = trace / freedom, trace**2 / float(np.sum(left * left)) / freedom
-    coarse = np.exp2(np.rint(COARSE * np.log2(found)) / COARSE).tolist()
-    return Residual(*coarse, True)
+    expected, share = np.exp2(np.rint(COARSE * np.log2(found)) / COARSE).tolist()
+    return Residual(expected, share, True)
 
 
 def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Floats:
@@ -70,7 +72,7 @@ def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Fl
         white[i] = float(weights[-1] @ weights[-1]) / noise.averaged
         starts.append(low)
     n = max(len(each) for each in weights)
-    n = next_fast_len(n + max([b - a for a, b in zip(starts, starts[1:], strict=False)], default=0))
+    n = next_fast_len(n + max([b - a for a, b in pairwise(starts)], default=0))
     pairs = np.zeros((len(weights), 2, n))
     for i, own in enumerate(weights):
         pairs[i, 0, : len(own)] = own

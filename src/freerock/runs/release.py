@@ -6,6 +6,7 @@ depend on how the finger left.
 
 import math
 import warnings
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,9 +16,10 @@ from freerock.models.compiled import run
 from freerock.rotation.still import Phase
 from freerock.runs.in_motion import in_motion, swings_of
 from freerock.runs.limits import RunLimits
-from freerock.runs.noise import Noise, covariance_of_sums, stderr_of_mean
+from freerock.runs.noise import Noise
 from freerock.runs.signal import Signal
-from freerock.runs.whitening import transposed, whiten
+from freerock.runs.sums import covariance_of_sums, stderr_of_mean
+from freerock.runs.whitening import Slow, transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
 EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the converter
@@ -75,7 +77,7 @@ class _EarlyMotion(NamedTuple):
 
 
 class _Means(NamedTuple):
-    """Means of samples: time since the release [s], θ and its σ [rad], their numbers, which are early ones."""
+    """Means of samples: time since the release [s], θ and its σ [rad], number, whether early."""
 
     t: Floats
     theta: Floats
@@ -147,7 +149,7 @@ def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, flo
 
 
 def _passes(values: Floats, level: float) -> int:
-    """From which value on most are above a level: where those below after it and above before it are fewest."""
+    """From which value on most are above a level: where fewest are below it after and above it before."""
     above = np.concatenate([[0], np.cumsum(values > level)])
     below = np.concatenate([[0], np.cumsum(~(values > level))])
     return min(int(np.argmin(above[:-1] + below[-1] - below[:-1])), len(values) - 1)
@@ -203,13 +205,53 @@ def _means(
     return _Means(*(x[known] for x in found))
 
 
-def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) -> _EarlyMotion:
-    """Fit a level to the hold and θ = θ_top - a/q² (cosh q(t - t0) - 1) to the early motion: t0 and θ_top.
+@dataclass(frozen=True)
+class _Fall:
+    """A level for the hold and θ = θ_top - a/q² (cosh q(t - t0) - 1) for the early motion.
 
     That is any conservative motion from rest at θ_top to fourth order in t - t0; a and q stay free, so that
-    neither a compliant base nor a width other than nominal matters. The fit is one of generalised least
-    squares, by the noise's law; standard errors are by all that a rest shows of it, and larger where the
-    early motion is louder. NaN where the fit fails.
+    neither a compliant base nor a width other than nominal matters. The numbers are the level less θ0, θ_top
+    less the level, of which `moved` is the standard deviation, a, q and t0.
+    """
+
+    means: _Means
+    law: Slow
+    theta0: float
+    moved: float
+    weight: Floats
+
+    def whitened(self, columns: Floats) -> Floats:
+        """Columns in standard deviations of what the noise brings that is new, shape (n_means, n_columns)."""
+        found: Floats = run(whiten, columns / self.means.sigma[:, None], self.means.place, self.law)
+        return found * self.weight[:, None]
+
+    def shape(self, q: float, t0: float) -> tuple[Floats, Floats, Floats]:
+        """(cosh q(t - t0) - 1)/q², its derivative by time, and t - t0; 0 in the hold."""
+        at = np.where(self.means.early, self.means.t - t0, 0.0)
+        angle = np.minimum(np.maximum(q * at, -20.0), 20.0)  # within what a search may try
+        return (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q, at
+
+    def residual(self, x: Floats) -> Floats:
+        """Of all means, and of the distance of θ_top from the level."""
+        level, above, pull, q, t0 = x
+        model = self.theta0 + level + self.means.early * above - pull * self.shape(q, t0)[0]
+        return np.append(self.whitened((model - self.means.theta)[:, None])[:, 0], above / self.moved)
+
+    def slopes(self, x: Floats) -> Floats:
+        """Derivatives of the residual by the numbers."""
+        _, _, pull, q, t0 = x
+        fallen, rate, at = self.shape(q, t0)
+        by_q = pull * (2 * fallen - rate * at) / q
+        ones = np.ones(fallen.size)
+        by = self.whitened(np.column_stack([ones, self.means.early, -fallen, by_q, pull * rate]))
+        return np.vstack([by, [0, 1 / self.moved, 0, 0, 0]])
+
+
+def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) -> _EarlyMotion:
+    """Start and height of the early motion by generalised least squares; NaN where the fit fails.
+
+    Weights are those of the noise's law. Standard errors are by all that is known of the noise, and larger
+    where the early motion is louder. A mean far off counts less.
 
     Parameters
     ----------
@@ -218,59 +260,31 @@ def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) ->
         Over σ.
     held : HeldAngle
     moved : float
-        Standard deviation of θ_top about the level [rad]; infinite where it may be any.
+        Standard deviation of θ_top about the held angle [rad]; infinite where it may be any.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
-    t, theta, sigma, place, early = means
+    t, _, sigma, place, early = means
     if np.count_nonzero(early) < FEWEST:
         return _EarlyMotion(math.nan, math.nan, math.nan, math.nan)
-    sigma, law, theta0 = np.maximum(sigma, 1e-6 * abs(held.theta0)), noise.law, held.theta0
-    moved = max(moved, 1e-9 * abs(theta0))
-    since = np.where(early, t, 0.0)
-
-    def whitened(columns: Floats) -> Floats:
-        return run(whiten, np.ascontiguousarray(columns / sigma[:, None]), place, law)
-
-    def shape(q: float, t0: float) -> tuple[Floats, Floats, Floats]:
-        at = early * (since - t0)
-        angle = _bounded(q * at)
-        return (np.cosh(angle) - 1) / q**2, np.sinh(angle) / q, at
-
-    def residual(x: Floats) -> Floats:
-        level, above, pull, q, t0 = x
-        model = theta0 + level + early * above - pull * shape(q, t0)[0]
-        return np.append(weight * whitened((model - theta)[:, None])[:, 0], above / moved)
-
-    def slopes(x: Floats) -> Floats:
-        _, _, pull, q, t0 = x
-        fallen, rate, at = shape(q, t0)
-        by_q = pull * (2 * fallen - rate * at) / q
-        by = whitened(np.column_stack([np.ones(t.size), early, -fallen, by_q, pull * rate]))
-        return np.vstack([weight[:, None] * by, [0, 1 / moved, 0, 0, 0]])
-
-    x = np.array([0.0, 0.0, FALL * theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
-    weight = np.ones(t.size)
+    size = abs(held.theta0)
+    means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
+    fall = _Fall(means, noise.law, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
+    x = np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
     for _ in range(2):
-        x, *_ = leastsq(residual, x, Dfun=slopes, full_output=True)
-        left = residual(x)[:-1] / weight
-        size = np.abs(left) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
-        if size.max() < HUBER:
+        x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True)
+        left = fall.residual(x)[:-1]
+        off = np.abs(left / fall.weight) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
+        if off.max() < HUBER:
             break
-        weight = np.minimum(1.0, np.sqrt(HUBER / np.maximum(size, HUBER)))
-    by = slopes(x)
+        fall = replace(fall, weight=np.minimum(1.0, np.sqrt(HUBER / np.maximum(off, HUBER))))
+    by = fall.slopes(x)
     scale = np.linalg.norm(by, axis=0)
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
     influence = np.zeros((5, int(place[-1]) + 1))
-    weighted = np.ascontiguousarray(inverse @ (by[:-1] * weight[:, None]).T)
-    influence[:, place] = run(transposed, weighted, place, law)
-    variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / moved) ** 2
-    freedom = np.count_nonzero(early) - 3
-    loud = max(1.0, float(np.sum((weight * left)[early] ** 2)) / freedom)
+    weights = np.ascontiguousarray(inverse @ (by[:-1] * fall.weight[:, None]).T)
+    influence[:, place] = run(transposed, weights, place, noise.law)
+    variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
+    loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
     stderr = np.sqrt(loud * variance)
     return _EarlyMotion(x[4], stderr[4], x[1], stderr[1])
-
-
-def _bounded(angle: Floats) -> Floats:
-    """The argument of a cosh, within what a search may try."""
-    return np.asarray(np.minimum(np.maximum(angle, -20.0), 20.0))

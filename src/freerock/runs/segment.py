@@ -22,9 +22,10 @@ from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
-from freerock.runs.noise import Noise, stderr_of_mean
+from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, scatter, signal_of
+from freerock.runs.sums import stderr_of_mean
 from freerock.runs.verdict import Reason, Verdict
 
 UNKNOWN = SignalQuality()
@@ -252,8 +253,9 @@ class _Search:
             part = core(signal, each, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
-            own = weight**2 * (stderr_of_mean(noise, n) ** 2 + noise.stuck) + weight * noise.wander(
-                apart, noise.rate_hz * self.limits.held_s)
+            level = stderr_of_mean(noise, n) ** 2 + noise.stuck
+            wander = noise.wander(apart, noise.rate_hz * self.limits.held_s)
+            own = weight**2 * level + weight * wander
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
         return max(self.quality.zero_stderr, math.sqrt(variance))
 

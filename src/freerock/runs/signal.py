@@ -16,7 +16,7 @@ NOISE_SAMPLES = 50_000  # suffice to know the noise
 class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
 
-    Rotation is NaN where a sample is flagged. The noise of a sample is `sigma` times `noise`, if that is known.
+    Rotation is NaN where a sample is flagged. The noise of a sample is `sigma` times `noise`, if known.
     """
 
     t: Floats

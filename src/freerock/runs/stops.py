@@ -10,9 +10,9 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.rotation.still import Phase, stretches
-from freerock.runs.noise import covariance_of_sums
 from freerock.runs.release import FALL_MOST
 from freerock.runs.signal import Signal
+from freerock.runs.sums import covariance_of_sums
 
 # By judgement, between free falls and brakes by half. Of 96 falls on which none was set (60 clean ones, slow
 # fingers, pushes, bases off level) none is slower than before by more than 4 % or 1.2 standard errors.

@@ -1,15 +1,21 @@
 """Total uncertainty of what is measured of a run: release angle, peaks, restitution of each impact.
 
 A peak is a reading at its instant, so that an input that moves turns the reading into another angle, and the
-rigid block's energies of two such angles into another restitution. The instants have no part in it.
+rigid block's energies of two such angles into another restitution. The instants have no part in it. The
+rotation is that of a corner that does not sink. By what one that sinks makes of the reading these numbers may
+be off, and that counts as a standard uncertainty where the run's tail tells how stiff the bed is.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.models.block import GRAVITY
+from freerock.models.contact import Foundation
 from freerock.rotation.laboratory import Contributions, Laboratory
+from freerock.rotation.view import view_of
 from freerock.runs.impacts import Impacts
 
 SHARE = 0.1  # of its uncertainty, by which an input is moved to either side
@@ -57,8 +63,27 @@ def measured_total(
             impacts.restitution_stderr,
         ]
     )
-    u = contributions(theta0, impacts, laboratory).total(stderr)
+    u = np.hypot(contributions(theta0, impacts, laboratory).total(stderr), sunk(theta0, impacts, laboratory))
     return MeasuredTotal(float(u[0]), *np.split(u[1:], 3))
+
+
+def sunk(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Floats:
+    """By what a corner that sinks puts off the numbers of `contributions`, shape (n_numbers,).
+
+    The bed is that of `Impacts.theta_uplift` (F26). 0 where one beam does not see its corner or the tail does
+    not show it; of what is not known of an impact as well.
+    """
+    angles, block = _angles(theta0, impacts), laboratory.block
+    view = view_of(list(laboratory.lasers.values()), block) if laboratory.lasers else None
+    if view is None or view.laser.beam is None or not impacts.theta_uplift > 0:
+        return np.zeros(len(angles) + len(impacts.time_s))
+    bed = Foundation(block.mass_kg * GRAVITY / (2 * block.b**2 * math.sin(impacts.theta_uplift)))
+    known = np.abs(angles) < block.theta_cr
+    turned = angles.copy()
+    turned[known] = [view.released(angle, block, bed) for angle in angles[known].tolist()]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        seen, true = (_with_restitution(each, laboratory) for each in (angles, turned))
+    return np.nan_to_num(true - seen)
 
 
 def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Contributions:
@@ -81,8 +106,7 @@ def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Co
     Contributions
         Numbers: θ0 [rad], the peaks before [rad], the peaks after [rad] and the restitutions of all impacts.
     """
-    angles = np.concatenate([[theta0], impacts.peak_before_rad, impacts.peak_after_rad])
-    columns = []
+    angles, columns = _angles(theta0, impacts), []
     for source in laboratory.inputs:
         high, low = (_numbers(angles, laboratory, laboratory.moved(source, by)) for by in (SHARE, -SHARE))
         columns.append((high - low) / (2 * SHARE))
@@ -90,13 +114,21 @@ def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Co
     return Contributions(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
 
 
+def _angles(theta0: float, impacts: Impacts) -> Floats:
+    return np.concatenate([[theta0], impacts.peak_before_rad, impacts.peak_after_rad])
+
+
 def _numbers(angles: Floats, laboratory: Laboratory, moved: Laboratory) -> Floats:
     """Angles as another laboratory would have read them, and its restitutions."""
     # a peak may be unknown, or overturned to the other laboratory
     with np.errstate(invalid="ignore", divide="ignore"):
-        read = laboratory.reread(angles, moved)
-        before, after = (_energy(peaks, moved) for peaks in np.split(read[1:], 2))
-        return np.concatenate([read, np.sqrt(after / before)])
+        return _with_restitution(laboratory.reread(angles, moved), moved)
+
+
+def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
+    """Angles and the restitutions from the peaks among them."""
+    before, after = (_energy(peaks, laboratory) for peaks in np.split(angles[1:], 2))
+    return np.concatenate([angles, np.sqrt(after / before)])
 
 
 def _energy(peaks: Floats, laboratory: Laboratory) -> Floats:

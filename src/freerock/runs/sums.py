@@ -1,0 +1,52 @@
+"""Errors of what is linear in θ, such as a mean or a least-squares fit, under the noise of a sensor."""
+
+import math
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from freerock.arrays import Floats
+from freerock.runs.noise import Noise, autocovariance
+
+
+def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
+    """Covariance of weighted sums of noise, shape (..., n_sums, n_sums) [rad²].
+
+    The sums are of means of `averaged` samples that follow each other. A fit that is linear in its samples is
+    such a sum.
+
+    Parameters
+    ----------
+    noise : Noise
+    weights : ndarray, shape (..., n_sums, n_means)
+    """
+    n = weights.shape[-1]
+    size = next_fast_len(2 * n, real=True)
+    lags = autocovariance(noise, n) / noise.averaged
+    wrapped = np.zeros(size)
+    wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
+    through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
+    return np.asarray(through @ np.swapaxes(weights, -1, -2))
+
+
+def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
+    """Covariance of n means of so many samples each that follow each other, shape (n, n) [rad²]."""
+    size = together / noise.averaged
+    if size > 1:
+        parts = np.arange(n * round(size)).reshape(n, -1)
+        weights = np.zeros((n, parts.size))
+        np.put_along_axis(weights, parts, 1 / parts.shape[1], axis=1)
+        return covariance_of_sums(noise, weights)
+    lags = np.arange(n) * size
+    known = autocovariance(noise, n + 1)
+    found = np.interp(lags, np.arange(n + 1), known) / noise.averaged
+    found[0] += noise.white * (1 / together - 1 / noise.averaged)
+    return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
+
+
+def stderr_of_mean(noise: Noise, n: int) -> float:
+    """Standard error of the mean of n means of `averaged` samples [rad]."""
+    n = max(n, 1)
+    lags = autocovariance(noise, n) * (2 - 2 * np.arange(n) / n)
+    variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
+    return math.sqrt(variance) * noise.unsure
