@@ -111,8 +111,9 @@ class Noise:
         """
         if len(self.ratio) < 4:
             return 0.0
-        grows = min(max(math.log(self.ratio[0] / self.ratio[2]) / math.log(4.0), 0.0), 1.0)
-        lowest = OCTAVE * self.edges[1]
+        steeper = max(float(self.ratio[0]), LEAST) / max(float(self.ratio[2]), LEAST)
+        grows = min(max(math.log(steeper) / math.log(4.0), 0.0), 1.0)
+        lowest = OCTAVE * float(self.edges[1])
         excess = max(float(self.density(np.array([lowest]))[0]) - self.white, 0.0) / self.averaged
         return 4 * grows * excess * lowest * (math.log(max(apart / together, 1.0)) + 1.5)
 

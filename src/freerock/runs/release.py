@@ -5,7 +5,6 @@ depend on how the finger left.
 """
 
 import math
-import warnings
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -30,7 +29,9 @@ SURE = 4.0  # standard errors of a push
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
-HUBER = 3.0  # standard deviations beyond which a mean counts less (Huber 1964, doi:10.1214/aoms/1177703732)
+SAG, FADES = 0.024, 3.0  # in units of a T²: by which a finger that fades for T lowers θ_top; T in one of finger_s
+EXACT = 1e-6  # relative accuracy of the fit
+HUBER = 4.0  # standard deviations beyond which a mean counts less (Huber 1964, doi:10.1214/aoms/1177703732)
 
 
 class Release(NamedTuple):
@@ -74,6 +75,7 @@ class _EarlyMotion(NamedTuple):
     start_stderr_s: float
     above: float
     above_stderr: float
+    numbers: Floats | None = None
 
 
 class _Means(NamedTuple):
@@ -96,19 +98,21 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     noise = _in_motion(signal, hold, end_s)
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
-    late = max(late, min(latest, guess + 3 * finger_s))
+    late, start = max(late, min(latest, guess + 3 * finger_s)), None
     for _ in range(3):
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
-        found = _early_motion(means, noise, held, held.moved)
+        leaves = SAG * FALL * held.theta0 / 0.5 * (finger_s / FADES / (late - release)) ** 2
+        found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start)
+        start = found.numbers
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
         moved, release = abs(begun - release), begun
-        if moved < 0.1 * found.start_stderr_s:
+        if moved < 0.3 * found.start_stderr_s:
             break
-    free = _early_motion(means, noise, held, math.inf)
+    free = _early_motion(means, noise, held, math.inf, start)
     pushed = abs(free.above) > SURE * free.above_stderr
     push = free.above / held.theta0 if pushed else 0.0
     timed = not math.isnan(found.start_stderr_s)
@@ -136,8 +140,7 @@ def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, flo
     first, last = np.searchsorted(signal.t, (hold.mid_s, end_s)).tolist()
     size = max(1, min(round(SEARCH_S / signal.step_s), (last - first) // 8))
     theta = signal.theta[first : first + (last - first) // size * size].reshape(-1, size)
-    with warnings.catch_warnings(action="ignore"):  # of medians of no valid sample
-        fallen = 1 - np.nanmedian(theta, axis=1) / hold.level
+    fallen = 1 - np.median(theta, axis=1) / hold.level  # not a number where a sample is invalid
     found = []
     for share in (FALL / 4, FALL, FALL_MOST):
         i = int(np.argmax(fallen > share))
@@ -247,7 +250,9 @@ class _Fall:
         return np.vstack([by, [0, 1 / self.moved, 0, 0, 0]])
 
 
-def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) -> _EarlyMotion:
+def _early_motion(
+    means: _Means, noise: Noise, held: HeldAngle, moved: float, start: Floats | None = None
+) -> _EarlyMotion:
     """Start and height of the early motion by generalised least squares; NaN where the fit fails.
 
     Weights are those of the noise's law. Standard errors are by all that is known of the noise, and larger
@@ -261,6 +266,8 @@ def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) ->
     held : HeldAngle
     moved : float
         Standard deviation of θ_top about the held angle [rad]; infinite where it may be any.
+    start : ndarray, optional
+        Numbers of `_Fall` to begin with.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
@@ -270,9 +277,13 @@ def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) ->
     size = abs(held.theta0)
     means = means._replace(sigma=np.maximum(sigma, 1e-6 * size))
     fall = _Fall(means, noise.law, held.theta0, max(moved, 1e-9 * size), np.ones(t.size))
-    x = np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
+    x = (
+        np.array([0.0, 0.0, FALL * held.theta0 / 0.5 / t[-1] ** 2, 1 / t[-1], 0.0])
+        if start is None
+        else start
+    )
     for _ in range(2):
-        x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True)
+        x, *_ = leastsq(fall.residual, x, Dfun=fall.slopes, full_output=True, ftol=EXACT, xtol=EXACT)
         left = fall.residual(x)[:-1]
         off = np.abs(left / fall.weight) / max(1.0, float(1.4826 * np.median(np.abs(left[early]))))
         if off.max() < HUBER:
@@ -287,4 +298,4 @@ def _early_motion(means: _Means, noise: Noise, held: HeldAngle, moved: float) ->
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
     stderr = np.sqrt(loud * variance)
-    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1])
+    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1], np.append(x[:4], 0.0))

@@ -9,6 +9,9 @@ from freerock.arrays import Floats
 from freerock.runs.noise import Noise, autocovariance
 
 
+LAGS = 128  # in steps of so many autocovariances are worked out
+
+
 def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
     """Covariance of weighted sums of noise, shape (..., n_sums, n_sums) [rad²].
 
@@ -22,7 +25,7 @@ def covariance_of_sums(noise: Noise, weights: Floats) -> Floats:
     """
     n = weights.shape[-1]
     size = next_fast_len(2 * n, real=True)
-    lags = autocovariance(noise, n) / noise.averaged
+    lags = _lags(noise, n) / noise.averaged
     wrapped = np.zeros(size)
     wrapped[:n], wrapped[size - n + 1 :] = lags, lags[:0:-1]
     through = irfft(rfft(wrapped).real * rfft(weights, size), size)[..., :n]
@@ -38,7 +41,7 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
         np.put_along_axis(weights, parts, 1 / parts.shape[1], axis=1)
         return covariance_of_sums(noise, weights)
     lags = np.arange(n) * size
-    known = autocovariance(noise, n + 1)
+    known = _lags(noise, n + 1)
     found = np.interp(lags, np.arange(n + 1), known) / noise.averaged
     found[0] += noise.white * (1 / together - 1 / noise.averaged)
     return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
@@ -47,6 +50,11 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
 def stderr_of_mean(noise: Noise, n: int) -> float:
     """Standard error of the mean of n means of `averaged` samples [rad]."""
     n = max(n, 1)
-    lags = autocovariance(noise, n) * (2 - 2 * np.arange(n) / n)
+    lags = _lags(noise, n) * (2 - 2 * np.arange(n) / n)
     variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
     return math.sqrt(variance) * noise.unsure
+
+
+def _lags(noise: Noise, n: int) -> Floats:
+    """`autocovariance` at n lags, of lengths that are remembered."""
+    return autocovariance(noise, -(-n // LAGS) * LAGS)[:n]
