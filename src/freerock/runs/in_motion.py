@@ -7,6 +7,7 @@ They are taken about the tops, away from impacts.
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -43,7 +44,7 @@ def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings
     ]
     factors = list[float]()
     for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
-        weights = np.repeat(SIXTH, 2**k) / 2**k
+        weights, expected = _difference(noise, k)
         found = np.concatenate(
             [
                 np.empty(0),
@@ -57,7 +58,6 @@ def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings
         found = found[np.isfinite(found)]
         if found.size < FEWEST:
             break
-        expected = float(covariance_of_sums(noise, weights[None])[0, 0])
         ratio = float(np.median(found**2)) / OF_MEDIAN / expected
         limit = 1 + SURE * math.sqrt(2 / (found.size * EFFICIENCY))
         factors.append(ratio if ratio > limit else 1.0)
@@ -69,6 +69,13 @@ def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings
     steeper = factors[-1] / factors[-2] if len(factors) > 1 else 1.0
     whole[below] = 1 + (factors[-1] - 1) * min(max(steeper, 1.0), STEEPEST)
     return replace(noise, ratio=noise.ratio * whole)
+
+
+@lru_cache(32)
+def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
+    """Weights of a difference of means of 2ᵏ, and its variance by the noise."""
+    weights = np.repeat(SIXTH, 2**k) / 2**k
+    return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
 
 
 def _means(noise: Noise, time_s: Floats, values: Floats) -> Floats:

@@ -68,7 +68,7 @@ def under_noise(rows: Floats, fits: Floats, motion: Samples, noise: Noise) -> Fl
         x = np.linspace(-1, 1, high - low)
         sigma = np.interp(first_s + (np.arange(low, high) + 0.5) * span_s, motion.t, motion.noise)
         design = np.vander(x, int(degree) + 1, increasing=True) / sigma[:, None]
-        weights.append(np.linalg.pinv(design)[0])
+        weights.append(np.linalg.solve(design.T @ design, design.T)[0])
         white[i] = float(weights[-1] @ weights[-1]) / noise.averaged
         starts.append(low)
     n = max(len(each) for each in weights)

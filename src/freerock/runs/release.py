@@ -22,14 +22,18 @@ from freerock.runs.whitening import Slow, transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
 EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the converter
+PASSES = 2  # from the guess: the windows of the second are those of the release within a few of its errors
 FEWEST = 6  # means of the early motion that give an instant
 SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
-SWING, SWINGS = 20.0, 20  # standard deviations of the noise that a swing is high, and how many tell its noise
+SWING, SWINGS = 20.0, 8  # standard deviations of the noise that a swing is high, and how many tell its noise
 SURE = 4.0  # standard errors of a push
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
-SAG, FADES = 0.024, 3.0  # in units of a T²: by which a finger that fades for T lowers θ_top; T in one of finger_s
+SAG, FADES = (
+    0.024,
+    3.0,
+)  # in units of a T²: by which a finger that fades for T lowers θ_top; T in one of finger_s
 EXACT = 1e-6  # relative accuracy of the fit
 HUBER = 4.0  # standard deviations beyond which a mean counts less (Huber 1964, doi:10.1214/aoms/1177703732)
 
@@ -99,7 +103,7 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
-    for _ in range(3):
+    for _ in range(PASSES):
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
@@ -109,9 +113,7 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
-        moved, release = abs(begun - release), begun
-        if moved < 0.3 * found.start_stderr_s:
-            break
+        release = begun
     free = _early_motion(means, noise, held, math.inf, start)
     pushed = abs(free.above) > SURE * free.above_stderr
     push = free.above / held.theta0 if pushed else 0.0

@@ -8,7 +8,6 @@ from scipy.fft import irfft, next_fast_len, rfft
 from freerock.arrays import Floats
 from freerock.runs.noise import Noise, autocovariance
 
-
 LAGS = 128  # in steps of so many autocovariances are worked out
 
 
