@@ -106,15 +106,18 @@ class Noise:
     def wander(self, apart: float, together: float) -> float:
         """Mean square of the difference of two levels beyond what a rest shows [rad²].
 
-        Each is of so many samples together, so many apart. Where the density grows towards the lowest octave
-        beyond its law, it is taken to go on as that of 1/f noise, A/f: 2A (ln(apart/together) + 3/2).
+        Each is of so many samples together, so many apart. Where the density grows towards the lowest octave,
+        and where beyond its law, it is taken to go on as that of 1/f noise, A/f: 2A (ln(apart/together) + 3/2).
         """
         if len(self.ratio) < 4:
             return 0.0
-        steeper = max(float(self.ratio[0]), LEAST) / max(float(self.ratio[2]), LEAST)
-        grows = min(max(math.log(steeper) / math.log(4.0), 0.0), 1.0)
         lowest = OCTAVE * float(self.edges[1])
-        excess = max(float(self.density(np.array([lowest]))[0]) - self.white, 0.0) / self.averaged
+        density = np.maximum(self.density(lowest * np.array([1.0, 4.0])) - self.white, 0.0).tolist()
+        seen, beyond = (
+            min(max(math.log(max(low, LEAST) / max(high, LEAST)) / math.log(4.0), 0.0), 1.0)
+            for low, high in (density, self.ratio[[0, 2]].tolist())
+        )
+        grows, excess = (seen + beyond) / 2, density[0] / self.averaged
         return 4 * grows * excess * lowest * (math.log(max(apart / together, 1.0)) + 1.5)
 
     @cached_property

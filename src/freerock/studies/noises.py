@@ -105,16 +105,14 @@ def record_of(noise: str, i: int) -> tuple[Truth, Floats]:
     return truth, step * (np.rint(volts / step + offset) - offset)
 
 
-def measured(noise: str, i: int) -> tuple[Truth, Run, Impacts]:
-    """The first run of the i-th record with a noise, on the public way."""
-    truth, volts = record_of(noise, i)
+def measured_of(truth: Truth, volts: Floats, i: int) -> tuple[Run, Impacts]:
+    """The first run of the i-th record, on the public way."""
     block, laser = truth.scene.block, laser_of(i)
     time_s = np.arange(len(volts)) / RATE_HZ
     found = find_rotation(time_s, volts, laser, block, "V")
     signal = [found[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     step = converter_step(volts, signal[1])
-    run, impacts = judged_runs(signal, block, signal_quality(found), step=step)[0]
-    return truth, run, impacts
+    return judged_runs(signal, block, signal_quality(found), step=step)[0]
 
 
 def run(size: str = "full") -> pd.DataFrame:
@@ -136,7 +134,8 @@ def rows_of(case: tuple[str, int]) -> list[Row]:
     noise, i = case
     of_record = {"noise": noise, "record": i, "scene": " ".join(names_of(i))}
     try:
-        truth, run, impacts = measured(noise, i)
+        truth, volts = record_of(noise, i)
+        run, impacts = measured_of(truth, volts, i)
     except FreerockError as error:
         return [of_record | {"level": "fail", "names": str(error.what), "number": "none"}]
     of_record |= {"level": run.verdict.level, "names": " ".join(run.verdict.names)}
