@@ -66,7 +66,7 @@ def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings
     whole = np.ones(len(noise.ratio))
     whole[len(whole) - len(factors) :] = factors[::-1]
     below = slice(0, len(whole) - len(factors))
-    steeper = factors[-1] / factors[-2] if len(factors) > 1 else 1.0
+    steeper = factors[-1] / factors[-2] if len(factors) > 1 and factors[-2] > 1.0 else 1.0
     whole[below] = 1 + (factors[-1] - 1) * min(max(steeper, 1.0), STEEPEST)
     return replace(noise, ratio=noise.ratio * whole)
 

@@ -107,18 +107,15 @@ class Noise:
         """Mean square of the difference of two levels beyond what a rest shows [rad²].
 
         Each is of so many samples together, so many apart. Where the density grows towards the lowest octave,
-        and where beyond its law, it is taken to go on as that of 1/f noise, A/f: 2A (ln(apart/together) + 3/2).
+        and where beyond its law, it goes on as that of 1/f noise, A/f: 2A (ln(apart/together) + 1.5).
         """
         if len(self.ratio) < 4:
             return 0.0
         lowest = OCTAVE * float(self.edges[1])
-        density = np.maximum(self.density(lowest * np.array([1.0, 4.0])) - self.white, 0.0).tolist()
-        seen, beyond = (
-            min(max(math.log(max(low, LEAST) / max(high, LEAST)) / math.log(4.0), 0.0), 1.0)
-            for low, high in (density, self.ratio[[0, 2]].tolist())
-        )
-        grows, excess = (seen + beyond) / 2, density[0] / self.averaged
-        return 4 * grows * excess * lowest * (math.log(max(apart / together, 1.0)) + 1.5)
+        density = (self.density(lowest * np.array([1.0, 4.0])) - self.white).tolist()
+        grows = (_grows(*density) + _grows(*self.ratio[[0, 2]].tolist())) / 2
+        a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest
+        return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
 
     @cached_property
     def unsure(self) -> float:
@@ -140,6 +137,13 @@ class Noise:
         """The same noise with its standard deviation times a factor."""
         white, slow = factor**2 * self.white, factor**2 * self.slow
         return replace(self, white=white, slow=slow, step=factor * self.step)
+
+
+def _grows(low: float, high: float) -> float:
+    """Exponent by which what is low falls to what is high two octaves above, from 0 to 1."""
+    if low <= max(high, 0.0):
+        return 0.0
+    return min(math.log(low / high) / math.log(4.0), 1.0) if high > 0 else 1.0
 
 
 def white_noise(sigma_theta: float, rate_hz: float) -> Noise:

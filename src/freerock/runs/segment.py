@@ -59,7 +59,8 @@ class Run:
     excluded, overridden : bool
         Left out by hand; release and end set by hand.
     zero_stderr : float
-        Standard error of the zero of θ during the run, which all its peaks share [rad].
+        Standard error of the zero of θ during the run by the noise of the rests, which all its peaks share;
+        without what a drift between them may do, which theta0_stderr has as well [rad].
     """
 
     number: int
@@ -228,7 +229,7 @@ class _Search:
             fit_start_s=float(begins.fit_start_s),
             end_s=float(motion.end_s),
             theta0=begins.held.theta0,
-            theta0_stderr=math.hypot(begins.held.stderr, zero_stderr),
+            theta0_stderr=math.hypot(begins.held.stderr, max(zero_stderr, self.quality.zero_stderr)),
             sigma_theta=motion.sigma_theta,
             n_impacts=facts.n_impacts,
             verdict=verdict_on(facts),
@@ -238,7 +239,7 @@ class _Search:
         )
 
     def _zero_stderr(self, time_s: float) -> float:
-        """Standard error of the zero of θ [rad] at an instant [s], between the rests before and after it."""
+        """Standard error of the zero of θ [rad] at an instant [s], by the noise of the rests beside it."""
         signal, rests = self.signal, [each for each in self.phases if each.kind == "rest"]
         near = rests[:0]
         near += [each for each in rests if each.mid_s <= time_s][-1:]
@@ -257,7 +258,7 @@ class _Search:
             wander = noise.wander(apart, noise.rate_hz * self.limits.held_s)
             own = weight**2 * level + weight * wander
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
-        return max(self.quality.zero_stderr, math.sqrt(variance))
+        return math.sqrt(variance)
 
     def _facts(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Facts:
         """What is known of a run."""
