@@ -85,7 +85,8 @@ def test_add_a_run_whose_hold_is_hidden_with_the_window_in_which_it_is_seen():
     assert find_runs(*arguments)[1].verdict.names == ("hold_unseen",)
     one, two, three_ = by_hand(arguments, (2, second, found[1].end_s, window))
     assert [run.number for run in (one, two, three_)] == [1, 2, 3]
-    assert (one.release_s, three_.release_s) == (found[0].release_s, found[2].release_s)
+    others = found[0].release_s, found[2].release_s
+    assert (one.release_s, three_.release_s) == pytest.approx(others, abs=1e-5)  # the rests show less noise
     assert math.degrees(two.theta0) == pytest.approx(-9.0, abs=0.002)
     assert (two.hold_start_s, two.release_s) == (window[0], second)
 

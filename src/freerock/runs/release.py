@@ -12,7 +12,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
 from freerock.models.compiled import run
-from freerock.rotation.still import Phase
+from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
 from freerock.runs.in_motion import in_motion, swings_of
 from freerock.runs.limits import RunLimits
 from freerock.runs.noise import Noise
@@ -105,16 +105,16 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
     for _ in range(PASSES):
         held = held_angle(signal, hold, release, limits)
-        since_s = max(hold.start_s, release - finger_s - limits.held_s)
+        since_s = max(hold.start_s + limits.window_s / BLOCKS_PER_WINDOW, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
-        leaves = SAG * FALL * held.theta0 / 0.5 * (finger_s / FADES / (late - release)) ** 2
+        leaves = SAG * FALL * held.theta0 / 0.5 * (finger_s / FADES / max(late - release, finger_s)) ** 2
         found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start)
         start = found.numbers
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
             return Release(guess, finger_s, 0.0, min(hold.end_s, guess), timed=False)
         release = begun
-    free = _early_motion(means, noise, held, math.inf, start)
+    free = _early_motion(means, noise, held, math.inf)
     pushed = abs(free.above) > SURE * free.above_stderr
     push = free.above / held.theta0 if pushed else 0.0
     timed = not math.isnan(found.start_stderr_s)
@@ -162,8 +162,8 @@ def _passes(values: Floats, level: float) -> int:
 
 def held_angle(signal: Signal, hold: Phase, release_s: float, limits: RunLimits) -> HeldAngle:
     """Held angle over the last part of a hold; of the whole hold where that is too short."""
-    end = release_s - limits.finger_s
-    held = held_over(signal, max(hold.start_s, end - limits.held_s), end)
+    end, since = release_s - limits.finger_s, hold.start_s + limits.window_s / BLOCKS_PER_WINDOW
+    held = held_over(signal, max(since, end - limits.held_s), end)
     return held or HeldAngle(hold.level, hold.level_stderr, 0.0)
 
 
@@ -300,4 +300,4 @@ def _early_motion(
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
     stderr = np.sqrt(loud * variance)
-    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1], np.append(x[:4], 0.0))
+    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1], np.array([*x[:3], max(abs(x[3]), 1 / t[-1]), 0.0]))
