@@ -36,9 +36,12 @@ LASERS = {
 
 
 def volts_of(lasers):
-    """A record of each laser, of one motion: a rigid block in little noise."""
+    """A record of each laser, of one motion: a rigid block in little noise of each laser's own."""
     releases = [Release(THETA0, {"r": 0.9})]
-    made = [simulate_record(BLOCK, laser, "housner", releases, seed=3) for laser in lasers.values()]
+    made = [
+        simulate_record(BLOCK, laser, "housner", releases, seed=seed)
+        for seed, laser in enumerate(lasers.values(), 3)
+    ]
     return made[0].time_s, [each.volts for each in made]
 
 
