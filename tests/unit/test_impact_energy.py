@@ -90,7 +90,8 @@ def test_a_law_that_lacks_something_is_as_uncertain_of_energies_as_its_parts_mak
     assert np.all(off < 1.96 * found.u_total)
     explained = replace(fit, discrepancy=np.zeros(len(fit.value)))
     without = impact_energy(explained, BLOCK, impacts[: len(exact)])
-    np.testing.assert_array_equal(without.u_total, without.stderr)
+    np.testing.assert_array_equal(without.u_total[1:], without.stderr[1:])
+    assert without.u_total[0] > without.stderr[0]  # by what a finger may have taken of the held block's
     np.testing.assert_array_equal(without.stderr, found.stderr)
 
 

@@ -4,6 +4,7 @@ On a compliant base a tilted block has sunk, moves up and down and has pressed t
 alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,6 +21,8 @@ from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
+from freerock.runs.limits import OF_RUNS
+from freerock.runs.release import lowered
 
 SOLVER = Solver(1e-9)
 STEP_S = 5e-4  # between instants of the modelled motion
@@ -43,7 +46,9 @@ def impact_energy(
     At a top θ̇ is zero, and the energy is what is left of it: of rising and sinking, of weight, and in the
     foundation (`freerock.models.contact.energy`). Standard errors are to first order those of the fitted
     numbers, through the law; inputs of the laboratory, such as the width, reach it both through these and by
-    themselves. What a law does not explain reaches it as it does the numbers: by what the parts of the run
+    themselves. The energy before the first impact is that of the block when the finger has left; the total
+    uncertainty has what the finger may have taken of the held block's (`runs.release.lowered`). What a law
+    does not explain reaches it as it does the numbers: by what the parts of the run
     make of it (`model_discrepancy`).
 
     Parameters
@@ -93,7 +98,16 @@ def impact_energy(
             }
             there = law.of(laboratory.moved(source, SHARE).block, moved)
             total += ((there[2] - nominal[2]) / SHARE) ** 2
-    return ImpactEnergy(*nominal, np.sqrt(variance), np.sqrt(total))
+    total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values["theta0"])) ** 2
+    return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
+
+
+def _taken(block: Block, theta0: float) -> float:
+    """Half the share of a rigid block's energy that a finger may take at the release."""
+    height = min(abs(theta0), 0.99 * block.theta_cr)
+    slope = math.sin(block.theta_cr - height)
+    energy = 2 * math.sin(height / 2) * math.sin(block.theta_cr - height / 2)
+    return lowered(block.p**2 * slope, OF_RUNS.finger_s) * slope / energy / 2
 
 
 def _discrepancy(fit: Fit, gradient: Floats) -> Floats:
@@ -116,11 +130,11 @@ class _Law:
     view: View | None
     asked: Floats
 
-    def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats]:
-        """Instants [s], speeds [m/s] and restitutions of the impacts that are asked for."""
+    def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
+        """Instants [s], speeds [m/s], restitutions of the impacts asked for; how many come before."""
         nothing = np.full(self.asked.size, np.nan)
         if not self.asked.size:
-            return nothing, nothing, nothing
+            return nothing, nothing, nothing, nothing
         candidate, turning = CANDIDATES[self.model], block.as_found(values)
         rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
         theta0, t0 = values["theta0"], values.get("t0", 0.0)
@@ -150,11 +164,12 @@ class _Law:
         )
         at_tops = left + share * (right - left)
         if len(at_tops) < 2:
-            return nothing, nothing, nothing
+            return nothing, nothing, nothing, nothing
         restitution = np.full(len(speeds), np.nan)
         restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
         nearest = np.argmin(np.abs(impacts[:, None] + t0 - self.asked), axis=0)
-        return impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest]
+        before = nearest.astype(float)
+        return impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest], before
 
 
 def _tops(impacts: Floats, time: Floats, rate: Floats) -> tuple[NDArray[np.intp], Floats]:

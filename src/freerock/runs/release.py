@@ -30,10 +30,7 @@ SURE = 4.0  # standard errors of a push
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
 MOVES = 3.0  # times the variance of such means by noise alone, from which the block moves
-SAG, FADES = (
-    0.024,
-    3.0,
-)  # in units of a T²: by which a finger that fades for T lowers θ_top; T in one of finger_s
+SAG, FADES = (0.25 - 2 / math.pi**2) / 2, 3.0  # of `lowered`; its T is such a part of finger_s
 EXACT = 1e-6  # relative accuracy of the fit
 HUBER = 4.0  # standard deviations beyond which a mean counts less (Huber 1964, doi:10.1214/aoms/1177703732)
 
@@ -92,6 +89,14 @@ class _Means(NamedTuple):
     early: Mask
 
 
+def lowered(acceleration: float, finger_s: float) -> float:
+    """By what a finger, of which only so much is known, may lower θ_top [rad]; acceleration in rad/s².
+
+    A support that fades as (1 + cos)/2 over T takes as much energy as (1/4 - 2/π²)/2 a T² of height.
+    """
+    return SAG * abs(acceleration) * (finger_s / FADES) ** 2
+
+
 def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -> Release:
     """The release that ends a hold, of a motion that ends at `end_s` [s] of the record.
 
@@ -107,7 +112,7 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s + limits.window_s / BLOCKS_PER_WINDOW, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
-        leaves = SAG * FALL * held.theta0 / 0.5 * (finger_s / FADES / max(late - release, finger_s)) ** 2
+        leaves = lowered(FALL * held.theta0 / 0.5 / max(late - release, finger_s) ** 2, finger_s)
         found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start)
         start = found.numbers
         begun = release + found.start_s
