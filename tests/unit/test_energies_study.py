@@ -14,7 +14,7 @@ def test_the_law_itself_is_no_more_uncertain_than_its_noise():
     rows = rows_of((BEDS[0], MARBLE_1))
     assert len(rows) > 10 and {*rows[0]} == {*COLUMNS}
     for row in rows:
-        assert row["explained"] and row["u"] == row["stderr"]
+        assert row["explained"] and (row["u"] == row["stderr"] or row["impact"] == 1)  # a finger lets go
         assert abs(row["error"]) < 5 * row["stderr"]
 
 
