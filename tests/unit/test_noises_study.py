@@ -48,7 +48,7 @@ def in_a_swing(loud, seed):
     generator, time_s = np.random.default_rng(seed), np.arange(4000) / RATE_HZ
     noise = generator.standard_normal(4000) + loud * correlated(4000, 0.01, generator)
     swings, theta = [slice(0, 1300), slice(1300, 2600), slice(2600, 3900)], 1500 * np.cos(5 * time_s)
-    return in_motion(white_noise(1.0, RATE_HZ), time_s, theta + noise, np.ones(4000), swings)
+    return in_motion(white_noise(1.0, RATE_HZ), theta + noise, np.ones(4000), swings)
 
 
 def test_noise_that_is_louder_in_motion():

@@ -25,36 +25,24 @@ EFFICIENCY = 0.37  # of that median
 STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order
 
 
-def in_motion(noise: Noise, time_s: Floats, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
+def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
     """Noise of a sensor, as loud in each octave as it is while the block swings.
 
     Parameters
     ----------
     noise : Noise
         At rest, over sigma.
-    time_s, theta, sigma : ndarray, shape (n_time,)
-        Of a motion, time [s], rotation and the standard deviation of its noise [rad].
+    theta, sigma : ndarray, shape (n_time,)
+        Of a motion, rotation and the standard deviation of its noise [rad].
     swings : iterable of slice
         Between impacts.
     """
-    pieces = [
-        _means(noise, time_s[each], theta[each] / sigma[each])
-        for each in swings
-        if each.stop - each.start > 1
-    ]
+    pieces = [_means(noise, theta[each] / sigma[each]) for each in swings]
     factors = list[float]()
     for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
         weights, expected = _difference(noise, k)
-        found = np.concatenate(
-            [
-                np.empty(0),
-                *(
-                    np.convolve(each, weights[::-1], "valid")[:: max(1, 3 * 2**k)]
-                    for each in pieces
-                    if len(each) >= len(weights)
-                ),
-            ]
-        )
+        long = [each for each in pieces if len(each) >= len(weights)]
+        found = np.array([x for each in long for x in np.convolve(each, weights, "valid")[:: 3 * 2**k]])
         found = found[np.isfinite(found)]
         if found.size < FEWEST:
             break
@@ -78,9 +66,9 @@ def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
     return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
 
 
-def _means(noise: Noise, time_s: Floats, values: Floats) -> Floats:
+def _means(noise: Noise, values: Floats) -> Floats:
     """Means of as many samples as the noise takes, about the middle of a swing."""
-    margin = (1 - INNER) / 2 * len(time_s)
+    margin = (1 - INNER) / 2 * len(values)
     inner = values[int(margin) : len(values) - int(margin)]
     m = noise.averaged
     return np.asarray(inner[: len(inner) // m * m].reshape(-1, m).mean(axis=1))

@@ -130,13 +130,13 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
 def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
     """Noise over σ, as loud as it is while the block swings."""
     during = signal.during(hold.end_s, end_s)
-    t, theta, sigma = (values[during] for values in (signal.t, signal.theta, signal.sigma))
+    theta, sigma = signal.theta[during], signal.sigma[during]
     noise = signal.relative_noise
     known = sigma[np.isfinite(sigma)]
     lowest = SWING * math.sqrt(noise.variance) * float(np.median(known)) if known.size else 0.0
     if not lowest:
         return noise
-    return in_motion(noise, t, theta, sigma, swings_of(theta, lowest)[:SWINGS])
+    return in_motion(noise, theta, sigma, swings_of(theta, lowest)[:SWINGS])
 
 
 def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, float]:
