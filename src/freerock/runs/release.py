@@ -60,7 +60,7 @@ class Release(NamedTuple):
 class HeldAngle(NamedTuple):
     """Angle before the release, its standard error, how far it wanders, and by what it moves [rad].
 
-    The last is a standard deviation, 0 where the noise explains what is seen.
+    The last is a standard deviation. Both are 0 where the noise explains what is seen.
     """
 
     theta0: float
@@ -196,7 +196,8 @@ def held_over(signal: Signal, start_s: float, end_s: float) -> HeldAngle | None:
     moves = variance > MOVES * loud * (of_mean - of_all)
     whole, moved = math.sqrt(loud * of_all + sigma**2 * noise.stuck), math.sqrt(variance) if moves else 0.0
     stderr = max(whole, math.sqrt(variance / n)) if moves else whole
-    return HeldAngle(float(held.mean()), math.hypot(stderr, moved), float(np.ptp(means)), moved)
+    wander = float(np.ptp(means)) if moves else 0.0
+    return HeldAngle(float(held.mean()), math.hypot(stderr, moved), wander, moved)
 
 
 def _means(
