@@ -13,6 +13,7 @@ __all__ = [
     "motion",
     "noise",
     "quiet",
+    "release",
     "segment",
     "tops",
     "total",
