@@ -13,6 +13,7 @@ from freerock.rotation.ac_coupling import ac_cutoff
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
 from freerock.rotation.flags import FLAGS, flag_samples, shares
+from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
 from freerock.rotation.options import RotationOptions
@@ -122,13 +123,14 @@ def read_channel(
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)
     valid = np.where(flags == 0, recorded, np.nan) if flags.any() else recorded
-    signal = still_signal(time_s, valid, step, options.window_s)
+    lattice = lattice_step(valid)
+    signal = still_signal(time_s, valid, step, options.window_s, lattice)
     mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
         hum = mains.over(time_s[0], step, time_s.size)
         values = np.subtract(signal.values, hum, out=hum)
-        signal = still_signal(time_s, values, step, options.window_s)
+        signal = still_signal(time_s, values, step, options.window_s, lattice)
     zero = _zero(signal, laser, quantity)
     displacement, slope = _displacement(signal, zero, laser, quantity)
     beyond = np.isnan(displacement) & (flags == 0)

@@ -6,13 +6,16 @@ A new check is one function, and its line in `CHECKS`; the reasons stand in the 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
+from freerock.runs.ending import SMOOTH_S
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, names_of
@@ -20,6 +23,8 @@ from freerock.runs.verdict import Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
+SURE = 5.0  # times the scatter of the falls of a run's swings, by which one that rises differs from them
+FEWEST = 6  # swings that show it
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
@@ -74,6 +79,13 @@ class Facts:
     def held(self) -> HeldAngle:
         """The held angle."""
         return self.beginning.held
+
+
+class _Falls(NamedTuple):
+    """What one swing has less of than the one before, in logarithms of their heights, and its scatter."""
+
+    fall: float
+    scatter: float
 
 
 Check = Callable[[Facts], Iterator[Reason]]
@@ -209,22 +221,40 @@ CHECKS: tuple[Check, ...] = (
 
 
 def _not_free(run: Facts) -> str:
-    """Which swing is not free, and why, "" if none."""
-    t, theta, sigma = run.signal.t, run.signal.theta, run.sigma_theta
+    """Which swing is not free, and why, "" if none.
+
+    Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights fall
+    unevenly all along, as those of a hardly damped block that still bounces, one that rises shows no hand.
+    """
+    t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
-    index = during.start + np.flatnonzero(np.abs(theta[during]) > SWING * sigma)
+    theta = run.signal.smoothed(during, SMOOTH_S)[: during.stop - during.start]
+    index = np.flatnonzero(np.abs(theta) > SWING * sigma)
     if index.size == 0:
         return ""
     begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
     starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
-    passages = (t[ends[:-1]] + t[starts[1:]]) / 2
+    instants = t[during]
+    passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
+    swings = zip(starts[1:-1], ends[1:-1], strict=True)
+    tops = [float(np.nanmax(np.abs(theta[i : j + 1]))) for i, j in swings]
+    uneven = _unevenness(np.array(tops))
     height, longest = abs(run.held.theta0), (math.inf, math.inf)  # a moved zero makes one side's longer
-    for number, (i, j) in enumerate(zip(starts[1:-1], ends[1:-1], strict=True), 1):
-        top = float(np.nanmax(np.abs(theta[i : j + 1])))
+    for number, top in enumerate(tops, 1):
         time = float(passages[number] - passages[number - 1])
-        if top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma:
+        higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma
+        if higher and math.log(top / height) > uneven.fall + SURE * uneven.scatter:
             return f"{number} is {top / height - 1:.0%} higher"
         if top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
             return f"{number} lasts {time / max(longest) - 1:.0%} longer"
         height, longest = top, (longest[1], time)
     return ""
+
+
+def _unevenness(tops: Floats) -> _Falls:
+    """How the heights of swings fall, by medians: one swing that was touched changes neither."""
+    if tops.size < FEWEST:
+        return _Falls(0.0, 0.0)
+    falls = np.diff(np.log(tops))
+    fall = float(np.median(falls))
+    return _Falls(fall, 1.4826 * float(np.median(np.abs(falls - fall))))

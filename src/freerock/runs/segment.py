@@ -22,7 +22,7 @@ from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
-from freerock.runs.signal import Signal, scatter, signal_of
+from freerock.runs.signal import Signal, signal_of
 from freerock.runs.verdict import Reason, Verdict
 
 UNKNOWN = SignalQuality()
@@ -97,7 +97,7 @@ def find_runs(
     block : Block, optional
         Judges whether θ0 is below θ_cr.
     quality : SignalQuality, optional
-        Error of the zero of θ, and faults of the signal, which count against the runs that they meet; see
+        Error of the zero of θ, step of the converter, and faults of the signal, which count against the runs that they meet; see
         `faults.signal_quality`.
     by_hand : ByHand, optional
         Runs set or left out by hand.
@@ -112,7 +112,7 @@ def find_runs(
     FreerockError
         No release found, and none set by hand.
     """
-    signal = signal_of(time_s, theta, sigma_theta, flags)
+    signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
@@ -158,7 +158,7 @@ class _Search:
         if rest:
             end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
         begins = from_hold(signal, hold, end_s, limits)
-        return _Motion(begins, end_s, rest, scatter(signal.theta[still]))
+        return _Motion(begins, end_s, rest, signal.noise(still))
 
     def with_unseen(self, found: Sequence[_Motion]) -> list[_Motion]:
         """The runs found, and those whose hold the sensor did not see, in the order of time."""
@@ -178,7 +178,7 @@ class _Search:
             still = core(signal, rest, limits.window_s)
             end_s = end_of_motion(signal, still, before.end_s, rest.start_s + limits.window_s)
             if begins := unseen(signal, (before.end_s, end_s), limits):
-                all_runs.append(_Motion(begins, end_s, rest, scatter(signal.theta[still])))
+                all_runs.append(_Motion(begins, end_s, rest, signal.noise(still)))
         return sorted(all_runs, key=lambda run: run.begins.release.instant_s)
 
     def set_by_hand(self, planned: Planned, found: Sequence[_Motion]) -> _Motion:
@@ -202,7 +202,7 @@ class _Search:
         if not rests:
             return float(np.nanmedian(self.signal.sigma))
         nearest = min(rests, key=lambda each: abs(each.mid_s - time_s))
-        return scatter(self.signal.theta[core(self.signal, nearest, self.limits.window_s)])
+        return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
 
     def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
         """A run with its verdict."""
