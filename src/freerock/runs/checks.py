@@ -6,7 +6,6 @@ A new check is one function, and its line in `CHECKS`; the reasons stand in the 
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +22,9 @@ from freerock.runs.verdict import Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
-SURE = 5.0  # times the scatter of the falls of a run's swings, by which one that rises differs from them
-FEWEST = 6  # swings that show it
+AROUND = 6  # swings on either side show how evenly heights fall
+FEWEST = 4  # of them at least, to show it
+SURE = 5.0  # times their scatter, from which on a rise is none of them: of hardly damped blocks at most 4.3
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
@@ -79,13 +79,6 @@ class Facts:
     def held(self) -> HeldAngle:
         """The held angle."""
         return self.beginning.held
-
-
-class _Falls(NamedTuple):
-    """What one swing has less of than the one before, in logarithms of their heights, and its scatter."""
-
-    fall: float
-    scatter: float
 
 
 Check = Callable[[Facts], Iterator[Reason]]
@@ -223,8 +216,8 @@ CHECKS: tuple[Check, ...] = (
 def _not_free(run: Facts) -> str:
     """Which swing is not free, and why, "" if none.
 
-    Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights fall
-    unevenly all along, as those of a hardly damped block that still bounces, one that rises shows no hand.
+    Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights or
+    times go unevenly all along, as those of a hardly damped block that still bounces, one alone shows no hand.
     """
     t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
@@ -238,23 +231,29 @@ def _not_free(run: Facts) -> str:
     passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
     swings = zip(starts[1:-1], ends[1:-1], strict=True)
     tops = [float(np.nanmax(np.abs(theta[i : j + 1]))) for i, j in swings]
-    uneven = _unevenness(np.array(tops))
+    times = np.diff(passages)
     height, longest = abs(run.held.theta0), (math.inf, math.inf)  # a moved zero makes one side's longer
-    for number, top in enumerate(tops, 1):
-        time = float(passages[number] - passages[number - 1])
+    for number, (top, time) in enumerate(zip(tops, times.tolist(), strict=True), 1):
         higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma
-        if higher and math.log(top / height) > uneven.fall + SURE * uneven.scatter:
+        if higher and _stands_out(np.log([abs(run.held.theta0), *tops]), number):
             return f"{number} is {top / height - 1:.0%} higher"
-        if top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
+        slower = top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0])
+        if slower and _stands_out(np.log(times), number - 1):
             return f"{number} lasts {time / max(longest) - 1:.0%} longer"
         height, longest = top, (longest[1], time)
     return ""
 
 
-def _unevenness(tops: Floats) -> _Falls:
-    """How the heights of swings fall, by medians: one swing that was touched changes neither."""
-    if tops.size < FEWEST:
-        return _Falls(0.0, 0.0)
-    falls = np.diff(np.log(tops))
-    fall = float(np.median(falls))
-    return _Falls(fall, 1.4826 * float(np.median(np.abs(falls - fall))))
+def _stands_out(heights: Floats, number: int) -> bool:
+    """Whether the logarithm of a height, or a time, exceeds the one before by more than those around it do.
+
+    Their scatter is that of neighbouring differences: it is the same where they grow or fall steadily. The next
+    difference is left out, for it belongs to the same height.
+    """
+    falls = np.diff(heights)
+    at = np.arange(falls.size)
+    around = falls[(np.abs(at - number + 1) <= AROUND) & (at != number - 1) & (at != number)]
+    if around.size < FEWEST:
+        return True
+    scatter = math.sqrt(float(np.mean(np.diff(around) ** 2)) / 2)
+    return bool(falls[number - 1] - np.median(around) > SURE * scatter)

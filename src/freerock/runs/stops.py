@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.rotation.lattice import scatter
 from freerock.rotation.still import Phase, stretches
 from freerock.runs.release import FALL_MOST
 from freerock.runs.signal import Signal
@@ -19,6 +20,7 @@ STEP_S = 0.01  # angular rates are differences of means over this long
 SURE = 8.0  # standard errors by which a rate falls
 SLOWER = 0.3  # of the rate before, likewise
 STANDS = 0.1  # of the rate before: so slow a block stands
+FEWEST = 16  # means of a hold that show how their differences scatter
 SHORTEST_S = 0.05  # in which a block that stands shows the angle it is let go from
 
 
@@ -52,7 +54,7 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
     if n < 4:
         return None
     means = theta[: n * size].reshape(n, size).mean(axis=1)  # NaN where a sample is invalid: no rate
-    noise = float(np.median(signal.sigma[during][: n * size])) * np.sqrt(2 / size)
+    noise = max(float(np.median(signal.sigma[during][: n * size])) * np.sqrt(2 / size), _at_hold(signal, hold, size))
     falls = -np.sign(hold.level) * np.diff(means)
     fastest = np.fmax.accumulate(np.nan_to_num(falls))
     slower = fastest - falls > np.maximum(SURE * noise, SLOWER * fastest)
@@ -61,6 +63,14 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
         return None
     first, last = spans[-1]
     return _stop(t, means, falls, size, first, last, STANDS * fastest[first] + SURE / 2 * noise)
+
+
+def _at_hold(signal: Signal, hold: Phase, size: int) -> float:
+    """Scatter of the differences of means of so many samples while the block is held [rad]; 0 of a short hold."""
+    margin = (hold.end_s - hold.start_s) / 4
+    held = signal.theta[signal.during(hold.start_s + margin, hold.end_s - margin)]
+    n = held.size // size
+    return scatter(np.diff(held[: n * size].reshape(n, size).mean(axis=1))) if n > FEWEST else 0.0
 
 
 def _stop(t: Floats, means: Floats, falls: Floats, size: int, first: int, last: int, slow: float) -> Stop:
