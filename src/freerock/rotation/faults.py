@@ -38,8 +38,11 @@ class Fault(NamedTuple):
 
 @dataclass(frozen=True)
 class SignalQuality:
-    """What is known of θ(t) as a whole: standard error of its zero [rad], the faults of its signal, and the step
-    of its converter [rad], 0 where that is too fine to be seen."""
+    """What is known of θ(t) as a whole.
+
+    Standard error of its zero [rad], faults of its signal, and step of its converter [rad], 0 where that is too
+    fine to be seen.
+    """
 
     zero_stderr: float = 0.0
     faults: tuple[Fault, ...] = ()

@@ -81,8 +81,8 @@ def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     Parameters
     ----------
     x : ndarray, shape (n_time,), or sequence of such
-        A still signal; or several, each about a level of its own. Values need not lie on one lattice, as those
-        of a rest whose hum was removed.
+        A still signal; or several, each about a level of its own. Values need not lie on one lattice: those
+        of a rest whose hum was removed do not.
     step : float
         Of the converter, in the same unit.
     """
@@ -128,7 +128,9 @@ def _before_rounding(about: Sequence[Floats], wide: float, step: float) -> float
     return math.exp(log_sigma)
 
 
-def _likelihood(at: Floats, number: Indices, levels: Floats, sigmas: Floats, step: float, wide: float) -> Floats:
+def _likelihood(
+    at: Floats, number: Indices, levels: Floats, sigmas: Floats, step: float, wide: float
+) -> Floats:
     """Its logarithm for each level and scatter, of so many samples at some values."""
     off, scale = at - levels[:, None, None], sigmas[:, None]
     chance = ndtr((off + step / 2) / scale) - ndtr((off - step / 2) / scale)

@@ -25,8 +25,8 @@ class Mains(NamedTuple):
 
     Its fundamental and harmonics are the real part of Σ weight · exp(im (2π f t + φ)); the phase φ is linear
     between the instants of `phase`, two rows (0 throughout where it is steady). `stderr` is the standard
-    error of its value at any instant per unit of white noise, and `amplitude_stderr` that of its fundamental in
-    the noise as it is within 5 Hz of it.
+    error of its value at any instant per unit of white noise, and `amplitude_stderr` that of its fundamental
+    in the noise as it is within 5 Hz of it.
     """
 
     frequency_hz: float
@@ -75,8 +75,7 @@ def fit_mains(
     step : float
         Sampling interval [s].
     white : float
-        Standard deviation of the white noise of a sample, below which the noise near the mains is not taken to
-        lie.
+        Standard deviation of the white noise of a sample: near the mains there is no less.
 
     Returns
     -------

@@ -217,7 +217,7 @@ def _not_free(run: Facts) -> str:
     """Which swing is not free, and why, "" if none.
 
     Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights or
-    times go unevenly all along, as those of a hardly damped block that still bounces, one alone shows no hand.
+    times are uneven all along, as those of a hardly damped block that still bounces, one alone shows no hand.
     """
     t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
@@ -233,7 +233,12 @@ def _not_free(run: Facts) -> str:
     tops = [float(np.nanmax(np.abs(theta[i : j + 1]))) for i, j in swings]
     times = np.diff(passages)
     height, longest = abs(run.held.theta0), (math.inf, math.inf)  # a moved zero makes one side's longer
+    lost = np.append(0, np.cumsum(np.isnan(run.signal.theta[during])))
     for number, (top, time) in enumerate(zip(tops, times.tolist(), strict=True), 1):
+        first, last = starts[number - 1], ends[number]
+        if lost[last + 1] - lost[first] > run.limits.max_flagged_fraction * (last + 1 - first):
+            height, longest = top, (longest[1], math.inf)  # what is not seen shows no touch
+            continue
         higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma
         if higher and _stands_out(np.log([abs(run.held.theta0), *tops]), number):
             return f"{number} is {top / height - 1:.0%} higher"
@@ -247,8 +252,8 @@ def _not_free(run: Facts) -> str:
 def _stands_out(heights: Floats, number: int) -> bool:
     """Whether the logarithm of a height, or a time, exceeds the one before by more than those around it do.
 
-    Their scatter is that of neighbouring differences: it is the same where they grow or fall steadily. The next
-    difference is left out, for it belongs to the same height.
+    Their scatter is that of neighbouring differences: it is the same where they grow or fall steadily. The
+    next difference is left out, for it belongs to the same height.
     """
     falls = np.diff(heights)
     at = np.arange(falls.size)

@@ -33,7 +33,9 @@ def end_of_motion(signal: Signal, still: slice, start_s: float, until_s: float) 
         mean[still.start - origin : still.stop - origin],
     )
     noise = max(scatter(rest), np.finfo(float).eps)
-    if signal.converter_step > signal.noise(still):  # a mean of samples that hardly differ is rounded as they are
+    if signal.converter_step > signal.noise(
+        still
+    ):  # a mean of samples that hardly differ is rounded as they are
         noise = max(noise, signal.converter_step / math.sqrt(12))
     moving = np.abs(sought - np.nanmedian(rest, overwrite_input=True)) > OUT_OF_NOISE * noise
     return float(t[first + np.flatnonzero(moving).max(initial=0)])
