@@ -40,8 +40,8 @@ class Fault(NamedTuple):
 class SignalQuality:
     """What is known of θ(t) as a whole.
 
-    Standard error of its zero [rad], faults of its signal, and step of its converter [rad], 0 where that is too
-    fine to be seen.
+    Standard error of its zero [rad], faults of its signal, and step of its converter [rad], 0 where that is
+    too fine to be seen.
     """
 
     zero_stderr: float = 0.0

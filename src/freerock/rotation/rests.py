@@ -95,8 +95,8 @@ class StillSignal:
     def noise(self) -> float:
         """Standard deviation of a sample's white noise, rounding by the converter included.
 
-        From differences of neighbours, those beyond 6 MADs left out; where the converter hides the noise, from
-        the samples about the level of their phase (`lattice.scatter`).
+        From differences of neighbours, those beyond 6 MADs left out; where the converter hides the noise,
+        from the samples about the level of their phase (`lattice.scatter`).
         """
         if not self.phases:
             return math.nan

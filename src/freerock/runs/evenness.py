@@ -61,9 +61,9 @@ class Unevenness(NamedTuple):
     left: float
 
     def unevenness(self, spare: int) -> float:
-        """How many times as far as thought the other impacts are off, of so many degrees of freedom; 1 at least.
+        """How many times as far off as expected the other impacts are, by so many degrees of freedom.
 
-        The restitutions of a hardly damped block, which still bounces when the next impact comes, are all off.
+        At least 1. A hardly damped block still bounces when the next impact comes: all its impacts are off.
         """
         return max(1.0, math.sqrt(self.left / spare)) if spare > 0 else 1.0
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Floats
 from freerock.rotation.still import Phase, stationary_phases, stretches
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise

@@ -97,8 +97,8 @@ def find_runs(
     block : Block, optional
         Judges whether θ0 is below θ_cr.
     quality : SignalQuality, optional
-        Error of the zero of θ, step of the converter, and faults of the signal, which count against the runs that they meet; see
-        `faults.signal_quality`.
+        Error of the zero of θ, step of the converter, and faults of the signal, which count against the runs
+        that they meet; see `faults.signal_quality`.
     by_hand : ByHand, optional
         Runs set or left out by hand.
     limits : RunLimits, optional

@@ -15,8 +15,8 @@ PIECE = 1 << 15  # samples at a time
 class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
 
-    Rotation is NaN where a sample is flagged. `converter_step` is that of the rotation [rad], 0 where it is too
-    fine to be seen.
+    Rotation is NaN where a sample is flagged. `converter_step` is that of the rotation [rad], 0 where it is
+    too fine to be seen.
     """
 
     t: Floats

@@ -68,7 +68,7 @@ def find_stop(signal: Signal, hold: Phase, end_s: float) -> Stop | None:
 
 
 def _at_hold(signal: Signal, hold: Phase, size: int) -> float:
-    """Scatter of the differences of means of so many samples while the block is held [rad]; 0 of a short hold."""
+    """Scatter of differences of means of so many samples while the block is held [rad]; 0 of a short hold."""
     margin = (hold.end_s - hold.start_s) / 4
     held = signal.theta[signal.during(hold.start_s + margin, hold.end_s - margin)]
     n = held.size // size
