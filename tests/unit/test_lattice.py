@@ -11,7 +11,7 @@ RESTS, SAMPLES = 4, 2000
 
 
 def rounded(step, seed, hum=0.0):
-    """Rests at levels anywhere between two values, of noise of variance 1, and a hum that is removed again."""
+    """Rests at levels anywhere between two values, of noise of variance 1; a hum is removed."""
     generator = np.random.default_rng([seed, round(10 * step)])
     levels = generator.uniform(0, step or 1.0, (RESTS, 1))
     tone = hum * np.sin(0.157 * np.arange(SAMPLES))
@@ -22,7 +22,7 @@ def rounded(step, seed, hum=0.0):
 @pytest.mark.parametrize("hum", [0.0, 1.5])
 @pytest.mark.parametrize("step", [0.0, 0.02, 0.1, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0])
 def test_scatter_of_noise_and_rounding(step, hum):
-    """Within 3 % as a rule, from 0 to 10 sigma a step; the worst are those of which hardly a sample toggles."""
+    """Within 3 % as a rule, from 0 to 10 sigma a step; worst where hardly a sample toggles."""
     found = np.array([scatter(list(rounded(step, seed, hum)), step) for seed in range(20)])
     off = found / math.hypot(1.0, step / math.sqrt(12)) - 1
     assert abs(np.median(off)) < 0.03 and np.abs(off).max() < (0.05 if step < 4 else 0.16)

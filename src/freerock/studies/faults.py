@@ -222,7 +222,9 @@ def markdown(frame: pd.DataFrame) -> str:
     for row in frame[frame["fault"].str.startswith("none")].to_dict("records"):
         fault = row["fault"]
         text = "a run missed, invented or not ok" if fault.endswith("runs") else "any fault named"
-        lines.append(f"| none | {text} | {row['rate']:.1%} of {row['records']} |  |  |  |")
+        lines.append(
+            f"| {fault.removesuffix(', runs')} | {text} | {row['rate']:.1%} of {row['records']} |  |  |  |"
+        )
     return "\n".join(lines) + "\n"
 
 
