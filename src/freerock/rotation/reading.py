@@ -18,6 +18,7 @@ from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rests import (
+    COARSE,
     FAINT,
     StillSignal,
     moved_rests,
@@ -31,6 +32,7 @@ from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"
 LARGEST = 1e9  # in any unit: beyond it nothing was measured
+ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
 PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
@@ -280,7 +282,8 @@ def _interference(
         note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
     line = other_line(signal.segments(), signal.step, lines_of_hz)
-    if line and line[1] > FAINT * signal.noise:
+    rounded = ROUNDED * signal.lattice if signal.lattice > COARSE * signal.noise else 0.0
+    if line and line[1] > max(FAINT * signal.noise, rounded):
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     slow = slow_line(signal.untouched, signal.step)
