@@ -10,9 +10,10 @@ from scipy.signal import lfilter
 from freerock.identification.choice import LEVEL
 from freerock.identification.likelihood import likelihood
 from freerock.identification.noise import against_rest, noise_of
+from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise
-from freerock.runs.quiet import converter_step, quiet_stretches
+from freerock.runs.quiet import quiet_stretches
 
 RATE_HZ = 2000.0
 SIGMA = 1e-4

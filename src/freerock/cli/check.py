@@ -45,6 +45,8 @@ class Usual:
         Samples in 1/p, the time scale of the rocking block.
     lasts : float
         Length of a record, in 1/p.
+    beyond : float
+        Share of the samples outside the declared output of the sensor; of those campaigns none is.
     lightest, densest : float
         Density of the block, were it as deep as it is high [kg/m³].
     """
@@ -55,6 +57,7 @@ class Usual:
     most_nominal: float = 5.0
     samples: float = 8.0
     lasts: float = 5.0
+    beyond: float = 2e-3
     lightest: float = 5.0
     densest: float = 5e4
 
@@ -344,6 +347,7 @@ def _channel(
         what = f"the signal, {seen.min():.3g} to {seen.max():.3g} V, looks like mA"
         yield FreerockError(where, what, "declare units: mA of the laser, or name its channel")
         return
+    yield from _beyond_output(where, values, quantity, sensor)
     rate, p = float(read.attrs["sampling_rate_hz"]), block.block.p
     critical, nominal = math.degrees(block.block.theta_cr), block.release_angle_deg
     if rate < USUAL.samples * p:
@@ -358,6 +362,29 @@ def _channel(
     elif nominal and not USUAL.least_nominal * nominal < swept < USUAL.most_nominal * nominal:
         what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
+
+
+def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser") -> Iterator[FreerockError]:
+    """Doubts about samples outside the declared output, which no analysis uses."""
+    import numpy as np
+
+    from freerock.rotation.sensor import SEVERAL_LEVELS
+
+    limits = sensor.limits(quantity)
+    if not limits:
+        return
+    name, suffix, unit = ("volts", "v", "V") if quantity == "voltage" else ("milliamps", "ma", "mA")
+    values = values[np.isfinite(values) & (np.abs(values - limits.error_level) > limits.error_tolerance)]
+    for side, far, limit, beyond, keys in (
+        ("below", "down", limits.low, values[values < limits.low], f"{name}_at_start, valid_low_{suffix}"),
+        ("above", "up", limits.high, values[values > limits.high], f"{name}_at_end, valid_high_{suffix}"),
+    ):
+        if beyond.size > USUAL.beyond * values.size:
+            share, farthest = 100 * beyond.size / values.size, max(beyond, key=abs)
+            what = f"{share:.2g} % of the samples lie {side} {limit:g} {unit}, {far} to {farthest:.3g} {unit}"
+            one_level = np.ptp(beyond) < SEVERAL_LEVELS
+            remedy = f"if that means no target give error_level_{suffix}, else " if one_level else ""
+            yield FreerockError(where, what, f"{remedy}correct {keys} of the laser")
 
 
 def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:

@@ -19,6 +19,7 @@ from freerock.records.read import read_record
 from freerock.rotation.calibration import read_calibration
 from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.lattice import converter_step
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
@@ -26,7 +27,6 @@ from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
-from freerock.runs.quiet import converter_step
 from freerock.runs.segment import Run
 from freerock.runs.total import MeasuredTotal, measured_total
 from freerock.runs.verdict import Reason

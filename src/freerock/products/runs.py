@@ -10,11 +10,12 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.products.groups import reasons_in
 from freerock.products.names import IMPACTS, RUN
+from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion, loud, motion_of
 from freerock.runs.noise import Noise, Rests, noise_of, rests_of
-from freerock.runs.quiet import converter_step, quiet_stretches, usual_of
+from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.units import BASE

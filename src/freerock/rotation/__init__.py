@@ -10,6 +10,7 @@ __all__ = [
     "faults",
     "flags",
     "laboratory",
+    "lattice",
     "options",
     "rotation",
     "sensor",

@@ -8,7 +8,9 @@ import numpy as np
 
 from freerock.arrays import Flags, Floats
 from freerock.rotation.flags import FLAGS
+from freerock.rotation.lattice import converter_step
 from freerock.rotation.still import stretches
+from freerock.units import BASE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,15 +38,22 @@ class Fault(NamedTuple):
 
 @dataclass(frozen=True)
 class SignalQuality:
-    """What is known of θ(t) as a whole: standard error of its zero [rad], and the faults of its signal."""
+    """What is known of θ(t) as a whole.
+
+    Standard error of its zero [rad], faults of its signal, and step of its converter [rad], 0 where that is
+    too fine to be seen.
+    """
 
     zero_stderr: float = 0.0
     faults: tuple[Fault, ...] = ()
+    converter_step: float = 0.0
 
 
 def signal_quality(record: "xr.Dataset") -> SignalQuality:
     """The quality of the signal of a dataset of `rotation.find_rotation`."""
-    return SignalQuality(record.attrs["zero_stderr_rad"], tuple(listed_faults(record)))
+    recorded = next(record[name].values for name in BASE if name in record)
+    step = converter_step(recorded, record["theta"].values)
+    return SignalQuality(record.attrs["zero_stderr_rad"], tuple(listed_faults(record)), step)
 
 
 def listed_faults(record: "xr.Dataset | xr.DataTree") -> list[Fault]:

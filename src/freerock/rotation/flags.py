@@ -14,7 +14,9 @@ EQUAL = 5  # fewer equal samples in a row say nothing
 BY_CHANCE = 1e-4  # chance of so many equal samples in a row somewhere in the record
 WINDOW_S = 0.25  # the share of repeated samples is counted in windows this long
 SPIKE = 8.0  # standard deviations of the noise
+OF_JUMPS = 0.95  # of white noise: the median of what its jumps are, in absolute value
 ROUGH = 6.0  # times what the neighbours differ by
+AROUND = 24  # neighbours on either side show how rough the signal is there, less the next two
 SPIKE_SAMPLES = 3  # what lasts longer is a dropout
 LONGEST_S = 0.25  # a jump that has not gone back by then is no dropout
 RESTLESS = 0.02  # more jumps than this share of the samples are no exception
@@ -152,13 +154,14 @@ def _flag_excursions(valid: Floats, flags: Flags, step: float) -> None:
     if bends.size == 0 or bends.size > RESTLESS * n_jumps:
         return
     at = np.union1d(bends, bends + 1)
-    around = np.clip(at[:, None] + np.r_[-5:-1, 2:6], 0, n_jumps - 1)
+    around = np.clip(at[:, None] + np.r_[-AROUND:-1, 2 : AROUND + 1], 0, n_jumps - 1)
     near, jumps = valid[around + 1] - valid[around], valid[at + 1] - valid[at]
     course = _median_of_finite(near)
     rough = _median_of_finite(np.abs(near - course[:, None]))
     size = np.abs(jumps - course)
     sudden = (size > ROUGH * rough) & (size > (SPIKE - 3) * noise)
     at, course, size = at[sudden], course[sudden], size[sudden]
+    local = SPIKE * np.maximum(rough[sudden] / OF_JUMPS, noise)
     longest = round(LONGEST_S / step)
     sign, done = np.sign(jumps[sudden]), -1
     for i in np.flatnonzero(size > SPIKE * noise):
@@ -171,7 +174,7 @@ def _flag_excursions(valid: Floats, flags: Flags, step: float) -> None:
             n = np.arange(1, min(at[j] - start, SPIKE_SAMPLES) + 2)  # along its course for so long
             moved = before + course[i] * np.pad(n, (0, at[j] - start + 1 - n.size), mode="edge")
             away = np.abs(valid[start + 1 : at[j] + 1] - moved[:-1]).min()
-            if abs(valid[at[j] + 1] - moved[-1]) < 0.5 * away and away > SPIKE * noise:
+            if abs(valid[at[j] + 1] - moved[-1]) < 0.5 * away and away > local[i]:
                 n = at[j] - start
                 flags[start + 1 : at[j] + 1] |= FLAGS["spike" if n <= SPIKE_SAMPLES else "dropout"]
                 done = j

@@ -25,8 +25,8 @@ class Mains(NamedTuple):
 
     Its fundamental and harmonics are the real part of Σ weight · exp(im (2π f t + φ)); the phase φ is linear
     between the instants of `phase`, two rows (0 throughout where it is steady). `stderr` is the standard
-    error of its value at any instant, and `amplitude_stderr` that of its fundamental, both per unit of white
-    noise.
+    error of its value at any instant per unit of white noise, and `amplitude_stderr` that of its fundamental
+    in the noise as it is within 5 Hz of it.
     """
 
     frequency_hz: float
@@ -57,7 +57,9 @@ def mains_samples(n: int, step: float) -> Indices:
     return (kept[:, None] * block + np.arange(block)).ravel()
 
 
-def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -> Mains | None:
+def fit_mains(
+    time_s: Floats, deviation: Floats, mains_hz: float, step: float, white: float = 0.0
+) -> Mains | None:
     """Fit the interference of the mains to the deviations of a still signal from its level.
 
     The frequency is the peak of the periodogram within `BAND_HZ` of the nominal one; where it wanders,
@@ -72,6 +74,8 @@ def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -
         Nominal frequency [Hz].
     step : float
         Sampling interval [s].
+    white : float
+        Standard deviation of the white noise of a sample: near the mains there is no less.
 
     Returns
     -------
@@ -90,7 +94,8 @@ def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -
     beat = (y * np.cos(nominal)).mean(axis=1) - 1j * (y * np.sin(nominal)).mean(axis=1)
     centre = t.mean(axis=1)
     found_hz = _highest(mains_hz, centre, beat, t[-1, -1] - t[0, 0])
-    phase, together = _followed(centre, beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre))
+    beat = beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre)
+    phase, together = _followed(centre, beat)
 
     angle = 2 * np.pi * found_hz * t.ravel() + np.interp(t.ravel(), *phase)
     turns = np.empty((m.size, 2, t.size))  # cosine and sine of each harmonic
@@ -103,7 +108,9 @@ def fit_mains(time_s: Floats, deviation: Floats, mains_hz: float, step: float) -
     weights = parts[::2] - 1j * parts[1::2]
     n = t.size
     stderr = math.sqrt(2 * m.size / n + (2 / (together * block) if together < len(beat) else 0.0))
-    return Mains(found_hz, float(abs(weights[0])), weights, phase, stderr, math.sqrt(2 / n))
+    steady = beat * np.exp(-1j * np.interp(centre, *phase))
+    of_amplitude = math.sqrt(2 * max(float(np.var(steady, ddof=2)), white**2 / block) / beat.size)
+    return Mains(found_hz, float(abs(weights[0])), weights, phase, stderr, of_amplitude)
 
 
 def _highest(mains_hz: float, centre: Floats, beat: Complexes, span: float) -> float:

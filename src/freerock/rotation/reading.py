@@ -13,10 +13,12 @@ from freerock.rotation.ac_coupling import ac_cutoff
 from freerock.rotation.beam import sensitivity
 from freerock.rotation.faults import Fault, flagged_faults
 from freerock.rotation.flags import FLAGS, flag_samples, shares
+from freerock.rotation.lattice import lattice_step
 from freerock.rotation.lines import other_line, slow_line
 from freerock.rotation.mains import Mains
 from freerock.rotation.options import RotationOptions
 from freerock.rotation.rests import (
+    COARSE,
     FAINT,
     StillSignal,
     moved_rests,
@@ -30,6 +32,7 @@ from freerock.units import BASE, in_base_units
 
 CHECK = "check the channel, the cable and the sensor's range"
 LARGEST = 1e9  # in any unit: beyond it nothing was measured
+ROUNDED = 0.32  # of a coarse converter's step: the line that rounding alone makes of a slow one is no higher
 BLIND = 1e-9  # of the half width b: a beam this near a corner sees no turning about it
 SUFFIX = {"V": "v", "mA": "ma", "m": "m", "rad": "rad"}  # of attributes in that unit
 PIECE = 1 << 14  # samples at a time: what fits the processor's cache is several times faster
@@ -122,13 +125,14 @@ def read_channel(
     unit, suffix = BASE[quantity], SUFFIX[BASE[quantity]]
     flags = _flagged(recorded, step, laser, quantity)
     valid = np.where(flags == 0, recorded, np.nan) if flags.any() else recorded
-    signal = still_signal(time_s, valid, step, options.window_s)
+    lattice = lattice_step(valid)
+    signal = still_signal(time_s, valid, step, options.window_s, lattice)
     mains, lines_of_hz, mains_faults = _mains(signal, options.mains_hz, unit)
     mains_stderr = mains.stderr * signal.noise if mains else 0.0
     if mains:
         hum = mains.over(time_s[0], step, time_s.size)
         values = np.subtract(signal.values, hum, out=hum)
-        signal = still_signal(time_s, values, step, options.window_s)
+        signal = still_signal(time_s, values, step, options.window_s, lattice)
     zero = _zero(signal, laser, quantity)
     displacement, slope = _displacement(signal, zero, laser, quantity)
     beyond = np.isnan(displacement) & (flags == 0)
@@ -278,7 +282,8 @@ def _interference(
         note = f"{mains.frequency_hz:.2f} Hz, {mains.amplitude:.3g} {unit}, removed"
         faults.append(Fault("mains_interference", *whole, note, mains.amplitude * per_output))
     line = other_line(signal.segments(), signal.step, lines_of_hz)
-    if line and line[1] > FAINT * signal.noise:
+    rounded = ROUNDED * signal.lattice if signal.lattice > COARSE * signal.noise else 0.0
+    if line and line[1] > max(FAINT * signal.noise, rounded):
         note = f"{line[0]:.1f} Hz, {line[1]:.3g} {unit}, not from the mains: folded, or a vibration"
         faults.append(Fault("aliasing", *whole, note, line[1] * per_output))
     slow = slow_line(signal.untouched, signal.step)

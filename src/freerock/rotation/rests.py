@@ -10,6 +10,7 @@ import numpy as np
 
 from freerock.arrays import Floats, Indices
 from freerock.rotation.faults import Fault
+from freerock.rotation.lattice import scatter
 from freerock.rotation.lines import MOST_SEGMENTS, SEGMENT_S
 from freerock.rotation.mains import Mains, fit_mains, mains_ratio, mains_samples
 from freerock.rotation.still import Phase, stationary_phases
@@ -19,6 +20,7 @@ NOISE_SAMPLES = 200_000  # suffice to know the noise within 0.2 %
 MAINS_KEEP = 0.005  # of their frequency: the mains stay so close to it
 RATE_SAMPLES = 1 << 18  # suffice to see the mains
 MAINS_HZ = (50.0, 60.0)  # anywhere on earth
+COARSE = 1.5  # times the noise: a step that differences of neighbours no longer see through
 FAINT = 0.1  # of the noise of one sample: an interference below this is not worth a word
 
 
@@ -35,6 +37,8 @@ class StillSignal:
     step, window_s : float
         Sampling interval, and window of `still.stationary_phases` [s].
     phases : list of Phase
+    lattice : float
+        Step of the converter, in the signal's unit; 0 where there is none.
     """
 
     time_s: Floats
@@ -42,6 +46,7 @@ class StillSignal:
     step: float
     window_s: float
     phases: list[Phase]
+    lattice: float = 0.0
 
     @cached_property
     def rests(self) -> list[Phase]:
@@ -88,14 +93,22 @@ class StillSignal:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of white noise from differences of neighbours, those beyond 6 MADs left out."""
+        """Standard deviation of a sample's white noise, rounding by the converter included.
+
+        From differences of neighbours, those beyond 6 MADs left out; where the converter hides the noise,
+        from the samples about the level of their phase (`lattice.scatter`).
+        """
         if not self.phases:
             return math.nan
         i = np.arange(0, self.n_inside - 1, max(1, self.n_inside // NOISE_SAMPLES))
         (time_s, deviation), (later_s, later) = self.inside(i), self.inside(i + 1)
         difference = (later - deviation)[later_s - time_s < 1.5 * self.step]
-        limit = 6 * np.median(np.abs(difference)) / 0.6745
-        return float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
+        limit = max(6 * np.median(np.abs(difference)) / 0.6745, COARSE * self.lattice)
+        white = float(np.sqrt(np.mean(difference[np.abs(difference) <= limit] ** 2) / 2))
+        if self.lattice > COARSE * white:
+            of_all = scatter([self.values[first:last] for first, last in self.quiet()], self.lattice)
+            return of_all if self.lattice > COARSE * of_all else white
+        return white
 
     def quiet(self) -> Iterator[tuple[int, int]]:
         """First and last sample of the phases; of a rest after a motion, of its second half."""
@@ -125,17 +138,20 @@ class StillSignal:
         return np.array(parts).reshape(-1, n)
 
 
-def still_signal(time_s: Floats, values: Floats, step: float, window_s: float) -> StillSignal:
+def still_signal(
+    time_s: Floats, values: Floats, step: float, window_s: float, lattice: float = 0.0
+) -> StillSignal:
     """A signal with its phases of stillness."""
-    return StillSignal(time_s, values, step, window_s, stationary_phases(time_s, values, window_s=window_s))
+    phases = stationary_phases(time_s, values, window_s=window_s)
+    return StillSignal(time_s, values, step, window_s, phases, lattice)
 
 
 def significant_mains(signal: StillSignal, mains_hz: float) -> Mains | None:
     """The interference of the mains, None where it is not significant or too faint to matter."""
     if not (signal.phases and mains_hz * signal.step < 0.5):
         return None
-    mains = fit_mains(*signal.in_blocks, mains_hz, signal.step)
-    if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT) * signal.noise:
+    mains = fit_mains(*signal.in_blocks, mains_hz, signal.step, signal.noise)
+    if mains and mains.amplitude > max(SURE * mains.amplitude_stderr, FAINT * signal.noise):
         return mains
     return None
 

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
+from freerock.runs.ending import SMOOTH_S
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, names_of
@@ -20,6 +22,9 @@ from freerock.runs.verdict import Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
+AROUND = 6  # swings on either side show how evenly heights fall
+FEWEST = 4  # of them at least, to show it
+SURE = 5.0  # times their scatter, from which on a rise is none of them: of hardly damped blocks at most 4.3
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
@@ -209,22 +214,51 @@ CHECKS: tuple[Check, ...] = (
 
 
 def _not_free(run: Facts) -> str:
-    """Which swing is not free, and why, "" if none."""
-    t, theta, sigma = run.signal.t, run.signal.theta, run.sigma_theta
+    """Which swing is not free, and why, "" if none.
+
+    Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights or
+    times are uneven all along, as those of a hardly damped block that still bounces, one alone shows no hand.
+    """
+    t, sigma = run.signal.t, run.sigma_theta
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
-    index = during.start + np.flatnonzero(np.abs(theta[during]) > SWING * sigma)
+    theta = run.signal.smoothed(during, SMOOTH_S)[: during.stop - during.start]
+    index = np.flatnonzero(np.abs(theta) > SWING * sigma)
     if index.size == 0:
         return ""
     begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
     starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
-    passages = (t[ends[:-1]] + t[starts[1:]]) / 2
+    instants = t[during]
+    passages = (instants[ends[:-1]] + instants[starts[1:]]) / 2
+    swings = zip(starts[1:-1], ends[1:-1], strict=True)
+    tops = [float(np.nanmax(np.abs(theta[i : j + 1]))) for i, j in swings]
+    times = np.diff(passages)
     height, longest = abs(run.held.theta0), (math.inf, math.inf)  # a moved zero makes one side's longer
-    for number, (i, j) in enumerate(zip(starts[1:-1], ends[1:-1], strict=True), 1):
-        top = float(np.nanmax(np.abs(theta[i : j + 1])))
-        time = float(passages[number] - passages[number - 1])
-        if top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma:
+    lost = np.append(0, np.cumsum(np.isnan(run.signal.theta[during])))
+    for number, (top, time) in enumerate(zip(tops, times.tolist(), strict=True), 1):
+        first, last = starts[number - 1], ends[number]
+        if lost[last + 1] - lost[first] > run.limits.max_flagged_fraction * (last + 1 - first):
+            height, longest = top, (longest[1], math.inf)  # what is not seen shows no touch
+            continue
+        higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma
+        if higher and _stands_out(np.log([abs(run.held.theta0), *tops]), number):
             return f"{number} is {top / height - 1:.0%} higher"
-        if top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0]):
+        slower = top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0])
+        if slower and _stands_out(np.log(times), number - 1):
             return f"{number} lasts {time / max(longest) - 1:.0%} longer"
         height, longest = top, (longest[1], time)
     return ""
+
+
+def _stands_out(heights: Floats, number: int) -> bool:
+    """Whether the logarithm of a height, or a time, exceeds the one before by more than those around it do.
+
+    Their scatter is that of neighbouring differences: it is the same where they grow or fall steadily. The
+    next difference is left out, for it belongs to the same height.
+    """
+    falls = np.diff(heights)
+    at = np.arange(falls.size)
+    around = falls[(np.abs(at - number + 1) <= AROUND) & (at != number - 1) & (at != number)]
+    if around.size < FEWEST:
+        return True
+    scatter = math.sqrt(float(np.mean(np.diff(around) ** 2)) / 2)
+    return bool(falls[number - 1] - np.median(around) > SURE * scatter)

@@ -164,12 +164,15 @@ def restitution_from_peaks(
     return r, r / 2 * math.sqrt(max(variance, 0.0)) if variance == variance else math.nan
 
 
-def restitution_covariance(impacts: Impacts, block: Block) -> Floats:
-    """Covariance of the restitutions, shape (n_impacts, n_impacts): neighbours share a peak."""
+def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -> Floats:
+    """Covariance of the restitutions, shape (n_impacts, n_impacts): neighbours share a peak.
+
+    The standard error of a peak is taken to be no less than `least` [rad].
+    """
 
     def by(peaks: Floats, stderrs: Floats) -> Floats:
         energy, slope = np.reshape([_energy(abs(peak), block) for peak in peaks], (-1, 2)).T
-        return np.asarray(impacts.restitution / 2 * slope / energy * stderrs)
+        return np.asarray(impacts.restitution / 2 * slope / energy * np.maximum(stderrs, least))
 
     before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
     after = by(impacts.peak_after_rad, impacts.peak_after_stderr_rad)

@@ -1,5 +1,6 @@
 """The runs of a record with their impacts, judged by all that is known before a model is fitted."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -8,6 +9,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
+from freerock.rotation.lattice import scatter
 from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
@@ -17,6 +19,8 @@ from freerock.runs.segment import Run, find_runs
 from freerock.runs.verdict import Verdict
 
 TILTS = "alternating_restitution"
+PEAK_S = 0.02  # about as long as the top of a swing on which its height rests
+AFTER_S, FEWEST = 0.4, 10  # of a rest in which their scatter is seen, and means that show it
 
 
 def judged_runs(
@@ -50,11 +54,25 @@ def judged_runs(
             noise=noise,
             zero_stderr=run.zero_stderr,
         )
-        uneven = doubt_about_evenness(found, block)
+        uneven = doubt_about_evenness(found, block, _of_peaks(time_s, theta, run, quality.converter_step))
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
         doubts = doubt_about(found, of_impacts) + uneven
         judged.append((replace(run, verdict=verdict.adding(doubts)), found))
     return judged
+
+
+def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:
+    """Standard deviation of θ over the length of a peak at rest after a run [rad]; 0 where no rest is seen.
+
+    A mean of samples that a converter rounds alike is rounded as they are.
+    """
+    rounded = converter_step / math.sqrt(12) if converter_step > run.sigma_theta else 0.0
+    after = theta[slice(*np.searchsorted(time_s, (run.end_s, run.end_s + AFTER_S)))]
+    size = max(1, round(PEAK_S / (time_s[1] - time_s[0])))
+    n = after.size // size
+    means = after[: n * size].reshape(n, size).mean(axis=1)
+    means = means[np.isfinite(means)]
+    return max(rounded, scatter(means)) if means.size >= FEWEST else rounded
 
 
 def _as_of_a_tilt(verdict: Verdict) -> Verdict:

@@ -4,14 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from freerock.arrays import Floats, Mask
+from freerock.arrays import Floats
 from freerock.rotation.still import Phase, stationary_phases, stretches
 from freerock.runs.noise import Noise, noise_at_rest
 
 BLOCK_S = 0.02  # averaging time in which a swing stands out of the noise
 PARTS = 8  # into which a phase is cut
 LAST = 2  # of these parts, which show what the phase is like when it has settled
-STEP_SAMPLES = 20_000  # suffice to know the step of a converter
 SWINGS = 4.0  # times the usual mean square of averages, from which a part still swings
 
 
@@ -78,30 +77,6 @@ def relative_noise(sigma_theta: Floats, usual: float) -> Floats:
     """
     known = np.isfinite(sigma_theta) & (sigma_theta > 0)
     return np.asarray(np.where(known, sigma_theta, usual) / usual, float)
-
-
-def converter_step(recorded: Floats, theta: Floats) -> float:
-    """Step of the converter [rad]: 0 where it is so fine that most samples have a value of their own.
-
-    Parameters
-    ----------
-    recorded, theta : ndarray, shape (n_time,)
-        The signal as recorded, in any unit, and the rotation [rad] from it.
-    """
-    valid = np.isfinite(theta) & np.isfinite(recorded)
-    where = np.flatnonzero(valid)
-    some = recorded[where[:: max(1, len(where) // STEP_SAMPLES)]]
-    del where  # as large as the record
-    values = np.unique(some)
-    if len(values) < 2 or len(values) > len(some) / 2:
-        return 0.0
-    range_rad = _range(theta, valid) / _range(recorded, valid)
-    return float(np.median(np.diff(values)) * range_rad)
-
-
-def _range(values: Floats, valid: Mask) -> float:
-    least, most = np.min(values, where=valid, initial=np.inf), np.max(values, where=valid, initial=-np.inf)
-    return most - least
 
 
 def _core(time_s: Floats, phase: Phase, window_s: float) -> slice:

@@ -24,7 +24,7 @@ from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
-from freerock.runs.signal import Signal, scatter, signal_of
+from freerock.runs.signal import Signal, signal_of
 from freerock.runs.sums import stderr_of_mean
 from freerock.runs.verdict import Reason, Verdict
 
@@ -105,8 +105,8 @@ def find_runs(
     block : Block, optional
         Judges whether θ0 is below θ_cr.
     quality : SignalQuality, optional
-        Error of the zero of θ, and faults of the signal, which count against the runs that they meet; see
-        `faults.signal_quality`.
+        Error of the zero of θ, step of the converter, and faults of the signal, which count against the runs
+        that they meet; see `faults.signal_quality`.
     by_hand : ByHand, optional
         Runs set or left out by hand.
     limits : RunLimits, optional
@@ -122,10 +122,10 @@ def find_runs(
     FreerockError
         No release found, and none set by hand.
     """
-    signal = signal_of(time_s, theta, sigma_theta, flags)
+    signal = signal_of(time_s, theta, sigma_theta, flags, quality.converter_step)
     if noise is None and len(signal.t) > 1:
         noise = sensor_noise(signal.t, signal.theta, signal.sigma, window_s=limits.window_s)
-    signal = signal._replace(noise=noise)
+    signal = signal._replace(spectrum=noise)
     phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
@@ -171,7 +171,7 @@ class _Search:
         if rest:
             end_s = end_of_motion(signal, still, hold.end_s, rest.start_s + limits.window_s)
         begins = from_hold(signal, hold, end_s, limits)
-        return _Motion(begins, end_s, rest, scatter(signal.theta[still]))
+        return _Motion(begins, end_s, rest, signal.noise(still))
 
     def with_unseen(self, found: Sequence[_Motion]) -> list[_Motion]:
         """The runs found, and those whose hold the sensor did not see, in the order of time."""
@@ -191,7 +191,7 @@ class _Search:
             still = core(signal, rest, limits.window_s)
             end_s = end_of_motion(signal, still, before.end_s, rest.start_s + limits.window_s)
             if begins := unseen(signal, (before.end_s, end_s), limits):
-                all_runs.append(_Motion(begins, end_s, rest, scatter(signal.theta[still])))
+                all_runs.append(_Motion(begins, end_s, rest, signal.noise(still)))
         return sorted(all_runs, key=lambda run: run.begins.release.instant_s)
 
     def set_by_hand(self, planned: Planned, found: Sequence[_Motion]) -> _Motion:
@@ -215,7 +215,7 @@ class _Search:
         if not rests:
             return float(np.nanmedian(self.signal.sigma))
         nearest = min(rests, key=lambda each: abs(each.mid_s - time_s))
-        return scatter(self.signal.theta[core(self.signal, nearest, self.limits.window_s)])
+        return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
 
     def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
         """A run with its verdict."""

@@ -1,29 +1,31 @@
 """θ(t) of a record as the search for runs takes it."""
 
-import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from freerock.arrays import Flags, Floats
+from freerock.arrays import Flags, Floats, Mask
 from freerock.rotation.flags import FLAGS
+from freerock.rotation.lattice import scatter
 from freerock.runs.noise import Noise, white_noise
 
-NOISE_SAMPLES = 50_000  # suffice to know the noise
+PIECE = 1 << 15  # samples at a time
 
 
 class Signal(NamedTuple):
     """Time [s], rotation and standard deviation of its noise [rad], flags; arrays of one length.
 
-    Rotation is NaN where a sample is flagged. The noise of a sample is `sigma` times `noise`, if known.
+    Rotation is NaN where a sample is flagged. `converter_step` is that of the rotation [rad], 0 where it is
+    too fine to be seen. The noise of a sample is `sigma` times `spectrum`, if known.
     """
 
     t: Floats
     theta: Floats
     sigma: Floats
     flags: Flags
-    noise: Noise | None = None
+    converter_step: float = 0.0
+    spectrum: Noise | None = None
 
     @property
     def step_s(self) -> float:
@@ -33,20 +35,41 @@ class Signal(NamedTuple):
     @property
     def relative_noise(self) -> Noise:
         """Noise over `sigma`; white where it is not known."""
-        return self.noise or white_noise(1.0, 1 / self.step_s)
+        return self.spectrum or white_noise(1.0, 1 / self.step_s)
 
     def during(self, start_s: float, end_s: float) -> slice:
         """The samples from one instant to another."""
         return slice(*np.searchsorted(self.t, (start_s, end_s)))
 
+    def noise(self, still: slice) -> float:
+        """Standard deviation of a sample's noise [rad], from samples at rest.
 
-def signal_of(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike, flags: ArrayLike) -> Signal:
+        Where the converter hides it, one rest shows little, and what all of them show holds.
+        """
+        usual = float(np.nanmedian(self.sigma[still])) if self.sigma[still].size else np.nan
+        return usual if self.converter_step > usual else scatter(self.theta[still], self.converter_step)
+
+    def smoothed(self, part: slice, over_s: float) -> Floats:
+        """Means of θ [rad] over so long about each of some samples; NaN where none is valid."""
+        width = max(1, round(over_s / (self.t[1] - self.t[0])))
+        theta = self.theta[part]
+        valid = np.isfinite(theta)
+        every = bool(valid.all())
+        mean = window_sums(theta if every else np.where(valid, theta, 0.0), width)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean /= _numbers(theta.size, width) if every else window_sums(valid, width, np.int32)
+        return mean
+
+
+def signal_of(
+    time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike, flags: ArrayLike, converter_step: float = 0.0
+) -> Signal:
     """θ(t) with the flagged samples left out; a single sigma holds for all samples."""
     flags, theta = np.asarray(flags), np.asarray(theta, float)
     if not np.isnan(theta[flags != 0]).all():
         theta = np.where(flags == 0, theta, np.nan)
     sigma = np.broadcast_to(np.asarray(sigma_theta, float), theta.shape)
-    return Signal(np.asarray(time_s, float), theta, sigma, flags)
+    return Signal(np.asarray(time_s, float), theta, sigma, flags, converter_step)
 
 
 def names_of(flags: Flags) -> str:
@@ -55,9 +78,19 @@ def names_of(flags: Flags) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
-def scatter(x: Floats) -> float:
-    """Standard deviation, robust against outliers; NaN samples are left out."""
-    finite = np.isfinite(x)
-    x = x if finite.all() else x[finite]
-    x = x[:: max(1, x.size // NOISE_SAMPLES)]
-    return float(1.4826 * np.median(np.abs(x - np.median(x))) or np.std(x)) if x.size else math.nan
+def _numbers(n: int, width: int) -> NDArray[np.int32]:
+    """How many of n samples the window about each holds, as `window_sums` of ones."""
+    first = np.arange(-(width // 2), n + 1, dtype=np.int32)
+    return np.asarray(np.minimum(first + width, n) - np.maximum(first, 0), np.int32)
+
+
+def window_sums(values: Floats | Mask, width: int, kind: type = float) -> NDArray[Any]:
+    """Sum of so many samples about each, fewer at the ends; a rest may be most of a long record."""
+    begin, end = width // 2 + 1, width // 2 + 1 + values.size
+    sums: NDArray[Any] = np.zeros(end + width, kind)
+    np.cumsum(values, out=sums[begin:end])
+    sums[end:] = values.sum()
+    for i in range(0, end, PIECE):
+        part = slice(i, min(i + PIECE, end))
+        sums[part] = sums[part.start + width : part.stop + width] - sums[part]
+    return sums[:end]

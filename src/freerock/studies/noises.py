@@ -22,10 +22,10 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import signal_quality
+from freerock.rotation.lattice import converter_step
 from freerock.rotation.rotation import find_rotation
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
-from freerock.runs.quiet import converter_step
 from freerock.runs.segment import Run
 from freerock.studies.document import publish
 from freerock.studies.integrated import RATE_HZ, Truth, laser_of, names_of, truth_of

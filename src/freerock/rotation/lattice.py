@@ -1,0 +1,138 @@
+"""A converter's lattice: its step, and the scatter of a still signal that it rounds."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import ndtr
+
+from freerock.arrays import Floats, Indices, Mask
+
+STEP_SAMPLES = 20_000  # suffice to see the step
+NOISE_SAMPLES = 50_000  # suffice to know the noise
+CLOSE = 0.05  # share of the gaps between values that are smaller than the one taken for the step
+ON_LATTICE = 0.98  # share of the gaps that are whole steps, each within `OFF` of a step
+OFF = 0.02
+FINE = 0.02  # of the scatter: rounding by a smaller step moves no quantile by a hundredth of it
+PER_STEP, PER_SCATTER = 16, 40  # classes of samples: so many in a step, or in their scatter
+OUTLIERS = 0.003  # share of samples that the likelihood leaves to anything but noise
+SMALLEST = 1 / 12  # of a step: a smaller scatter adds nothing to the error of rounding
+ZOOMS, TRIED = 4, 13  # of the search for the greatest likelihood: rounds, and values of a parameter in each
+ALIKE = 0.5  # less than this in the logarithm of the likelihood tells no scatter from another
+
+
+def lattice_step(recorded: Floats) -> float:
+    """Step of the converter, in the unit of the signal; 0 where values lie on no lattice.
+
+    It is 0, too, where it is so fine that most samples have a value of their own.
+
+    Parameters
+    ----------
+    recorded : ndarray, shape (n_time,)
+        As recorded; NaN where there is no sample.
+    """
+    known = np.isfinite(recorded)
+    some = recorded if known.all() else recorded[known]
+    some = some[:: max(1, some.size // STEP_SAMPLES)]
+    values = np.unique(some)
+    if values.size < 2 or values.size > some.size / 2:
+        return 0.0
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-9 * np.abs(values).max()]  # the last digits of a float
+    if not gaps.size:
+        return 0.0
+    near = gaps[gaps < 1.5 * np.quantile(gaps, CLOSE)]
+    counts = gaps / np.median(near)
+    whole = np.rint(counts)
+    few = whole < OFF / 1e-3  # of many steps the error of one adds up
+    on = np.abs(counts - whole) < OFF
+    if not (few.any() and np.mean(on[few]) >= ON_LATTICE):
+        return 0.0
+    return float(np.mean(gaps[few] / whole[few])) if (whole[few] > 0).all() else 0.0
+
+
+def converter_step(recorded: Floats, theta: Floats) -> float:
+    """Step of the converter [rad], as `lattice_step`.
+
+    Parameters
+    ----------
+    recorded, theta : ndarray, shape (n_time,)
+        The signal as recorded, in any unit, and the rotation [rad] from it.
+    """
+    valid = np.isfinite(theta) & np.isfinite(recorded)
+    step = lattice_step(recorded if valid.all() else recorded[valid])
+    return step and step * _range(theta, valid) / _range(recorded, valid)
+
+
+def _range(values: Floats, valid: Mask) -> float:
+    least, most = np.min(values, where=valid, initial=np.inf), np.max(values, where=valid, initial=-np.inf)
+    return float(most - least)
+
+
+def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
+    """Standard deviation of one sample's error, robust against outliers; NaN samples are left out.
+
+    Where the converter's step is fine it is the median absolute deviation as a normal distribution has it.
+    Else it is sqrt(σ² + step²/12), with σ of the noise before rounding: that of greatest likelihood of a
+    normal variable of which each sample says only to what step it rounds (Heitjan 1989,
+    doi:10.1214/ss/1177012601). Of what the samples can't tell apart the middle is taken: where only one value
+    is seen, about a seventh of a step.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_time,), or sequence of such
+        A still signal; or several, each about a level of its own. Values need not lie on one lattice: those
+        of a rest whose hum was removed do not.
+    step : float
+        Of the converter, in the same unit.
+    """
+    stretches = [_finite(each) for each in ([x] if isinstance(x, np.ndarray) else x)]
+    about = [each - np.median(each) for each in stretches if each.size]
+    if not about:
+        return math.nan
+    together = about[0] if len(about) == 1 else np.concatenate(about)
+    robust = 1.4826 * float(np.median(np.abs(together)))
+    if step <= FINE * robust or not step:
+        return robust or float(np.std(together))
+    return math.hypot(_before_rounding(about, robust + step, step), step / math.sqrt(12))
+
+
+def _finite(x: Floats) -> Floats:
+    """The samples that are numbers, as many as suffice."""
+    finite = np.isfinite(x)
+    x = x if finite.all() else x[finite]
+    return x[:: max(1, x.size // NOISE_SAMPLES)]
+
+
+def _before_rounding(about: Sequence[Floats], wide: float, step: float) -> float:
+    """Scatter of a normal variable before it is rounded by a step; `wide` is a scale it does not exceed."""
+    size = max(step / PER_STEP, wide / PER_SCATTER)
+    counted = [np.unique(np.rint(each / size), return_counts=True) for each in about]
+    least, most = math.log(SMALLEST * step), math.log(2 * wide)
+    levels, reach = np.zeros(len(counted)), step / 2 + wide / 4
+    log_sigma, half = (least + most) / 2, (most - least) / 2
+    for _ in range(ZOOMS):
+        near = levels[:, None] + np.linspace(-reach, reach, TRIED)
+        tried = np.clip(log_sigma + np.linspace(-half, half, TRIED), least, most)
+        likely = np.array(
+            [
+                _likelihood(kinds * size, number, own, np.exp(tried), step, wide)
+                for (kinds, number), own in zip(counted, near, strict=True)
+            ]
+        )
+        of_sigma = likely.max(axis=1).sum(axis=0)
+        alike = np.flatnonzero(of_sigma > of_sigma.max() - ALIKE)
+        log_sigma = float(tried[alike].mean())
+        levels = near[np.arange(len(near)), likely[:, :, alike[alike.size // 2]].argmax(axis=1)]
+        reach, half = reach / 4, half / 4
+    return math.exp(log_sigma)
+
+
+def _likelihood(
+    at: Floats, number: Indices, levels: Floats, sigmas: Floats, step: float, wide: float
+) -> Floats:
+    """Its logarithm for each level and scatter, of so many samples at some values."""
+    off, scale = at - levels[:, None, None], sigmas[:, None]
+    chance = ndtr((off + step / 2) / scale) - ndtr((off - step / 2) / scale)
+    anywhere = OUTLIERS * step / max(20 * wide, float(np.ptp(at)))
+    return np.asarray(np.log((1 - OUTLIERS) * chance + anywhere) @ number)
