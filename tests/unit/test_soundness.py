@@ -66,7 +66,7 @@ def rewrite(path, change):
 
 def test_what_a_run_has_made_is_whole(lab):
     found = compare([MADE, READ])
-    assert not found.doubts and not found.to_make and not in_doubt(found)
+    assert not found.doubts and not found.again and not in_doubt(found)
     assert verified(found, Path("results/lab"))[1]
 
 
@@ -89,7 +89,7 @@ def test_damage_is_found_however_it_looks(lab, damage, state, noted):
     found = compare([MADE, READ])
     assert states(found)["results/lab/x.nc"][0] == state
     assert states(found)["results/lab/z.csv"] == ("stale", "was made from results/lab/x.nc", True)
-    assert found.to_make == {*MADE.outputs}
+    assert found.again == {MADE.log, READ.log}
     assert in_doubt(found)[0].startswith("results/lab/x.nc is ")
 
 
@@ -155,7 +155,7 @@ def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
         for step in (MADE, READ)
     ]
     found = compare(steps)
-    assert found.to_make == {path for step in steps for path in step.outputs}
+    assert found.again == {step.log for step in steps}
 
 
 def test_without_an_entry_nothing_is_taken_for_whole(lab):
@@ -168,8 +168,7 @@ def test_a_first_run_is_told_nothing(lab):
     found = compare([new])
     assert states(found) == {"results/lab/new.csv": ("missing", "is missing", False)}
     assert in_doubt(found) == []
-    assert found.to_make == set()
-    assert compare([MADE, READ, new]).to_make == {"results/lab/new.csv"}
+    assert compare([MADE, READ, new]).again == {new.log}
 
 
 @pytest.mark.parametrize(
@@ -190,7 +189,7 @@ def test_a_damaged_entry_is_none(lab, damage):
     path = entry_path(MADE.log)
     path.write_bytes(damage(path.read_bytes()))
     assert read_entry(path) is None
-    assert compare([MADE, READ]).to_make == {*MADE.outputs}
+    assert compare([MADE, READ]).again == {MADE.log}
 
 
 def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
@@ -200,7 +199,7 @@ def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
     rewrite(lab / "results/lab/x.nc", lambda data: data.swapcase())
     for place in range(0, len(whole), 3):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        assert compare([MADE, READ]).to_make >= {*MADE.outputs}
+        assert MADE.log in compare([MADE, READ]).again
 
 
 def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):

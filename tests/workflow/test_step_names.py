@@ -57,6 +57,14 @@ def test_resources_of_a_step(many):
     assert list(shown.values()).count("4321") == number
 
 
+def test_an_expression_as_a_resource_of_a_step(many):
+    done = many.snakemake("--dry-run", "fit", "--set-resources", "fit:mem_mb=attempt*1234", "fit:part='x'")
+    resources = re.findall(r"^ *resources: (.*)$", done.stdout + done.stderr, re.M)
+    number = len(batches(TESTS, 5))
+    assert sum("mem_mb=1234" in line and "part=x" in line for line in resources) == number
+    assert sum("mem_mb=400" in line and "part" not in line for line in resources) == number  # of records
+
+
 def test_names_that_look_alike_when_joined(many):
     for name, test in (("lab", "a_b"), ("lab_a", "b")):
         yaml = CAMPAIGN.replace("truth: truth.json\n", "").replace("records_per_job: 1", "records_per_job: 5")

@@ -10,4 +10,5 @@ with at_work(snakemake):
     figure = import_module(f"freerock.figures.{snakemake.params.module}")
     target = snakemake.wildcards.get("target", "double_column")
     stem = snakemake.output.pdf.removesuffix(".pdf")
-    make_figure(figure, dict(snakemake.input.items()), snakemake.params.settings, stem, target)
+    files = {name: each for name, each in snakemake.input.items() if name != "again"}
+    make_figure(figure, files, snakemake.params.settings, stem, target)

@@ -8,6 +8,6 @@ with at_work(snakemake):
     from freerock.jobs.printed import print_tables
 
     params = snakemake.params
-    files = {Path(path).stem: path for path in snakemake.input}
+    files = {Path(path).stem: path for path in snakemake.input.tables}
     folder = Path(snakemake.output.numbers).parent
     print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)

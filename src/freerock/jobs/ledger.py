@@ -20,6 +20,7 @@ from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256, write_text
+from freerock.jobs.again import is_one
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
 
@@ -89,7 +90,7 @@ def at_work(job: Any) -> Iterator[None]:
     log_to(job.log[0])
     gc.set_threshold(SELDOM)
     atexit.register(gc.freeze)
-    made_from = {path: checksum(path) for path in map(str, job.input)}
+    made_from = {path: checksum(path) for path in map(str, job.input) if not is_one(path)}
     refuse_damaged({path: found for path, (found, _) in made_from.items()})
     yield
     for path, (found, seen) in made_from.items():
