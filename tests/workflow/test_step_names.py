@@ -59,10 +59,8 @@ def test_resources_of_a_step(many):
 
 def test_an_expression_as_a_resource_of_a_step(many):
     done = many.snakemake("--dry-run", "fit", "--set-resources", "fit:mem_mb=attempt*1234", "fit:part='x'")
-    resources = re.findall(r"^ *resources: (.*)$", done.stdout + done.stderr, re.M)
-    number = len(batches(TESTS, 5))
-    assert sum("mem_mb=1234" in line and "part=x" in line for line in resources) == number
-    assert sum("mem_mb=400" in line and "part" not in line for line in resources) == number  # of records
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"^ *resources: .*part=x, mem_mb=1234\b", done.stdout + done.stderr, re.M)
 
 
 def test_names_that_look_alike_when_joined(many):

@@ -215,8 +215,9 @@ def value_of(resource):
     if not resource.is_evaluable():
         return resource.value
 
-    def evaluated(wildcards, input, threads, rulename, attempt):
+    def evaluated(wildcards, input, threads, rulename, attempt, async_run):
         known = {"input": input, "threads": threads, "rulename": rulename, "attempt": attempt}
+        known["async_run"] = async_run
         return resource.evaluate(wildcards, **known).value
 
     return evaluated
