@@ -13,6 +13,7 @@ from freerock.config.campaign import read_campaign
 from freerock.jobs.again import newer_than
 from freerock.jobs.guard import check_clock, check_room, hold, job_runs, run_starts
 from freerock.jobs.ledger import entry_path, read_entry
+from freerock.jobs.reruns import note_meanings
 from freerock.jobs.soundness import (
     VERIFIED,
     Comparison,
@@ -124,6 +125,7 @@ def tell_plan():
     found = plan()
     if makes_something():
         found.contents.note()
+        note_meanings()
     products = {path for step in found.steps for path in step.outputs}
     folders = [Path("results", name) for name in CAMPAIGNS if f"results/{name}/complete.txt" in products]
     if VERIFY and workflow.dryrun:
@@ -195,9 +197,5 @@ def start_studies():
 
 
 def raw_files_of(name, records):
-    """Input function: the files of some records of a campaign."""
-
-    def files(wildcards):
-        return raw_files(CAMPAIGNS[name], records)
-
-    return files
+    """Input function: the files of some records of a campaign; by content, not by time."""
+    return lambda wildcards: [ancient(path) for path in raw_files(CAMPAIGNS[name], records)]
