@@ -14,6 +14,7 @@ from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, soundness
 from freerock.jobs.contents import LOOKS, checksum, look, settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
+from freerock.jobs.reruns import code_checksum
 from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(
@@ -328,3 +329,40 @@ def test_many_products_in_doubt_are_counted(lab):
         *(f"{path} is missing" for path in outputs[:5]),
         "and 3 more",
     ]
+
+
+def job_of(script, code=None):
+    """A job of the script, as planned with this code or that of now."""
+    settings = dict(MADE.settings) | {"code": code or code_checksum(script)}
+    return SimpleNamespace(log=[MADE.log], input=MADE.inputs, output=MADE.outputs, params=settings)
+
+
+@pytest.fixture
+def script(lab):
+    entry_path(MADE.log).unlink()
+    path = lab / "make.py"
+    path.write_text("limit = 1\n")
+    return str(path)
+
+
+def test_code_edited_since_the_plan_ends_the_job_before_its_work(script):
+    with pytest.raises(FreerockError) as told, at_work(job_of(script, "of the plan"), script):
+        pytest.fail("at work")
+    assert str(told.value) == (
+        f"{script}: its code was edited since the run began; run the same command again"
+    )
+
+
+def test_code_edited_while_the_job_is_at_work_ends_it_though_put_back(script):
+    text = Path(script).read_bytes()
+    with pytest.raises(FreerockError) as told, at_work(job_of(script), script):
+        rewrite(Path(script), lambda data: b"limit = 2\n")
+        rewrite(Path(script), lambda data: text)
+    assert str(told.value) == (f"{script}: was edited while the job was at work; run the same command again")
+    assert not entry_path(MADE.log).exists()
+
+
+def test_code_that_stands_is_in_the_entry(script):
+    with at_work(job_of(script), script):
+        pass
+    assert read_entry(entry_path(MADE.log)).settings["code"] == code_checksum(script)

@@ -4,7 +4,7 @@ from importlib import import_module
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__, f"freerock.figures.{snakemake.params.module}"):
     from freerock.jobs.figure import make_figure
 
     figure = import_module(f"freerock.figures.{snakemake.params.module}")
