@@ -34,11 +34,7 @@ rule all:
 
 onstart:
     in_utf8()
-    # No limit of jobs per second, which none here reaches. With one, each job that ends leaves a timer that looks
-    # at all open jobs once per time span, for ever: a fifth of the processor time of 600 records. No setting
-    # serves: --max-jobs-per-timespan can't be switched off, a short span wakes more often, and the timers of a
-    # long one must run out before Snakemake ends.
-    workflow.scheduler.job_rate_limiter = None
+    tell_plan()
 
 
 onsuccess:

@@ -8,10 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from fabricated import campaign
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from matplotlib.image import imsave
 
 from freerock.models.block import Block
-from freerock.tables.latex import figures_tex, latex, numbers_tex
+from freerock.models.laws import MODEL_LABELS
+from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
 from freerock.tables.paper import table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.recovered import recovered_table, recovered_text
@@ -72,13 +75,55 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     assert r"\newcommand{\frBTwoMatRunOneHousnerR}{failed fit}" in lines
 
 
-def test_names_that_differ_by_signs_alone_get_macros_of_their_own(datasets):
-    tidy = tidy_tables(*datasets)
-    for frame in (tidy["parameters"], tidy["epsilon"], tidy["populations"]):
-        frame["test"] = frame["test"].replace({"b1_marble": "b_1", "b1_mat": "b1"})
-    names = re.findall(r"\\newcommand\{(.*?)\}", numbers_tex(tidy))
-    assert len(set(names)) == len(names)
-    assert r"\frBOneHousnerRX" in names
+LIKE = st.lists(
+    st.sampled_from([*"abQRun_019éX", "run", "Run", "One", "one", "housner", "Housner", "R", "block", "1"]),
+    min_size=1,
+).map("".join)
+FITS = st.tuples(LIKE, st.integers(0, 120), st.sampled_from(list(MODEL_LABELS)))
+
+
+def macros(fits):
+    """Names of the macros of these fits, and of their records."""
+    rows = [{"test": test, "run": run, "model": model} for test, run, model in fits]
+    rows = [row | {"parameter": name} for row in rows for name in ("r", "k")]
+    numbers = {"value": 1.0, "mean": 1.0, "u_total": 0.1, "unit": "", "success": True, "level": "record"}
+    frame = pd.DataFrame(rows).assign(**numbers, origin="", epsilon_theta=0.1, final_time_s=1.0)
+    tidy = {"runs": frame, "parameters": frame, "epsilon": frame.drop_duplicates(["test", "run", "model"])}
+    tidy["populations"] = frame.drop_duplicates(["test", "model", "parameter"])
+    return re.findall(r"\\newcommand\{\\(.*?)\}", numbers_tex(tidy))
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(FITS, min_size=1, max_size=6, unique=True))
+def test_no_two_numbers_have_the_same_macro(fits):
+    names = macros(fits)
+    records = {(test, model) for test, _, model in fits}
+    assert len(set(names)) == len(names) == 2 + 3 * len(records) + 4 * len(fits)
+    assert all(re.fullmatch("[a-zA-Z]+", name) for name in names)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(LIKE, min_size=2, unique=True))
+def test_a_macro_is_of_one_test_whatever_others_there_are(tests):
+    spelt = [spelt_test(test) for test in tests]
+    assert len(set(spelt)) == len(spelt)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("block1_1", "block11"), ("b_1", "b1"), ("a_run1", "a"), ("wetFelt", "wet_felt"), ("one", "1")],
+)
+def test_names_that_sound_alike(one, other):
+    mine, others = (set(macros([(test, 1, "housner")])) for test in (one, other))
+    assert mine & others == {"frRecords", "frRuns"}
+
+
+@pytest.mark.parametrize(
+    ("test", "spelt"),
+    [("config2_marble", "ConfigTwoMarble"), ("r00010", "RZeroZeroZeroOneZero"), ("block11", "BlockOneOne")],
+)
+def test_usual_names_are_spelt_plainly(test, spelt):
+    assert spelt_test(test) == spelt
 
 
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")

@@ -14,6 +14,7 @@ from freerock.errors import DamagedProduct, FreerockError
 from freerock.jobs import contents, ledger, soundness
 from freerock.jobs.contents import LOOKS, checksum, look, settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
+from freerock.jobs.reruns import code_checksum
 from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(
@@ -66,7 +67,7 @@ def rewrite(path, change):
 
 def test_what_a_run_has_made_is_whole(lab):
     found = compare([MADE, READ])
-    assert not found.doubts and not found.to_make and not in_doubt(found)
+    assert not found.doubts and not found.again and not in_doubt(found)
     assert verified(found, Path("results/lab"))[1]
 
 
@@ -89,7 +90,7 @@ def test_damage_is_found_however_it_looks(lab, damage, state, noted):
     found = compare([MADE, READ])
     assert states(found)["results/lab/x.nc"][0] == state
     assert states(found)["results/lab/z.csv"] == ("stale", "was made from results/lab/x.nc", True)
-    assert found.to_make == {*MADE.outputs}
+    assert found.again == {MADE.log, READ.log}
     assert in_doubt(found)[0].startswith("results/lab/x.nc is ")
 
 
@@ -155,7 +156,7 @@ def test_products_of_another_campaign_are_not_taken_for_ones_own(lab):
         for step in (MADE, READ)
     ]
     found = compare(steps)
-    assert found.to_make == {path for step in steps for path in step.outputs}
+    assert found.again == {step.log for step in steps}
 
 
 def test_without_an_entry_nothing_is_taken_for_whole(lab):
@@ -168,8 +169,7 @@ def test_a_first_run_is_told_nothing(lab):
     found = compare([new])
     assert states(found) == {"results/lab/new.csv": ("missing", "is missing", False)}
     assert in_doubt(found) == []
-    assert found.to_make == set()
-    assert compare([MADE, READ, new]).to_make == {"results/lab/new.csv"}
+    assert compare([MADE, READ, new]).again == {new.log}
 
 
 @pytest.mark.parametrize(
@@ -190,7 +190,7 @@ def test_a_damaged_entry_is_none(lab, damage):
     path = entry_path(MADE.log)
     path.write_bytes(damage(path.read_bytes()))
     assert read_entry(path) is None
-    assert compare([MADE, READ]).to_make == {*MADE.outputs}
+    assert compare([MADE, READ]).again == {MADE.log}
 
 
 def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
@@ -200,7 +200,7 @@ def test_every_byte_of_an_entry_that_is_flipped_asks_for_no_less(lab):
     rewrite(lab / "results/lab/x.nc", lambda data: data.swapcase())
     for place in range(0, len(whole), 3):
         path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
-        assert compare([MADE, READ]).to_make >= {*MADE.outputs}
+        assert MADE.log in compare([MADE, READ]).again
 
 
 def test_a_file_that_looks_as_it_did_is_not_read(lab, monkeypatch):
@@ -329,3 +329,40 @@ def test_many_products_in_doubt_are_counted(lab):
         *(f"{path} is missing" for path in outputs[:5]),
         "and 3 more",
     ]
+
+
+def job_of(script, code=None):
+    """A job of the script, as planned with this code or that of now."""
+    settings = dict(MADE.settings) | {"code": code or code_checksum(script)}
+    return SimpleNamespace(log=[MADE.log], input=MADE.inputs, output=MADE.outputs, params=settings)
+
+
+@pytest.fixture
+def script(lab):
+    entry_path(MADE.log).unlink()
+    path = lab / "make.py"
+    path.write_text("limit = 1\n")
+    return str(path)
+
+
+def test_code_edited_since_the_plan_ends_the_job_before_its_work(script):
+    with pytest.raises(FreerockError) as told, at_work(job_of(script, "of the plan"), script):
+        pytest.fail("at work")
+    assert str(told.value) == (
+        f"{script}: its code was edited since the run began; run the same command again"
+    )
+
+
+def test_code_edited_while_the_job_is_at_work_ends_it_though_put_back(script):
+    text = Path(script).read_bytes()
+    with pytest.raises(FreerockError) as told, at_work(job_of(script), script):
+        rewrite(Path(script), lambda data: b"limit = 2\n")
+        rewrite(Path(script), lambda data: text)
+    assert str(told.value) == (f"{script}: was edited while the job was at work; run the same command again")
+    assert not entry_path(MADE.log).exists()
+
+
+def test_code_that_stands_is_in_the_entry(script):
+    with at_work(job_of(script), script):
+        pass
+    assert read_entry(entry_path(MADE.log)).settings["code"] == code_checksum(script)

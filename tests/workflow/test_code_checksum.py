@@ -1,6 +1,7 @@
 """The code whose checksum is a parameter of a step is the code the step runs."""
 
 import ast
+import json
 import os
 import re
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 from small_campaign import ROOT
 
+from freerock.files import sha256
 from freerock.jobs import reruns as workflow
 from freerock.jobs.reruns import code, code_checksum
 
@@ -60,7 +62,88 @@ def test_checksum_counts_names_and_contents_not_times_and_folders(tmp_path):
     told = checksum("here/script.py", "import freerock.units\n")
     assert checksum("old/script.py", "import freerock.units\n") == told
     assert checksum("here/another.py", "import freerock.units\n") != told
-    assert checksum("edited/script.py", "import freerock.units  # edited\n") != told
+    assert checksum("edited/script.py", "import freerock.units as edited\n") != told
+
+
+WHOLE = '''"""A module."""
+
+
+class Limit:
+    """A limit."""
+
+    most = 12.5  # percent
+
+
+def inside(value):
+    """Whether a value is inside."""
+    return -Limit.most < value < Limit.most
+'''
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"""A module."""\n', ""),
+        ("A limit.", "A limit of 13 percent."),
+        ('    """A limit."""\n\n', ""),
+        ("# percent", "# 13 percent"),
+        ("\n\n\ndef inside(value):", "\ndef inside(\n    value,\n):"),
+        ('    """Whether a value is inside."""\n', ""),
+        ("12.5", "12.50"),
+    ],
+)
+def test_what_means_the_same_is_the_same_code(tmp_path, old, new):
+    assert meaning_of(tmp_path, WHOLE.replace(old, new)) == meaning_of(tmp_path, WHOLE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("12.5", "12.6"),
+        ("12.5", "'12.5'"),
+        ("most = 12.5", "most = None"),
+        ("-Limit.most", "+Limit.most"),
+        ("< value <", "<= value <"),
+        ("def inside(value)", "def inside(value=None)"),
+        ("return -Limit", 'f"""Whether"""\n    return -Limit'),
+        ("inside(value):", "within(value):"),
+        ("return -Limit.most < value < Limit.most", "return"),
+        ("return -Limit.most < value < Limit.most", "return None"),
+        ("class Limit:", "@edited\nclass Limit:"),
+    ],
+)
+def test_what_means_something_else_is_other_code(tmp_path, old, new):
+    assert old in WHOLE
+    assert meaning_of(tmp_path, WHOLE.replace(old, new)) != meaning_of(tmp_path, WHOLE)
+
+
+def meaning_of(folder, text):
+    workflow.meaning.cache_clear()
+    (folder / "module.py").write_text(text)
+    return workflow.meaning(str(folder / "module.py"))
+
+
+def test_what_cannot_be_parsed_counts_by_its_bytes(tmp_path):
+    assert meaning_of(tmp_path, "1 +\n") == sha256(tmp_path / "module.py")
+    assert meaning_of(tmp_path, "1 +\n") != meaning_of(tmp_path, "2 +\n")
+
+
+@pytest.mark.parametrize("notes", ["", "[]", '{"a": 1}', "[" * 100_000])
+def test_meanings_written_down_are_read_and_damaged_ones_are_none(tmp_path, monkeypatch, notes):
+    monkeypatch.chdir(tmp_path)
+    workflow._meanings.cache_clear()
+    told = meaning_of(tmp_path, WHOLE)
+    workflow.note_meanings()
+    assert json.loads(workflow.MEANINGS.read_text()) == {sha256(tmp_path / "module.py"): told}
+    monkeypatch.setattr(workflow.ast, "parse", lambda text: pytest.fail("parsed"))
+    workflow._meanings.cache_clear()
+    assert meaning_of(tmp_path, WHOLE) == told
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    workflow.MEANINGS.write_text(notes)
+    workflow._meanings.cache_clear()
+    assert meaning_of(tmp_path, WHOLE) == told
+    workflow._meanings.cache_clear()
 
 
 def test_checksum_is_the_same_before_and_behind_the_package(tmp_path, monkeypatch):
@@ -90,7 +173,13 @@ def test_checksum_counts_the_contents_of_modules(tmp_path, monkeypatch):
         (package / name).touch()
 
     def checksum():
-        for cached in (code_checksum, workflow._imported, workflow._package, workflow._line):
+        for cached in (
+            code_checksum,
+            workflow._imported,
+            workflow._package,
+            workflow._line,
+            workflow.meaning,
+        ):
             cached.cache_clear()
         return code_checksum(script)
 

@@ -106,8 +106,15 @@ def test_edited_line(checkout, path, old, new, jobs):
     ],
 )
 def test_edited_code(checkout, path, jobs):
-    append(checkout, path, "\n# edited\n")
+    append(checkout, path, "\nEDITED = 1\n" if path.endswith(".py") else "\n# edited\n")
     assert checkout.planned() == jobs
+
+
+def test_comments_and_docstrings_of_kernels_errors_and_scripts_rerun_nothing(checkout):
+    for path in ("src/freerock/models/kernel.py", "src/freerock/errors.py", "workflow/scripts/fit.py"):
+        text = (checkout / path).read_text(encoding="utf-8")
+        (checkout / path).write_text(text.replace('"""', '"""Edited. ', 1) + "\n# edited\n", encoding="utf-8")
+    assert checkout.planned() == {}
 
 
 def test_new_record(checkout):

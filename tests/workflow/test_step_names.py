@@ -57,6 +57,12 @@ def test_resources_of_a_step(many):
     assert list(shown.values()).count("4321") == number
 
 
+def test_an_expression_as_a_resource_of_a_step(many):
+    done = many.snakemake("--dry-run", "fit", "--set-resources", "fit:mem_mb=attempt*1234", "fit:part='x'")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert re.search(r"^ *resources: .*part=x, mem_mb=1234\b", done.stdout + done.stderr, re.M)
+
+
 def test_names_that_look_alike_when_joined(many):
     for name, test in (("lab", "a_b"), ("lab_a", "b")):
         yaml = CAMPAIGN.replace("truth: truth.json\n", "").replace("records_per_job: 1", "records_per_job: 5")

@@ -9,6 +9,7 @@ rule tables:
     input:
         records=products("records"),
         fits=products("fits"),
+        again=again("tables"),
     output:
         tidy=expand(
             "results/{{campaign}}/tables/{table}.csv",
@@ -46,7 +47,8 @@ rule tables:
 
 rule printed_tables:
     input:
-        csv_tables("runs", "parameters", "epsilon", "candidates", "populations", *PRINTED),
+        tables=csv_tables("runs", "parameters", "epsilon", "candidates", "populations", *PRINTED),
+        again=again("printed_tables"),
     output:
         printed=[
             report(
@@ -91,6 +93,7 @@ rule recovered:
     input:
         parameters="results/{campaign}/tables/parameters.csv",
         truth=lambda w: f"{campaign(w).raw}/{campaign(w).truth}",
+        again=again("recovered"),
     output:
         csv="results/{campaign}/tables/recovered.csv",
         md=report(
@@ -118,6 +121,7 @@ rule recovered:
 rule misfit_map:
     input:
         fits=products("fits"),
+        again=again("misfit_map"),
     output:
         maps="results/{campaign}/misfit_map.nc",
     log:
@@ -152,6 +156,7 @@ rule report:
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),
         changes=changes_of,
+        again=again("report"),
     output:
         html=report(
             "results/{campaign}/report.html",
@@ -189,6 +194,7 @@ rule complete:
         runs="results/{campaign}/tables/runs.csv",
         printed=rules.printed_tables.output,
         recovered=lambda w: rules.recovered.output.csv if campaign(w).truth else [],
+        again=again("complete"),
     output:
         complete="results/{campaign}/complete.txt",
     log:

@@ -4,24 +4,17 @@ import re
 import sys
 from pathlib import Path
 
-import snakemake.dag
-import snakemake.io
-
 from freerock.config import step_settings as settings
 from freerock.config.campaign import check_options, load_config
 from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
-from freerock.jobs.checksums import once
 from freerock.jobs.guard import check_folder
 from freerock.jobs.log import in_utf8, why_failed
-from freerock.jobs.producers import ByName
 from freerock.jobs.reruns import PACKAGE, code_checksum
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
-snakemake.dag.OutputIndex = ByName  # no setting chooses these two
-snakemake.io._IOFile.checksum = once(snakemake.io._IOFile.checksum)
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
 A_CAMPAIGN = "among the campaigns to analyse"
@@ -209,3 +202,22 @@ def memory(mb):
 def minutes(first):
     """Minutes of a job on a cluster; more at the next attempt."""
     return lambda wildcards, attempt: first * attempt
+
+
+def of_step(step, **resources):
+    """Resources of a step's batches, which have no names one knows; --set-resources names the step."""
+    asked = workflow.resource_settings.overwrite_resources.get(step, {})
+    return resources | {name: value_of(each) for name, each in asked.items()}
+
+
+def value_of(resource):
+    """The value of a resource of the command line, or a function where it is an expression."""
+    if not resource.is_evaluable():
+        return resource.value
+
+    def evaluated(wildcards, input, threads, rulename, attempt, async_run):
+        known = {"input": input, "threads": threads, "rulename": rulename, "attempt": attempt}
+        known["async_run"] = async_run
+        return resource.evaluate(wildcards, **known).value
+
+    return evaluated

@@ -98,6 +98,7 @@ FIGURES = {
 rule figure:
     input:
         unpack(figure_files),
+        again=again("figure"),
     output:
         pdf="results/{campaign}/figures/{figure}.pdf",
         png=report(
@@ -131,6 +132,9 @@ rule figure:
 # For another target than the double column, each with its style file in src/freerock/figures. Asked for by
 # `figures_for` of the campaign, or by name: snakemake results/<campaign>/figures/slide/misfit_map.pdf
 use rule figure as figure_for_target with:
+    input:
+        unpack(figure_files),
+        again=again("figure_for_target"),
     output:
         pdf="results/{campaign}/figures/{target}/{figure}.pdf",
         png="results/{campaign}/figures/{target}/{figure}.png",

@@ -9,15 +9,6 @@ BATCHES = {
     for name, section in CAMPAIGNS.items()
 }
 
-# What --set-resources gives a step by its name holds for each rule of its batches. Snakemake knows no group of rules
-# there and takes the names literally, so the names of the rules are added to those asked for; it looks the resources
-# of all rules up when the first is made. No public setting is read that late (tests/workflow/test_step_names.py).
-asked = workflow.resource_settings.overwrite_resources
-for step in {"record", "fit", "quality"} & {*asked}:
-    for name, all_tests in BATCHES.items():
-        for tests in all_tests:
-            asked.setdefault(f"{step}_{name}-{tests[0]}", asked[step])
-
 for name, section in CAMPAIGNS.items():
     of_test = {each.test: each for each in section.records}
     for tests in BATCHES[name]:
@@ -32,6 +23,7 @@ for name, section in CAMPAIGNS.items():
                 f"record_{job}"
             input:
                 raw=raw_files_of(name, records),
+                again=again(f"record_{job}", name),
             output:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
             log:
@@ -43,8 +35,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(400),
-                runtime=minutes(5 + len(tests)),
+                **of_step("record", mem_mb=memory(400), runtime=minutes(5 + len(tests))),
             params:
                 code=code("record"),
                 records=own,
@@ -59,6 +50,7 @@ for name, section in CAMPAIGNS.items():
                 f"fit_{job}"
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
+                again=again(f"fit_{job}", name),
             output:
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
             log:
@@ -70,8 +62,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(700),
-                runtime=minutes(5 + len(tests)),
+                **of_step("fit", mem_mb=memory(700), runtime=minutes(5 + len(tests))),
             params:
                 code=code("fit"),
                 records=own_fit,
@@ -87,6 +78,7 @@ for name, section in CAMPAIGNS.items():
             input:
                 records=[f"results/{name}/records/{test}.nc" for test in tests],
                 fits=[f"results/{name}/fits/{test}.nc" for test in tests],
+                again=again(f"quality_{job}", name),
             output:
                 png=[
                     report(
@@ -109,8 +101,7 @@ for name, section in CAMPAIGNS.items():
             conda:
                 "../envs/freerock.yaml"
             resources:
-                mem_mb=memory(500),
-                runtime=minutes(5 + len(tests)),
+                **of_step("quality", mem_mb=memory(500), runtime=minutes(5 + len(tests))),
             params:
                 code=code("quality"),
                 tests=tests,

@@ -1,18 +1,22 @@
 # Before the first job of a run: what a killed run left behind, folders to write to, times from the future; and the
 # plan is compared with the ledger of what was made, after the last job once more.
 #
-# The rules that begin with files of the user do this in their input functions. That is the only moment after
+# The rules do this in an input function each. That is the only moment after
 # Snakemake knows what it is to do and before it looks for locks: rules are read before, onstart runs after.
 # Where the workflow is only read (-n, --dag, --summary, --lint, --unlock …) there is no executor, or a dry one.
 
 import time
-from functools import cache
+from functools import cache, partial
 
 from freerock.cli.check import check_files
 from freerock.config.campaign import read_campaign
+from freerock.jobs.again import newer_than
 from freerock.jobs.guard import check_clock, check_room, hold, job_runs, run_starts
+from freerock.jobs.ledger import entry_path, read_entry
+from freerock.jobs.reruns import note_meanings
 from freerock.jobs.soundness import (
     VERIFIED,
+    Comparison,
     Step,
     compare,
     in_doubt,
@@ -25,14 +29,14 @@ from freerock.jobs.watch import check_space, watch_folder
 from freerock.virtual_lab.truth import read_truth
 
 LAST = []  # lines below all that Snakemake tells
-IN_DOUBT = set()  # before the first job, by the logs of their steps
 VERIFY = bool(config.get("verify"))  # every file is read, even one that looks as it did
-RULES = workflow.current_basedir.get_path_or_uri(secret_free=True)
+AGAIN = {}  # by step and wildcards of each job of the plan: what makes Snakemake do it again, or nothing
 
 
 def say_last():
     """What Snakemake does not tell, when it ends."""
-    lines = [*misspelt(getattr(workflow.dag_settings, "targets", ())), *LAST]
+    tell_plan()
+    lines = [*misspelt(workflow.dag_settings.targets if workflow.dag_settings else ()), *LAST]
     print(*lines, sep="\n", end="\n" * bool(lines), file=sys.stderr)
 
 
@@ -54,42 +58,81 @@ def start():
         check_space()
         run_starts()
         watch_folder()
-    if workflow.is_main_process:
-        compare_before_choosing()
+    if workflow.is_main_process and "MTIME" not in {each.name for each in workflow.rerun_triggers}:
+        sys.exit(
+            "--rerun-triggers: mtime is not among them, by which products in doubt are made again; add it"
+        )
 
 
-def compare_before_choosing():
-    """Have Snakemake make again what the ledger does not bear out.
+@cache
+def plan():
+    """What the ledger bears out of the plan, to which each job is added as Snakemake comes to it."""
+    return Comparison([Path("results", name) for name in (*CAMPAIGNS, "studies")], thorough=VERIFY)
+
+
+def again(step, name=None, start=None):
+    """Input function of a step: a file newer than its products where the ledger does not bear them out.
 
     Snakemake takes a file that is there for whole, and what it knows of its making is gone with the folder
-    .snakemake. So once it has planned all jobs, and before it chooses those to run, the products in doubt are
-    added to those that --forcerun names. There is no public way to do so after the plan is made.
+    .snakemake. The step is of the campaign `name`, or of that of its wildcards.
     """
-    choose = workflow.dag.update_needrun
 
-    async def compare_and_choose(*arguments, **options):
-        workflow.dag.update_needrun = choose
-        workflow.dag.forcefiles |= compared().to_make
-        await choose(*arguments, **options)
+    def of_job(wildcards):
+        (start or partial(start_campaign, name or campaign(wildcards).name))()
+        if not workflow.is_main_process or workflow.storage_settings.default_storage_provider:
+            return []
+        job = step, *sorted(wildcards.items())
+        if job not in AGAIN:
+            AGAIN[job] = []  # for the inputs of the job, among which this function is
+            try:
+                planned = as_planned(getattr(rules, step), wildcards)
+                made = any(map(os.path.exists, planned.outputs))
+                if plan().add(planned) and (made or plan().entries[planned.log]):
+                    AGAIN[job] = [newer_than(planned.outputs, Path(planned.log).stem)]
+            except FreerockError as error:
+                sys.exit(str(error))
+        return AGAIN[job]
 
-    workflow.dag.update_needrun = compare_and_choose
+    return of_job
 
 
-def compared():
-    """The plan compared with the ledger; what is found is told, of a verification nothing else."""
-    try:
-        found = compare((step for _, step in steps()), thorough=VERIFY)
-        if makes_something():
-            found.contents.note()
-    except FreerockError as error:
-        sys.exit(str(error))
+def as_planned(step, wildcards):
+    """A job of a step, as it would be done now."""
+
+    def given(value):
+        return value(wildcards) if callable(value) else value
+
+    def files(declared):
+        for each in map(given, declared):
+            each = [*each.values()] if isinstance(each, dict) else each
+            yield from [each.format(**dict(wildcards.items()))] if isinstance(each, str) else flat(each)
+
+    settings = {name: given(value) for name, value in step.params.items()}
+    return Step(next(files(step.log)), [*files(step.input)], [*files(step.output)], settings)
+
+
+def flat(files):
+    """Paths in lists of lists."""
+    for each in files:
+        yield from [each] if isinstance(each, str) else flat(each)
+
+
+@cache
+def tell_plan():
+    """What is made again and why, what else there is in the folders; of a verification nothing else."""
+    if not AGAIN:
+        return
+    found = plan()
+    if makes_something():
+        found.contents.note()
+        note_meanings()
     products = {path for step in found.steps for path in step.outputs}
     folders = [Path("results", name) for name in CAMPAIGNS if f"results/{name}/complete.txt" in products]
     if VERIFY and workflow.dryrun:
         told = [verified(found, folder) for folder in folders]
-        print(VERIFIED, *(line for lines, _ in told for line in lines), sep="\n")
-        sys.exit(not all(whole for _, whole in told))
-    IN_DOUBT.update(found.doubts)
+        print(VERIFIED, all(whole for _, whole in told))
+        print(*(line for lines, _ in told for line in lines), sep="\n", flush=True)
+        return
     for line in in_doubt(found):
         print(f"{line}: made again", file=sys.stderr)
     if told := other_software(found.entries.values()):
@@ -97,22 +140,14 @@ def compared():
     for folder in folders:
         if others := left_over(folder, products):
             LAST.append(f"{folder}: not of this configuration: {some(others)}; delete them")
-    return found
-
-
-def steps():
-    """The jobs of the plan that are of these rules, in files; as a module they stand in a plan with others."""
-    for job in workflow.dag.jobs:
-        if any(path.is_storage for path in job.output):  # in an object store
-            continue
-        if job.output and job.rule.basedir.get_path_or_uri(secret_free=True) == RULES:
-            files = [[str(path) for path in paths] for paths in (job.input, job.output)]
-            yield job, Step(str(job.log[0]), *files, dict(job.params.items()))
 
 
 def check_again():
     """Refuse to end well when files were changed in the course of the run; else tell where the reports are."""
-    done = [step for job, step in steps() if workflow.dag.finished(job) or str(job.log[0]) not in IN_DOUBT]
+    chosen = workflow.dag_settings
+    partly = chosen.until or chosen.omit_from or chosen.batch
+    before = plan()
+    done = [step for step in before.steps if not (partly and left_undone(before, step))]
     end = time.monotonic() + workflow.execution_settings.latency_wait  # of other machines' files
     while (found := compare(done)).doubts and time.monotonic() < end:
         time.sleep(0.5)
@@ -123,6 +158,11 @@ def check_again():
         sys.exit(1)
     reports = [path for step in done for path in step.outputs if Path(path).name == "report.html"]
     LAST[:0] = [f"{path}: the report; open it in a browser" for path in reports]
+
+
+def left_undone(before, step):
+    """Whether a step in doubt was not done in the run."""
+    return step.log in before.doubts and read_entry(entry_path(step.log)) == before.entries[step.log]
 
 
 @cache
@@ -156,17 +196,6 @@ def start_studies():
         sys.exit(str(error))
 
 
-def study_starts(wildcards):
-    """Input function of what needs no files."""
-    start_studies()
-    return []
-
-
 def raw_files_of(name, records):
-    """Input function: the files of some records of a campaign."""
-
-    def files(wildcards):
-        start_campaign(name)
-        return raw_files(CAMPAIGNS[name], records)
-
-    return files
+    """Input function: the files of some records of a campaign; by content, not by time."""
+    return lambda wildcards: [ancient(path) for path in raw_files(CAMPAIGNS[name], records)]

@@ -35,7 +35,7 @@ rule studies:
 
 rule study:
     input:
-        study_starts,
+        again=again("study", start=start_studies),
     output:
         csv="results/studies/{study}.csv",
     log:
@@ -59,6 +59,7 @@ rule study:
 rule figure_study:
     input:
         csv=rules.study.output.csv,
+        again=again("figure_study", start=start_studies),
     output:
         pdf="results/studies/figures/{study}.pdf",
         png=report(
@@ -88,6 +89,7 @@ rule figure_study:
 rule figure_atlas:
     input:
         csv="results/studies/stability.csv",
+        again=again("figure_atlas", start=start_studies),
     output:
         pdf="results/studies/figures/stability_{page}.pdf",
         png=report(

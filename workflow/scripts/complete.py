@@ -2,7 +2,7 @@
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__):
     from freerock.jobs.complete import complete
 
     complete(snakemake.wildcards.campaign, snakemake.input.runs, snakemake.output.complete)

@@ -4,7 +4,7 @@ from importlib import import_module
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__, f"freerock.figures.studies.{snakemake.params.study}"):
     from freerock.figures.style import save
     from freerock.tables.csvfile import read_csv
 

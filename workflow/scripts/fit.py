@@ -2,7 +2,7 @@
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__):
     from freerock.jobs.describe import described
     from freerock.jobs.each import make_each
     from freerock.jobs.fit import give_up, make_fits

@@ -2,7 +2,7 @@
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__):
     from freerock.jobs.misfit import make_misfit_maps
 
     params = snakemake.params

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__):
     from freerock.jobs.printed import print_tables
 
     params = snakemake.params
-    files = {Path(path).stem: path for path in snakemake.input}
+    files = {Path(path).stem: path for path in snakemake.input.tables}
     folder = Path(snakemake.output.numbers).parent
     print_tables(files, folder, origin=params.origin, doi=params.doi, labels=params.labels)

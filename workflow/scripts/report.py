@@ -4,7 +4,7 @@ from pathlib import Path
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__):
     from freerock.jobs.report import make_report
 
     inputs, params = snakemake.input, snakemake.params

@@ -4,7 +4,7 @@ from importlib import import_module
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake):
+with at_work(snakemake, __file__, f"freerock.studies.{snakemake.wildcards.study}"):
     from freerock.tables.csvfile import write_csv
 
     study = import_module(f"freerock.studies.{snakemake.wildcards.study}")

@@ -50,7 +50,8 @@ def verification(names: Sequence[str]) -> tuple[str, bool]:
     plan = [sys.executable, "-m", "snakemake", "--snakefile", snakefile, "--dry-run", "--quiet", "all"]
     plan += ["--config", f"campaigns=[{','.join(names)}]", "verify=true"]
     done = subprocess.run(plan, capture_output=True, text=True)
-    _, verified, told = done.stdout.partition(f"{VERIFIED}\n")
-    if not verified:  # the workflow itself is refused
+    _, verified, told = done.stdout.partition(f"{VERIFIED} ")
+    if done.returncode or not verified:  # the workflow itself is refused
         sys.exit(done.stderr.strip())
-    return told, not done.returncode
+    whole, _, lines = told.partition("\n")
+    return lines, whole == str(True)

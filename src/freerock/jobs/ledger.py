@@ -20,10 +20,14 @@ from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256, write_text
+from freerock.jobs.again import is_one
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
+from freerock.jobs.reruns import code as code_of
+from freerock.jobs.reruns import code_checksum
 
 FOLDER = "ledger"
+AGAIN = "run the same command again"
 SELDOM = 100_000  # objects between two looks for garbage
 
 
@@ -68,7 +72,7 @@ def read_entry(path: str | Path) -> Entry | None:
 
 
 @contextmanager
-def at_work(job: Any) -> Iterator[None]:
+def at_work(job: Any, *code: str) -> Iterator[None]:
     """Do the work of a job: messages go to its log, and at the end, without an error, its entry is written.
 
     A script imports inside it what takes long: to look for garbage among what libraries leave, while they are
@@ -78,23 +82,29 @@ def at_work(job: Any) -> Iterator[None]:
     ----------
     job : Snakemake
         What Snakemake gives to a script under the name `snakemake`.
+    *code : str
+        The script and the modules it imports by name, as `freerock.jobs.reruns.code_checksum` takes them;
+        left out, edits of the code go unseen.
 
     Raises
     ------
     DamagedProduct
         An input is a product and no longer as it was written.
     FreerockError
-        An input was changed meanwhile, or the entry can't be written.
+        An input was changed meanwhile, the code is not that of the plan, or the entry can't be written.
     """
     log_to(job.log[0])
     gc.set_threshold(SELDOM)
     atexit.register(gc.freeze)
-    made_from = {path: checksum(path) for path in map(str, job.input)}
+    unedited = _Code(job.params.get("code", ""), *code) if code else None
+    made_from = {path: checksum(path) for path in map(str, job.input) if not is_one(path)}
     refuse_damaged({path: found for path, (found, _) in made_from.items()})
     yield
     for path, (found, seen) in made_from.items():
         if look(path) != seen if seen else sha256(path) != found:
-            raise FreerockError(path, "was changed while it was being read", "run the same command again")
+            raise FreerockError(path, "was changed while it was being read", AGAIN)
+    if unedited:
+        unedited.check()
     made = {path: checksum(path) for path in map(str, job.output)}
     entry = Entry(
         plain(dict(job.params.items())),
@@ -104,6 +114,25 @@ def at_work(job: Any) -> Iterator[None]:
         {path: [*seen] for path, (_, seen) in (made_from | made).items() if seen},
     )
     write_text(entry_path(job.log[0]), json.dumps(asdict(entry), ensure_ascii=False, indent=1) + "\n")
+
+
+class _Code:
+    """The code of a job, from before it is imported.
+
+    A file that looks as it did then, by the time of its last change of status too, was not changed meanwhile,
+    not even for a moment: what was imported is what the checksum was taken of.
+    """
+
+    def __init__(self, planned: str, script: str, *modules: str) -> None:
+        self._looks = {path: look(path) for path in code_of(script, *modules)}
+        if code_checksum(script, *modules) != planned:
+            raise FreerockError(script, "its code was edited since the run began", AGAIN)
+
+    def check(self) -> None:
+        """Refuse code that was changed since, though it be put back."""
+        for path, seen in self._looks.items():
+            if look(path) != seen:
+                raise FreerockError(path, "was edited while the job was at work", AGAIN)
 
 
 def refuse_damaged(read: Mapping[str, str]) -> None:

@@ -1,13 +1,19 @@
 """What makes a step run again besides its inputs and settings: one checksum of the code that it runs."""
 
+import ast
 import hashlib
+import json
 import os
 import re
+from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-from freerock.files import sha256
+from freerock.files import sha256, write_text
 
+MEANINGS = Path(".snakemake/freerock.code.json")  # by SHA-256 of a file's bytes; without it all are parsed
+SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)  # begin with docstrings
 PACKAGE = Path(__file__).parents[1]
 IMPORT = re.compile(r"^ *+(?:from ([\w.]+) import (\([^)]*\)|.*)|import (.*))", re.M)
 FOR_TYPES = re.compile(r"\nif TYPE_CHECKING: *\n(?:(?: .*)?\n)+")
@@ -15,9 +21,10 @@ FOR_TYPES = re.compile(r"\nif TYPE_CHECKING: *\n(?:(?: .*)?\n)+")
 
 @cache
 def code_checksum(script: str | Path, *modules: str) -> str:
-    """SHA-256 of the files a script runs, with their names: not of their times or of where they lie.
+    """SHA-256 of the code a script runs, with the names of its files: not of their times or where they lie.
 
-    As a parameter of a step it makes an edited module rerun the steps that use it, and no other.
+    Comments, docstrings, layout and line numbers of Python files don't count, see `meaning`. As a parameter
+    of a step it makes an edited module rerun the steps that use it, and no other.
 
     Parameters
     ----------
@@ -44,7 +51,67 @@ def code_checksum(script: str | Path, *modules: str) -> str:
 def _line(path: str) -> str:
     """Name and checksum of a file; modules are shared by many steps."""
     inside = Path(path).relative_to(PACKAGE) if Path(path).is_relative_to(PACKAGE) else Path(Path(path).name)
-    return f"{inside.as_posix()} {sha256(path)}\n"
+    return f"{inside.as_posix()} {meaning(path)}\n"
+
+
+@cache
+def meaning(path: str) -> str:
+    """SHA-256 of a Python file's syntax tree without docstrings; of any other file, of its bytes.
+
+    Trees of all files take seconds, so what an earlier run wrote down of the same bytes counts.
+    """
+    told = sha256(path)
+    if not path.endswith(".py"):
+        return told
+    if told not in _meanings():
+        text = Path(path).read_bytes()
+        with suppress(SyntaxError, ValueError):  # the step will say so
+            _meanings()[told] = hashlib.sha256("".join(_parts(ast.parse(text))).encode()).hexdigest()
+    return _meanings().get(told, told)
+
+
+def _parts(node: object) -> Iterator[str]:
+    """The words of a syntax tree; no empty field, of which Python's versions have different ones."""
+    if isinstance(node, ast.AST):
+        yield f"({type(node).__name__}"
+        for name, value in ast.iter_fields(node):
+            if value is None and isinstance(node, ast.Constant):
+                yield " None"
+            if value is None or value == [] or name in ("ctx", "kind", "type_comment"):
+                continue
+            if (
+                name == "body"
+                and isinstance(node, SCOPES)
+                and ast.get_docstring(node, clean=False) is not None
+            ):
+                value = value[1:]
+            yield f" {name}="
+            yield from _parts(value)
+        yield ")"
+    elif isinstance(node, list):
+        yield "["
+        for each in node:
+            yield from _parts(each)
+        yield "]"
+    else:
+        yield f"{type(node).__name__} {node!r};"
+
+
+@cache
+def _meanings() -> dict[str, str]:
+    """Checksum of the syntax tree by that of the bytes, as an earlier run wrote them down."""
+    with suppress(OSError, ValueError, RecursionError):
+        read = json.loads(MEANINGS.read_text(encoding="utf-8"))
+        if isinstance(read, dict) and all(isinstance(each, str) for each in read.values()):
+            return dict(read)
+    return {}
+
+
+def note_meanings() -> None:
+    """Write down the meanings that were found, for the next run."""
+    told = json.dumps(_meanings(), indent=1, sort_keys=True)
+    if not MEANINGS.exists() or MEANINGS.read_text(encoding="utf-8") != told:
+        write_text(MEANINGS, told)
 
 
 def code(script: str | Path, *modules: str) -> list[str]:

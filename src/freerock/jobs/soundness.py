@@ -3,6 +3,7 @@
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -14,7 +15,6 @@ QUICK_LOOK = "quick_look.png"  # what `freerock new-campaign` shows of the recor
 NOT_PRODUCTS = {FOLDER, "logs", "benchmarks", QUICK_LOOK}  # in a campaign's folder of results
 SHOWN = 5  # of a list
 State = Literal["missing", "damaged", "stale"]
-Entries = Mapping[str, Entry | None]
 
 
 @dataclass(frozen=True)
@@ -67,37 +67,62 @@ def known_looks(entries: Iterable[Entry | None]) -> Known:
     return known(seen)
 
 
-@dataclass(frozen=True)
 class Comparison:
-    """A plan compared with the ledger.
+    """A plan compared with the ledger, job by job.
 
     Parameters
     ----------
-    steps : sequence of Step
-    entries : mapping of str to Entry or None
+    folders : iterable of Path
+        `results/NAME` of the plan's campaigns: what their ledgers saw of files counts.
+    thorough : bool
+        Every file is read, even one that looks as it did.
+
+    Attributes
+    ----------
+    entries : dict of str to Entry or None
         What the ledger holds of each step, by its log.
-    contents : Contents
-    doubts : mapping of str to list of Doubt
-        By the log of the step.
+    again : set of str
+        Logs of the steps in doubt, by the files as they are; doubts about what they read do not count.
     """
 
-    steps: Sequence[Step]
-    entries: Entries
-    contents: Contents
-    doubts: Mapping[str, list[Doubt]]
+    def __init__(self, folders: Iterable[Path], thorough: bool = False) -> None:
+        found = (path for folder in folders for path in (folder / FOLDER).glob("*.json"))
+        self._ledger = {path: read_entry(path) for path in found}
+        self.contents = Contents({} if thorough else known_looks(self._ledger.values()))
+        self.steps: list[Step] = []
+        self.entries: dict[str, Entry | None] = {}
+        self.again: set[str] = set()
 
-    @property
-    def to_make(self) -> set[str]:
-        """Products of the steps that are to be done again; Snakemake adds what is made from these.
+    def add(self, step: Step) -> bool:
+        """Whether a step is in doubt, by the files as they are; one whose products were never made is.
 
-        None where nothing was made yet, which Snakemake sees by itself.
+        Raises
+        ------
+        FreerockError
+            A file can't be read.
         """
-        if not any(self.entries.values()) and all(
-            doubt.state == "missing" for doubts in self.doubts.values() for doubt in doubts
-        ):
-            return set()
-        again = {log for log, doubts in self.doubts.items() if not all(doubt.derived for doubt in doubts)}
-        return {path for step in self.steps if step.log in again for path in step.outputs}
+        self.contents.look_at([*step.inputs, *step.outputs])
+        self.steps.append(step)
+        entry = self.entries[step.log] = self._ledger.get(entry_path(step.log))
+        if any(_doubts(step, entry, self.contents, ())):
+            self.again.add(step.log)
+        return step.log in self.again
+
+    @cached_property
+    def doubts(self) -> dict[str, list[Doubt]]:
+        """Doubts by the log of the step; what only stems from another step's is marked as derived."""
+        maker = {path: step for step in self.steps for path in step.outputs}
+        found: dict[str, list[Doubt]] = {}
+
+        def of(step: Step) -> list[Doubt]:
+            if step.log not in found:
+                made = [path for path in step.inputs if path in maker]
+                doubtful = [path for path in made if path in {doubt.path for doubt in of(maker[path])}]
+                told = _doubts(step, self.entries[step.log], self.contents, doubtful)
+                found[step.log] = [*told] if doubtful or step.log in self.again else []
+            return found[step.log]
+
+        return {step.log: doubts for step in self.steps if (doubts := of(step))}
 
 
 def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
@@ -106,9 +131,9 @@ def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
     Parameters
     ----------
     steps : iterable of Step
-        Those of the plan, each after those whose products it reads, or before.
+        Those of the plan, in any order.
     thorough : bool
-        Every file is read, even one that looks as it did.
+        As of `Comparison`.
 
     Raises
     ------
@@ -116,21 +141,11 @@ def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
         A file can't be read.
     """
     steps = [*steps]
-    entries = {step.log: read_entry(entry_path(step.log)) for step in steps}
-    contents = Contents({} if thorough else known_looks(entries.values()))
-    contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
-    maker = {path: step for step in steps for path in step.outputs}
-    found: dict[str, list[Doubt]] = {}
-
-    def of(step: Step) -> list[Doubt]:
-        if step.log not in found:
-            made = [path for path in step.inputs if path in maker]
-            doubtful = [path for path in made if path in {doubt.path for doubt in of(maker[path])}]
-            found[step.log] = [*_doubts(step, entries[step.log], contents, doubtful)]
-        return found[step.log]
-
-    doubts = {step.log: doubts for step in steps if (doubts := of(step))}
-    return Comparison(steps, entries, contents, doubts)
+    found = Comparison({Path(step.log).parents[1] for step in steps}, thorough)
+    found.contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
+    for step in steps:
+        found.add(step)
+    return found
 
 
 def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Sequence[str]) -> Iterator[Doubt]:

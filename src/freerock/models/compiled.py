@@ -1,11 +1,21 @@
-"""How the models' inner loops are compiled."""
+"""How the models' inner loops are compiled.
 
+What shapes machine code is in the names of its files in the cache: the options and all else in this room,
+the file of the function, compiler and processor. Numba itself looks at time and size of the function's file.
+"""
+
+import hashlib
+import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
+import llvmlite.binding
+import numba
 from numba import njit, typeof
 
+SHAPING = {"NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_SLP_VECTORIZE", "NUMBA_LOOP_VECTORIZE"}
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -16,6 +26,7 @@ def compiled(**options: Any) -> Callable[[Function], Function]:
 
     def decorate(function: Function) -> Function:
         made: Function
+        function.__qualname__ += f"_{identity(function.__code__.co_filename)}"  # names the files of the cache
         try:
             made = njit(cache=True, **options)(function)
         except RuntimeError:
@@ -23,6 +34,20 @@ def compiled(**options: Any) -> Callable[[Function], Function]:
         return made
 
     return decorate
+
+
+@cache
+def identity(file: str) -> str:
+    """Checksum of what shapes the machine code of a file's functions, in 16 hexadecimal digits."""
+    options = sorted(f"{name}={value}" for name, value in os.environ.items() if name in SHAPING)
+    features = sorted(llvmlite.binding.get_host_cpu_features().items())
+    processor = [llvmlite.binding.get_host_cpu_name(), str(features)]
+    found = hashlib.sha256(
+        "\n".join([numba.__version__, llvmlite.__version__, *processor, *options]).encode()
+    )
+    for path in (*sorted(Path(__file__).parent.glob("*.py")), Path(file)):
+        found.update(f"\n{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}".encode())
+    return found.hexdigest()[:16]
 
 
 _loaded = set[Any]()

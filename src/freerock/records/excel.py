@@ -10,13 +10,13 @@ from functools import lru_cache
 from itertools import chain, islice
 from math import nan
 from pathlib import Path
+from typing import Any
 from xml.parsers import expat
 from zipfile import ZipFile
 
 import numpy as np
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
-from openpyxl.worksheet._read_only import ReadOnlyWorksheet
 
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
@@ -144,7 +144,7 @@ def _stated(row: Sequence[Cell]) -> dict[str, str | float]:
     return {str(row[0]): f"{row[1]};{row[2]}" if len(row) > 2 and isinstance(row[2], str) else row[1]}
 
 
-def _table(path: Path, sheet: ReadOnlyWorksheet) -> Table:
+def _table(path: Path, sheet: Any) -> Table:
     sheet.reset_dimensions()
     rows = sheet.iter_rows(values_only=True)
     head = list(islice(rows, HEAD))

@@ -94,33 +94,30 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
         standard error and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each fit
-        its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may not
-        be used are the words "failed fit".
+        its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
+        not be used are the words "failed fit".
     """
     runs, named = tidy["runs"], dict[str, str]()
 
     def macro(parts: Iterable[str], text: object) -> None:
-        name = "fr" + "".join(map(_letters, parts))
-        while name in named:  # names that differ by signs alone
-            name += "X"
-        named[name] = _tex(text)
+        named["fr" + "".join(parts)] = _tex(text)
 
     macro(["Records"], runs["test"].nunique())
     macro(["Runs"], runs["run"].notna().sum())
     populations = tidy["populations"]
     for row in populations[populations["level"] == "record"].itertuples():
         value = f"{quantity(row.mean, row.u_total)} {unit_text(row.unit)}".rstrip()
-        macro([row.test, row.model, row.parameter], value)
+        macro([spelt_test(row.test), *map(_letters, (row.model, row.parameter))], value)
     usable = tidy["epsilon"][tidy["epsilon"]["success"]]
     for (test, model), epsilon in usable.groupby(["test", "model"], sort=False)["epsilon_theta"]:
-        macro([test, model, "epsilon"], f"{quantity(100 * epsilon.median())} %")
+        macro([spelt_test(test), _letters(model), "Epsilon"], f"{quantity(100 * epsilon.median())} %")
     for row in tidy["parameters"].itertuples():
         value = f"{quantity(row.value, row.u_total)} {unit_text(row.unit)}".rstrip()
-        macro([*_fit_name(row), row.parameter], value if row.success else "failed fit")
+        macro([*_fit_name(row), _letters(row.parameter)], value if row.success else "failed fit")
     for row in tidy["epsilon"].itertuples():
         text = f"{quantity(100 * row.epsilon_theta)} %"
-        macro([*_fit_name(row), "epsilon"], text if row.success else "failed fit")
-        macro([*_fit_name(row), "final_time"], f"{fixed(row.final_time_s, 2)} s")
+        macro([*_fit_name(row), "Epsilon"], text if row.success else "failed fit")
+        macro([*_fit_name(row), "FinalTime"], f"{fixed(row.final_time_s, 2)} s")
     notes = [f"% {SIMULATED_NOTE}"] if "simulated" in set(runs["origin"]) else []
     lines = [rf"\newcommand{{\{name}}}{{{text}}}" for name, text in named.items()]
     return "\n".join([*notes, *lines, ""])
@@ -158,7 +155,22 @@ def figures_tex(captions: Mapping[str, tuple[str, str]]) -> str:
 
 
 def _fit_name(row: Any) -> list[str]:
-    return [row.test, "run", str(row.run), row.model]
+    return [spelt_test(row.test), "Run", _letters(str(row.run)), _letters(row.model)]
+
+
+def spelt_test(name: str) -> str:
+    """A test's name in letters alone, as no other is spelt: "config2_marble" is ConfigTwoMarble.
+
+    Names of another form than words in lower case, each with its number, end in Q and their bytes as letters
+    from a to p; so do those that end as a run or as such a name.
+    """
+    spelt = _letters(name)
+    words = re.findall("[A-Z][a-z]*", spelt)
+    plain = "".join(str(DIGITS.index(word)) if word in DIGITS else f"_{word.lower()}" for word in words)
+    taken = re.search(rf"Run({'|'.join(DIGITS)})+$|Q[a-p]*$", spelt)
+    if plain.removeprefix("_") == name and not taken:
+        return spelt
+    return spelt + "Q" + name.encode().hex().translate(str.maketrans("0123456789abcdef", "abcdefghijklmnop"))
 
 
 def _letters(name: str) -> str:

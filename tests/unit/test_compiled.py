@@ -1,0 +1,71 @@
+"""The cache of machine code holds it under the name of all that shapes it."""
+
+import re
+import shutil
+from pathlib import Path
+
+import numba
+import pytest
+
+from freerock.models import compiled
+
+PACKAGE = Path(compiled.__file__).parents[1]
+KERNELS = [path for path in PACKAGE.rglob("*.py") if "\n@compiled(" in path.read_text(encoding="utf-8")]
+
+
+@pytest.fixture
+def room(tmp_path, monkeypatch):
+    """A copy of the room of the models, and a kernel beside it."""
+    shutil.copytree(PACKAGE / "models", tmp_path / "models")
+    (tmp_path / "kernel.py").write_text("LIMIT = 1\n")
+    monkeypatch.setattr(compiled, "__file__", str(tmp_path / "models/compiled.py"))
+    return tmp_path
+
+
+def identity(room):
+    compiled.identity.cache_clear()
+    try:
+        return compiled.identity(str(room / "kernel.py"))
+    finally:
+        compiled.identity.cache_clear()
+
+
+def edit(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda room, patch: edit(room / "models/compiled.py", '{"contract"}', "True"),
+        lambda room, patch: edit(room / "models/block.py", "9.81", "9.82"),
+        lambda room, patch: edit(room / "kernel.py", "1", "2"),
+        lambda room, patch: patch.setattr(numba, "__version__", "0"),
+        lambda room, patch: patch.setattr(compiled.llvmlite.binding, "get_host_cpu_name", lambda: "other"),
+        lambda room, patch: patch.setenv("NUMBA_CPU_NAME", "generic"),
+    ],
+    ids=["options", "constant", "kernel", "numba", "processor", "asked for another processor"],
+)
+def test_what_shapes_machine_code_gives_it_another_name(room, monkeypatch, change):
+    before = identity(room)
+    assert identity(room) == before
+    change(room, monkeypatch)
+    assert identity(room) != before
+
+
+def test_files_of_the_cache_have_this_name(room):
+    text = "from freerock.models.compiled import compiled\n\n\n@compiled()\ndef twice(x):\n    return 2 * x\n"
+    (room / "kernel.py").write_text(text)
+    names = {"__name__": "kernel", "__file__": str(room / "kernel.py")}
+    exec(compile(text, str(room / "kernel.py"), "exec"), names)
+    assert names["twice"](2) == 4
+    (index,) = room.glob("__pycache__/*.nbi")
+    assert re.fullmatch(rf"kernel\.twice_{identity(room)}-.*\.nbi", index.name)
+
+
+@pytest.mark.parametrize("path", KERNELS, ids=lambda path: path.stem)
+def test_kernels_take_constants_only_from_where_the_name_covers_them(path):
+    imported = re.findall(r"^(?:from|import) (freerock[\w.]*)", path.read_text(encoding="utf-8"), re.M)
+    assert {name for name in imported if not name.startswith("freerock.models")} <= {"freerock.arrays"}
