@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import relative_noise
@@ -34,6 +35,9 @@ class Motion:
         taken to be white, of sigma_theta.
     view : View, optional
         What the sensor makes of a motion; None where it shows the rotation as it is.
+    laboratory : Laboratory, optional
+        What the run was measured with, whose inputs a fit moves within their uncertainties; None takes them for
+        exact.
     """
 
     time_s: Floats
@@ -45,6 +49,7 @@ class Motion:
     fit_start_s: float = 0.0
     noise: Noise | None = None
     view: View | None = None
+    laboratory: Laboratory | None = None
 
 
 def motion_of(
