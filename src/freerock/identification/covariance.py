@@ -71,7 +71,7 @@ def covariance(
     is_noise : bool
         Whether the residual is known to be noise.
     prior : ndarray, shape (n_rows, n_parameters), optional
-        Rows that priors add to the derivatives [rad]; the covariance is that by the noise of the samples alone.
+        Rows that priors add to the derivatives [rad]; the covariance is that by the noise alone.
     """
     n, n_parameters = jacobian.shape
     prior = np.empty((0, n_parameters)) if prior is None else prior

@@ -101,7 +101,7 @@ def asks_for(best: Posterior) -> tuple[str, ...]:
 
     What they ask for most comes first. By the ratio of likelihoods under the noise at rest, with the
     derivative by the tilt of the base or by the contact width, with what edges of a small radius would
-    change, or without the prior of the release, beside those by all that the fit frees and by its inputs.
+    change, or with a free release, beside those by all that the fit frees and by its inputs.
 
     Parameters
     ----------
@@ -133,6 +133,9 @@ def off_zero(best: Posterior) -> dict[str, float]:
     of_release = len(value) - len(best.z)
     if of_release:
         found["release"] = best.beside((value[of_release:], rows[of_release:])).likelihood()
+    elif not (best.free.all() or problem.settings.loose_release):
+        held = Whitened(best.residual, best.jacobian, best.samples.lengths, [problem.motions[0].noise])
+        found["release"] = held.likelihood()
     if "tilt" not in problem.names:
         found["tilt"] = best.whitened.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
     if "width" not in problem.names:

@@ -117,9 +117,9 @@ def leaves_noise(
         return False
     samples = problem.samples()
     x = least_squares(problem, quick.x, samples).x
-    if len(parts) == 1:
-        best = settled(problem, x)
-        return best is not None and best.against_rest.p > LEVEL
+    best = settled(problem, x) if len(parts) == 1 else None
+    if best is not None:
+        return best.against_rest.p > LEVEL
     free = ~problem.at_bound(x)
     jacobian: Floats = problem.jacobian(x, samples)[:, free]
     rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, list(map(noise_of, parts)))

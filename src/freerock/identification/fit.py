@@ -226,7 +226,7 @@ def evidence(fit: Fit) -> Evidence:
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth: with the inputs moved where that explains the run, else held."""
     best = None
-    if len(problem.motions) == 1 and problem.directions is None and solution.success:
+    if solution.success:
         best = settled(problem, solution.x)
     moved = None if best is None else _moved(best)
     if best is not None and moved is not None and moved.explains:
@@ -266,7 +266,7 @@ def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Re
     assert result is not None
     motion = best.nuisances.problem.motions[0]
     residual = best.nuisances.read(best.z, problem.motion(x, 0, problem.motions[0].time_s)) - motion.theta
-    x_half, holdout = first_half(problem, x, resolution.m, None, best.curve)
+    _, holdout = first_half(problem, x, resolution.m, None, best.curve)
     epsilon = epsilon_theta(motion.time_s, motion.theta + residual, motion.theta)
     solution = replace(
         solution,

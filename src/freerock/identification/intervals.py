@@ -97,8 +97,8 @@ def uncertainty(
 def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contributions]:
     """Uncertainty by noise of a run whose inputs moved, in SI units, and what the inputs contribute.
 
-    The estimate is linear in noise and priors: its covariance is the sum of that by the noise of the samples, of
-    that by the measured release, and of the squares of the contributions (JCGM 100:2008, 5.1).
+    The estimate is linear in noise and priors: its covariance is the sum of that by the noise of the samples,
+    of that by the measured release, and of the squares of the contributions (JCGM 100:2008, 5.1).
 
     Parameters
     ----------
@@ -108,10 +108,10 @@ def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contri
     """
     problem, x, free = best.problem, best.x, best.free
     rows, theta, n = best.level * best.prior[1], best.curve, int(best.free.sum())
-    is_noise = problem.motions[0].noise is not None
-    known = covariance(
-        best.residual, best.columns, best.samples.lengths, rest.noises, theta, is_noise=is_noise, prior=rows
-    )
+    is_noise, lengths, noises = problem.motions[0].noise is not None, best.samples.lengths, rest.noises
+    if not is_noise:
+        noises = noise_of_residual(best.residual, best.taken, lengths, _rates(problem), rest.averages)
+    known = covariance(best.residual, best.columns, lengths, noises, theta, is_noise=is_noise, prior=rows)
     by_release, by_inputs = np.split(best.by_prior, [len(rows) - len(best.z)], axis=1)
     both = known.covariance + by_release @ by_release.T
     of_x = np.full((len(x), len(x)), np.nan)

@@ -88,8 +88,8 @@ class Whitened:
         level: float = 1.0,
     ) -> None:
         """`prior` holds rows of unit variance beside the samples: their values, shape (n_rows,), and their
-        derivatives, shape (n_rows, n_parameters). `level` is the standard deviation of a sample where no noise
-        takes it out [rad]."""
+        derivatives, shape (n_rows, n_parameters). `level` is the standard deviation of a sample where no
+        noise takes it out [rad]."""
         self._lengths, self._noises, self._level = lengths, noises, level
         self._prior = prior or (np.empty(0), np.empty((0, jacobian.shape[1])))
         scale = np.sqrt(np.mean(jacobian**2, axis=0)) + np.finfo(float).tiny

@@ -63,7 +63,8 @@ class Nuisances:
         laboratory = problem.motions[0].laboratory
         if laboratory is None or len(problem.motions) > 1 or problem.directions is not None:
             return cls(problem, ())
-        return cls(problem, tuple(each for each in laboratory.inputs if _moves(each, problem)))
+        sources = tuple(each for each in laboratory.inputs if _moves(each, problem))
+        return cls(replace(problem, walled=not sources), sources)
 
     def posed(self, z: Floats) -> Problem:
         """The problem with inputs moved by z standard uncertainties, shape (n_sources,)."""
@@ -110,7 +111,7 @@ class Nuisances:
         return replace(samples, time_s=samples.time_s * self._moved(z).clock / self._stated.clock)
 
     def read(self, z: Floats, theta: Floats) -> Floats:
-        """Rotation [rad] of inputs moved by z as the stated ones read it: there the noise is that of the sensor."""
+        """Rotation [rad] of inputs moved by z as the stated ones read it, where the noise is the sensor's."""
         return self._moved(z).reread(theta, self._stated) if z.any() else theta
 
     def slope(self, z: Floats, theta: Floats) -> Floats:
@@ -266,7 +267,7 @@ class Posterior:
 def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | None:
     """The best of a run and its inputs from a start near it, by `lmfit.Minimizer`.
 
-    None where the inputs can't be the cause of what the start leaves.
+    None where no input may move, or where the inputs can't be the cause of what the start leaves.
 
     Parameters
     ----------
@@ -277,7 +278,9 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | No
     most : float
         Samples that suffice.
     """
-    nuisances = Nuisances.of(replace(problem, walled=False))
+    nuisances = Nuisances.of(problem)
+    if not nuisances.sources:
+        return None
     samples = problem.samples(most=most)
     start = at(nuisances, x, np.zeros(len(nuisances.sources)), samples)
     power = noise_of(problem.motions[0]).variance
@@ -312,10 +315,10 @@ def in_found(problem: Problem, found: Contributions | None) -> Problem:
 
 
 def at_end(problem: Problem, values: Mapping[str, float], found: Contributions | None) -> Posterior:
-    """The linear model where a fit of a problem ended: its parameters [SI], and what it found of the inputs."""
-    nuisances = Nuisances.of(replace(problem, walled=False))
+    """The linear model where a fit of a problem ended: its parameters [SI], and the inputs that it found."""
+    nuisances = Nuisances.of(problem)
     z = np.zeros(len(nuisances.sources))
-    if found is not None:
+    if found is not None and nuisances.sources:
         z = found.moved[[found.inputs.index(each) for each in nuisances.sources]]
     return at(nuisances, nuisances.posed(z).start_at(values), z, problem.samples())
 

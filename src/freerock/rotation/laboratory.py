@@ -146,16 +146,16 @@ class Contributions:
     ----------
     inputs : tuple of Input
     values : ndarray, shape (n_numbers, n_inputs)
-        Shift of each number for one standard uncertainty of the stated value of each input, in the unit of the
-        number; NaN where it is not known.
+        Shift of each number for one standard uncertainty of the stated value of each input, in the unit of
+        the number; NaN where it is not known.
     moved : ndarray, shape (n_inputs,)
         By how many of its standard uncertainties a fit moves each input; 0 of a fit that holds them.
     remaining : ndarray, shape (n_inputs,)
         Standard uncertainty of each input after the fit over that before it; 1 of a fit that holds them.
     pulls : ndarray, shape (n_inputs,)
-        (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law and
-        uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see the
-        input.
+        (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law
+        and uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see
+        the input.
     """
 
     inputs: tuple[Input, ...]
@@ -177,7 +177,7 @@ class Contributions:
 
     @property
     def p_of_pulls(self) -> float:
-        """Chance of so large a pull of any input, where all uncertainties are right (Bonferroni); at most 1."""
+        """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
         seen = np.abs(self.pulls[~np.isnan(self.pulls)])
         return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
 

@@ -36,8 +36,8 @@ class Motion:
     view : View, optional
         What the sensor makes of a motion; None where it shows the rotation as it is.
     laboratory : Laboratory, optional
-        What the run was measured with, whose inputs a fit moves within their uncertainties; None takes them for
-        exact.
+        What the run was measured with, whose inputs a fit moves within their uncertainties; None takes them
+        for exact.
     """
 
     time_s: Floats
