@@ -151,7 +151,7 @@ def test_a_number_that_the_motion_hardly_determines_stays_one():
     inputs = (Input("block", "width_m", 5e-5, True),)
     laboratory = Laboratory(BLOCK, {"l": Laser(units="rad")}, inputs)
     shift = [-100 * value if name in ("k", "c") else 0.0 for name, value in fit.values.items()]
-    far = replace(fit, contributions=Contributions(inputs, np.reshape(shift, (-1, 1))))
+    far = replace(fit, contributions=Contributions.held(inputs, np.reshape(shift, (-1, 1))))
     impacts = find_impacts(fit.time, fit.theta_model, 0.0, BLOCK, theta0=fit.values["theta0"]).time_s[:4]
     found = impact_energy(far, BLOCK, impacts, laboratory=laboratory)
     assert np.all(found.u_total[np.isfinite(found.u_total)] > found.stderr[np.isfinite(found.u_total)])

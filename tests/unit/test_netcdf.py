@@ -129,7 +129,7 @@ def made_up_fit(model, **changes):
         "message": "converged",
         "impacts": made_up_impacts(),
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
-        "contributions": Contributions(INPUTS, np.full((n, len(INPUTS)), 0.2)),
+        "contributions": Contributions.held(INPUTS, np.full((n, len(INPUTS)), 0.2)),
         "energies": made_up_energies() if law_of(model).is_foundation else None,
         "parts": [
             Part(0.0, 0.5, np.full(n, 1.5), np.full(n, 0.2), 0.04 * np.eye(n)),

@@ -16,6 +16,7 @@ from freerock.identification.doubts import doubts_about
 from freerock.identification.fit import evidence, fit_record, fit_run
 from freerock.identification.ladder import identify_run, identify_runs
 from freerock.identification.later_swings import asked_later, law_suffices
+from freerock.identification.nuisances import at_end
 from freerock.identification.problem import posed
 from freerock.identification.scene_notes import edges_alike
 from freerock.identification.scenes import BOTH
@@ -97,7 +98,7 @@ def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
     assert found.explained and found.scene == () and notes(motion, found) == []
     fit = found.fits["hunt_crossley"]
     problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
-    assert asks_for(problem, problem.start_at(fit.values)) == ()
+    assert asks_for(at_end(problem, fit.values, None)) == ()
     assert "tilt" not in fit.parameters
 
 
@@ -182,7 +183,7 @@ def hardly_rounded(seed):
     motion = rounded(7e-4, "aerstop", seed, 2 * SIGMA, 0.6 * ANGLE)
     sharp = fit_run("hunt_crossley", BLOCK, motion)
     problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
-    assert 2 < off_zero(problem, problem.start_at(sharp.values))["edges"] < 0.8 * ASKED
+    assert 2 < off_zero(at_end(problem, sharp.values, None))["edges"] < 0.8 * ASKED
     assert evidence(sharp).explains
     assert FOUNDATIONS["aerstop"]["k"] - sharp.values["k"] > 15 * sharp.stderr[0]
     return motion
@@ -398,14 +399,19 @@ def test_a_sensor_slower_than_stated_is_told_with_its_time(seed):
 def test_the_blur_is_that_of_the_mean_to_first_order():
     motion = blurred(3.0)
     found = identify_run(BLOCK, motion, PLAIN)
-    problem, x = found.at_best("hunt_crossley", BLOCK, motion, PLAIN)
+    best = found.at_best("hunt_crossley", BLOCK, motion, PLAIN)
+    problem, values = best.problem, found.fits["hunt_crossley"].values
     slow = replace(motion, view=View(BLOCK, Laser(units="rad", response_ms=3.0)))
-    seen = replace(problem, motions=(slow,)).motion(x, 0, motion.time_s)
-    off_zero, averaging_s = blur_of(replace(problem, motions=(replace(motion, theta=seen),)), x)
+    seen = replace(problem, motions=(slow,)).motion(best.x, 0, motion.time_s)
+    off_zero, averaging_s = blur_of(
+        at_end(replace(problem, motions=(replace(motion, theta=seen),)), values, None)
+    )
     assert off_zero > 0
     assert averaging_s == pytest.approx(3e-3, rel=0.02)
-    sharpened = 2 * problem.motion(x, 0, motion.time_s) - seen
-    off_zero, averaging_s = blur_of(replace(problem, motions=(replace(motion, theta=sharpened),)), x)
+    sharpened = 2 * problem.motion(best.x, 0, motion.time_s) - seen
+    off_zero, averaging_s = blur_of(
+        at_end(replace(problem, motions=(replace(motion, theta=sharpened),)), values, None)
+    )
     assert off_zero < 0 == averaging_s
 
 

@@ -26,6 +26,7 @@ RESIDUAL = (
     "noise_low_hz",
     "noise_high_hz",
     "added_damping",
+    "pulls_p",
 )  # diagnostics of a fit
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
@@ -57,6 +58,10 @@ class Evidence:
         The residual against the noise at rest (`freerock.identification.noise.AgainstRest`).
     added_damping : float
         Standard errors by which the damping that the law lacks would be above zero.
+    pulls_p : float
+        Chance of so large a pull of any input as the law requires.
+    pulled : str
+        That input, in words.
     """
 
     model: str
@@ -73,6 +78,8 @@ class Evidence:
     noise_low_hz: float = math.nan
     noise_high_hz: float = math.nan
     added_damping: float = math.nan
+    pulls_p: float = 1.0
+    pulled: str = ""
 
     @property
     def held_out(self) -> float:
@@ -90,6 +97,8 @@ class Evidence:
         if not self.noise_p > LEVEL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
             return f"more than noise is left: {plainly(self.noise_ratio)} times the power at rest, {where}"
+        if not self.pulls_p > LEVEL:
+            return f"requires {self.pulled}"
         if self.added_damping > TRACE:
             return f"a trace of the damping that it lacks, {self.added_damping:.1f} standard errors"
         return ""

@@ -44,6 +44,7 @@ def covariance(
     theta: Floats,
     *,
     is_noise: bool,
+    prior: Floats | None = None,
 ) -> Known:
     """Covariance of the least-squares estimate: the sandwich (JᵀJ)⁻¹ JᵀΓJ (JᵀJ)⁻¹.
 
@@ -69,14 +70,17 @@ def covariance(
         Modelled rotation [rad], which goes through the steps of the converter.
     is_noise : bool
         Whether the residual is known to be noise.
+    prior : ndarray, shape (n_rows, n_parameters), optional
+        Rows that priors add to the derivatives [rad]; the covariance is that by the noise alone.
     """
     n, n_parameters = jacobian.shape
-    scale = np.sqrt(np.mean(jacobian**2, axis=0))
+    prior = np.empty((0, n_parameters)) if prior is None else prior
+    scale = np.sqrt((np.sum(jacobian**2, axis=0) + np.sum(prior**2, axis=0)) / max(n, 1))
     nothing = np.full((n_parameters, n_parameters), np.nan), np.full(n_parameters, np.inf)
     if not (n_parameters and np.all(scale > 0)):
         return Known(*nothing, False)
-    jacobian = jacobian / scale
-    normal = jacobian.T @ jacobian
+    jacobian, prior = jacobian / scale, prior / scale
+    normal = jacobian.T @ jacobian + prior.T @ prior
     if not np.linalg.cond(normal) < SINGULAR:
         return Known(*nothing, False)
     inverse = np.linalg.inv(normal)

@@ -9,6 +9,7 @@ from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.likelihood import Likelihood, Whitened
+from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import Problem
 from freerock.identification.pursuit import is_beyond, multiplies_errors
 from freerock.identification.scan import is_lively
@@ -95,74 +96,61 @@ def added_damping(
     return float(np.copysign(np.sqrt(gain), found.step[-1]))
 
 
-def asks_for(problem: Problem, x: Floats) -> tuple[str, ...]:
+def asks_for(best: Posterior) -> tuple[str, ...]:
     """What a fit takes for granted, and the data ask to be found: "release", "tilt", "edges", "width".
 
     What they ask for most comes first. By the ratio of likelihoods under the noise at rest, with the
     derivative by the tilt of the base or by the contact width, with what edges of a small radius would
-    change, or with the derivative by what of the release is held at its bound, beside those by all that the
-    fit frees.
+    change, or with a free release, beside those by all that the fit frees and by its inputs.
 
     Parameters
     ----------
-    problem : Problem
+    best : Posterior
         Of one run, at the tolerance of the fit.
-    x : ndarray, shape (n_parameters,)
-        The fitted numbers at their best.
     """
-    off, least = off_zero(problem, x), {"edges": ASKED_EDGES}
+    off, least = off_zero(best), {"edges": ASKED_EDGES}
     asked = [name for name in off if abs(off[name]) > least.get(name, ASKED)]
     return tuple(sorted(asked, key=lambda name: -abs(off[name])))
 
 
-class _Linear:
-    """A fit at its best, and linear models of what it leaves."""
-
-    def __init__(self, problem: Problem, x: Floats) -> None:
-        self.samples, self.held = problem.samples(), problem.at_bound(x)
-        self.residual, exact = problem.residual(x, self.samples), problem.exact_curve(x, self.samples)
-        self.curve, self.jacobian = exact[0], problem.jacobian(x, self.samples, known=exact)
-        self.noises = [motion.noise for motion in problem.motions]
-        self.free = self.of(self.jacobian[:, ~self.held])
-
-    def of(self, columns: Floats) -> Whitened:
-        return Whitened(self.residual, columns, self.samples.lengths, self.noises)
-
-
-def off_zero(problem: Problem, x: Floats) -> dict[str, float]:
+def off_zero(best: Posterior) -> dict[str, float]:
     """By how many standard errors what `asks_for` may name would be off zero, with its sign.
 
     Edges only where they would be rounded. Nothing of a motion that multiplies errors (`pursuit`): these are
     no derivatives there.
     """
+    problem, x = best.problem, best.x
     if multiplies_errors(problem, x):
         return {}
-    best = _Linear(problem, x)
 
     def beside(value: float, name: str) -> Floats:
-        return problem.curve(x, best.samples, problem.exact_rtol, {name: value})
+        return problem.curve(x, best.own, problem.exact_rtol, {name: value})
 
     def slope(name: str, at: float, step: float) -> Floats:
         return (beside(at + step, name) - beside(at - step, name)) / (2 * step)
 
-    found = dict[str, Likelihood]()
-    if best.held.any() and not problem.settings.loose_release:
-        found["release"] = best.of(best.jacobian).likelihood()
+    found, (value, rows) = dict[str, Likelihood](), best.prior
+    of_release = len(value) - len(best.z)
+    if of_release:
+        found["release"] = best.beside((value[of_release:], rows[of_release:])).likelihood()
+    elif not (best.free.all() or problem.settings.loose_release):
+        held = Whitened(best.residual, best.jacobian, best.samples.lengths, [problem.motions[0].noise])
+        found["release"] = held.likelihood()
     if "tilt" not in problem.names:
-        found["tilt"] = best.free.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
+        found["tilt"] = best.whitened.adding(slope("tilt", 0.0, PARAMETERS["tilt"].step))
     if "width" not in problem.names:
         width = 2 * problem.blocks[0].b
-        found["width"] = best.free.adding(slope("width", width, width * PARAMETERS["width"].step))
+        found["width"] = best.whitened.adding(slope("width", width, width * PARAMETERS["width"].step))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
-        edges = best.free.adding(beside(EDGE_M, "edge_radius") - best.curve)
+        edges = best.whitened.adding(beside(EDGE_M, "edge_radius") - best.curve)
         if edges.step[-1] > 0:
             found["edges"] = edges
-    without = best.free.likelihood().minus_two_log
+    without = best.whitened.likelihood().minus_two_log
     gain = {name: max(without - each.minus_two_log, 0.0) for name, each in found.items()}
     return {name: float(np.copysign(np.sqrt(gain[name]), found[name].step[-1])) for name in found}
 
 
-def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
+def blur_of(best: Posterior) -> tuple[float, float]:
     """How much slower the sensor is than stated, as a fit has it that takes its response for known.
 
     A mean over a time T about each sample adds T² θ̈/24; the derivative by T² is that of a mean of three
@@ -170,7 +158,7 @@ def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
 
     Parameters
     ----------
-    problem, x
+    best : Posterior
         As of `asks_for`.
 
     Returns
@@ -180,13 +168,13 @@ def blur_of(problem: Problem, x: Floats) -> tuple[float, float]:
     averaging_s : float
         T [s]; 0 where it would be negative.
     """
-    best = _Linear(problem, x)
+    problem, x, own = best.problem, best.x, best.own
     beside = [
-        problem.curve(x, replace(best.samples, time_s=best.samples.time_s + shift_s), problem.exact_rtol)
+        problem.curve(x, replace(own, time_s=own.time_s + shift_s), problem.exact_rtol)
         for shift_s in (BLUR_S, -BLUR_S)
     ]
-    slower = best.free.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
-    gain = best.free.likelihood().minus_two_log - slower.minus_two_log
+    slower = best.whitened.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
+    gain = best.whitened.likelihood().minus_two_log - slower.minus_two_log
     step = float(slower.step[-1])
     return float(np.copysign(np.sqrt(max(gain, 0.0)), step)), float(np.sqrt(max(step, 0.0)))
 

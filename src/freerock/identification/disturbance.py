@@ -18,6 +18,7 @@ from freerock.identification.choice import LEVEL
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
 from freerock.identification.noise import HOPELESS, against_rest, hopeless_from, noise_of
+from freerock.identification.nuisances import settled
 from freerock.identification.problem import posed
 from freerock.identification.search import approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -116,6 +117,9 @@ def leaves_noise(
         return False
     samples = problem.samples()
     x = least_squares(problem, quick.x, samples).x
+    best = settled(problem, x) if len(parts) == 1 else None
+    if best is not None:
+        return best.against_rest.p > LEVEL
     free = ~problem.at_bound(x)
     jacobian: Floats = problem.jacobian(x, samples)[:, free]
     rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, list(map(noise_of, parts)))

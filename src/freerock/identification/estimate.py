@@ -1,12 +1,15 @@
 """What a fit found, in the few plain values that later steps take of it, and the misfit around it."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.models.block import Block
 from freerock.models.laws import COMMON_NUISANCES, MODELS
+from freerock.rotation.laboratory import OF_BLOCK
+from freerock.rotation.view import View
 
 NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval
 
@@ -30,6 +33,8 @@ class Estimate:
     shifts : mapping of (str, str) to ndarray, shape (n,)
         By owner and name of an input, the relative shift of each of these parameters for one standard
         uncertainty of that input.
+    moved : mapping of str to float
+        By name, how far a fit moved the inputs of block and beam [m, kg].
     """
 
     campaign: str
@@ -41,6 +46,21 @@ class Estimate:
     values: Mapping[str, float]
     covariance: Floats
     shifts: Mapping[tuple[str, str], Floats] = field(default_factory=dict)
+    moved: Mapping[str, float] = field(default_factory=dict)
+
+    def block_of(self, block: Block) -> Block:
+        """The block with the dimensions that belong to these parameters."""
+        fields = {
+            name: getattr(block, name) + by for name, by in self.moved.items() if name in OF_BLOCK and by
+        }
+        return replace(block, **fields) if fields else block
+
+    def view_of(self, view: View | None, block: Block) -> View | None:
+        """The view of a block with the place of the beam that belongs to these parameters."""
+        by = self.moved.get("position_m", 0.0)
+        if view is None or view.laser.beam is None or not (self.moved.keys() & {*OF_BLOCK, "position_m"}):
+            return view
+        return View(self.block_of(block), replace(view.laser, position_m=view.laser.position + by))
 
     @property
     def parameters(self) -> dict[str, float]:

@@ -8,24 +8,26 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.choice import RESIDUAL, TRACE, Evidence
+from freerock.identification.choice import LEVEL, RESIDUAL, TRACE, Evidence
 from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
-from freerock.identification.intervals import Uncertainty, uncertainty, with_profile
-from freerock.identification.least_squares import Solution
+from freerock.identification.intervals import Uncertainty, uncertainty, with_inputs, with_profile
+from freerock.identification.least_squares import Solution, reported
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
+from freerock.identification.nuisances import Posterior, settled
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
 from freerock.identification.search import search
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, law_of, unit_of
-from freerock.rotation.laboratory import Contributions
+from freerock.rotation.laboratory import Contributions, Laboratory
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -105,6 +107,10 @@ class Fit:
         Restitution by energy of each of `impacts`, under a foundation's law.
     parts : tuple of Part
         The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
+    pulled : str
+        Of a fit that holds the inputs: the one that would have to be off most, in words.
+    result : lmfit.minimizer.MinimizerResult or None
+        Of the least squares whose numbers these are.
     """
 
     model: str
@@ -134,6 +140,8 @@ class Fit:
     contributions: Contributions | None = None
     energies: ImpactEnergy | None = None
     parts: tuple[Part, ...] = ()
+    pulled: str = ""
+    result: "lmfit.minimizer.MinimizerResult | None" = field(default=None, compare=False, repr=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -210,12 +218,113 @@ def evidence(fit: Fit) -> Evidence:
         epsilon_holdout=fit.epsilon_holdout,
         epsilon_holdout_runs=fit.epsilon_holdout_runs,
         bic=fit.bic,
+        pulled=fit.pulled,
         **of_residual,
     )
 
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
-    """What the end of the search is worth."""
+    """What the end of the search is worth: with the inputs moved where that explains the run, else held."""
+    best = None
+    if solution.success:
+        best = settled(problem, solution.x)
+    moved = None if best is None else _moved(best)
+    if best is not None and moved is not None and moved.explains:
+        return _of_moved(best, moved, solution, resolution)
+    return _held(problem, solution, resolution, moved)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moved:
+    """A run whose inputs moved within their priors: residual, uncertainty, pulls, likelihood."""
+
+    rest: AgainstRest
+    white: bool
+    known: Uncertainty
+    contributions: Contributions
+    likely: Likelihood
+    has_rest: bool
+
+    @property
+    def explains(self) -> bool:
+        """Whether residual and pulls pass for noise."""
+        passes = self.rest.is_noise and (self.has_rest or self.white)
+        return passes and self.contributions.p_of_pulls > LEVEL
+
+
+def _moved(best: Posterior) -> _Moved:
+    motion = best.problem.motions[0]
+    rest = best.against_rest
+    known, contributions = with_inputs(best, rest)
+    likely = best.whitened.likelihood()
+    return _Moved(rest, is_white(best.residual), known, contributions, likely, motion.noise is not None)
+
+
+def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Resolution) -> Fit:
+    """The fit of a run that a law explains."""
+    problem, x, known, result = best.problem, best.x, moved.known, best.result
+    assert result is not None
+    motion = best.nuisances.problem.motions[0]
+    residual = best.nuisances.read(best.z, problem.motion(x, 0, problem.motions[0].time_s)) - motion.theta
+    _, holdout = first_half(problem, x, resolution.m, None, best.curve)
+    epsilon = epsilon_theta(motion.time_s, motion.theta + residual, motion.theta)
+    solution = replace(
+        solution,
+        x=x,
+        evaluations=solution.evaluations + result.nfev,
+        mean_square=float(np.mean(best.residual**2)),
+    )
+    failed = failure(problem, solution, known, epsilon)
+    diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
+    diagnostics |= {"white": float(moved.white), **_against_noise(moved.rest, moved.likely)}
+    diagnostics["pulls_p"] = moved.contributions.p_of_pulls
+    if failed:
+        known = known.unknown()
+    else:
+        lacking = added_damping(problem, x, best.curve, best.whitened, moved.likely)
+        diagnostics |= {} if lacking is None else {"added_damping": lacking}
+    if problem.settings.profile and not failed:
+        known, profiled = with_profile(problem, x, resolution.m, known)
+        diagnostics |= {"profile": 1.0} if profiled else {}
+    aic, bic = (each + best.charge for each in moved.likely.criteria(len(x)))
+    return Fit(
+        model=problem.model,
+        parameters=problem.names,
+        value=problem.physical(x),
+        stderr=known.stderr,
+        ci95_low=known.low,
+        ci95_high=known.high,
+        discrepancy=np.where(np.isfinite(known.stderr), 0.0, np.nan),
+        covariance=known.covariance,
+        units=tuple(map(unit_of, problem.names)),
+        time=motion.time_s,
+        theta=motion.theta,
+        theta_model=motion.theta + residual,
+        residual=residual,
+        epsilon_theta=epsilon,
+        final_time_s=float(motion.time_s[-1]),
+        epsilon_holdout=holdout,
+        aic=aic,
+        bic=bic,
+        n_parameters=len(x),
+        success=not failed,
+        message=failed or "converged",
+        diagnostics=diagnostics,
+        contributions=None if failed or motion.laboratory is None else moved.contributions,
+        parts=() if failed else tuple(fitted_parts(problem, x, best.residual, best.jacobian)),
+        result=result,
+    )
+
+
+def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: _Moved | None) -> Fit:
+    """The fit with the inputs as stated; `moved` is what they would leave, were they to move."""
+    if problem.directions is None:
+        last = reported(problem, solution.x, problem.samples(m=resolution.m))
+        solution = (
+            replace(last, evaluations=solution.evaluations + last.evaluations)
+            if solution.success
+            else replace(solution, result=last.result)
+        )
     x, motions, samples = solution.x, problem.motions, problem.samples()
     times = np.concatenate([m.time_s for m in motions])
     theta = np.concatenate([m.theta for m in motions])
@@ -243,7 +352,8 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     solution = replace(solution, mean_square=float(np.mean(residual**2)))  # of samples that are not averaged
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, residual, known)
-    diagnostics |= {"white": float(white), **_against_noise(rest, likely)}
+    diagnostics |= {"white": float(white), **_against_noise(moved.rest if moved else rest, likely)}
+    diagnostics |= {"pulls_p": moved.contributions.p_of_pulls} if moved else {}
     if failed:
         known = known.unknown()
     else:
@@ -281,7 +391,19 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         message=failed or "; ".join(["converged", *notes]),
         diagnostics=diagnostics,
         parts=parts,
+        pulled=_pulled(problem.motions[0].laboratory, moved.contributions) if moved else "",
+        result=solution.result,
     )
+
+
+def _pulled(laboratory: Laboratory | None, found: Contributions) -> str:
+    """The input with the largest pull, its stated value and what it would be, in words."""
+    j = found.most_pulled
+    if laboratory is None or j is None:
+        return ""
+    source, pull = found.inputs[j], found.pulls[j]
+    by = f"{found.moved[j] * source.u:+.3g} {source.unit}".replace(" 1", "")
+    return f"{source.name} of {source.owner} off by {by}, {abs(pull):.1f} standard uncertainties"
 
 
 def _diagnostics(

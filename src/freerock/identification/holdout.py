@@ -7,6 +7,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.fit import Fit
+from freerock.identification.nuisances import in_found
 from freerock.identification.problem import Problem, posed
 from freerock.identification.search import GROWTH_SAMPLES
 from freerock.identification.settings import FitSettings
@@ -50,9 +51,10 @@ def of_other_runs(
     found = {}
     for number, fit in usable.items():
         values = fit.values | _means(model, [other for i, other in usable.items() if i != number])
-        problem = posed(model, (block,), (motions[number],), settings[number])
+        stated = posed(model, (block,), (motions[number],), settings[number])
+        problem = in_found(stated, fit.contributions)
         x = _released(problem, problem.start_at(values))
-        motion = motions[number]
+        motion = problem.motions[0]
         found[number] = epsilon_theta(motion.time_s, problem.motion(x, 0, motion.time_s), motion.theta)
     return found
 

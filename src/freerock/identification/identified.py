@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.candidates import Ladder
 from freerock.identification.choice import TELLS, Choice, Evidence, choose
 from freerock.identification.fit import Fit, evidence
-from freerock.identification.problem import Problem, posed
+from freerock.identification.nuisances import Posterior, at_end
+from freerock.identification.problem import posed
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 
@@ -84,11 +84,11 @@ class Identified:
         ladder = ladder.freeing(self.scene)
         return choose([self._evidence(model, ladder) for model in ladder.candidates])
 
-    def at_best(self, model: str, block: Block, motion: Motion, ladder: Ladder) -> tuple[Problem, Floats]:
-        """The problem of the fit of a candidate, at its tolerance, and the fitted numbers."""
+    def at_best(self, model: str, block: Block, motion: Motion, ladder: Ladder) -> Posterior:
+        """The linear model where the fit of a candidate ended, at its tolerance."""
         settings, fit = ladder.freeing(self.scene).settings(model), self.fits[model]
         problem = replace(posed(model, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
-        return problem, problem.start_at(fit.values)
+        return at_end(problem, fit.values, fit.contributions)
 
     @property
     def settled(self) -> bool:

@@ -7,17 +7,20 @@ import numpy as np
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats, Mask
-from freerock.identification.covariance import covariance
+from freerock.identification.covariance import Known, covariance
 from freerock.identification.estimate import NORMAL_95
 from freerock.identification.noise import AgainstRest, noise_of_residual
+from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import FINE, Problem, Samples
-from freerock.models.laws import MODELS
+from freerock.models.laws import MODELS, law_of
+from freerock.rotation.laboratory import Contributions
 
 if TYPE_CHECKING:
     import lmfit
 
 SURPRISE = 3.0  # standard errors by which the halves of a run may disagree
 MANY = 1e6  # degrees of freedom that are as good as infinitely many
+LEARNED = 1e-2  # least share of the variance of an input that a fit removes, from which there is a pull
 STEEPEST = 3.0  # ratio of standard errors beyond which the profile has no level to find
 
 
@@ -77,18 +80,67 @@ def uncertainty(
     apart : ndarray, shape (n_parameters,), or None
         What the first half of the run would change of x, where that counts.
     """
-    free = ~problem.at_bound(x)
-    among = np.ix_(free, free)
-    of_x = np.full((len(x), len(x)), np.nan)
-    samples, own = problem.samples(), jacobian[:, free]
+    free, samples = ~problem.at_bound(x), problem.samples()
+    own = jacobian[:, free]
     is_noise = rest.is_noise and all(motion.noise is not None for motion in problem.motions)
     noises = rest.noises
     if not is_noise:
         noises = noise_of_residual(residual, own, samples.lengths, _rates(problem), rest.averages)
     theta = samples.theta + residual
     known = covariance(residual, own, samples.lengths, noises, theta, is_noise=is_noise)
-    of_x[among] = known.covariance
+    of_x = np.full((len(x), len(x)), np.nan)
+    of_x[np.ix_(free, free)] = known.covariance
     of_x, widened = (of_x, 1.0) if apart is None else _widened(of_x, apart)
+    return _in_si_units(problem, x, free, of_x, known, widened)
+
+
+def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contributions]:
+    """Uncertainty by noise of a run whose inputs moved, in SI units, and what the inputs contribute.
+
+    The estimate is linear in noise and priors: its covariance is the sum of that by the noise of the samples,
+    of that by the measured release, and of the squares of the contributions (JCGM 100:2008, 5.1).
+
+    Parameters
+    ----------
+    best : Posterior
+    rest : AgainstRest
+        Its residual against the noise at rest.
+    """
+    problem, x, free = best.problem, best.x, best.free
+    rows, theta, n = best.level * best.prior[1], best.curve, int(best.free.sum())
+    is_noise, lengths, noises = problem.motions[0].noise is not None, best.samples.lengths, rest.noises
+    if not is_noise:
+        noises = noise_of_residual(best.residual, best.taken, lengths, _rates(problem), rest.averages)
+    known = covariance(best.residual, best.columns, lengths, noises, theta, is_noise=is_noise, prior=rows)
+    by_release, by_inputs = np.split(best.by_prior, [len(rows) - len(best.z)], axis=1)
+    both = known.covariance + by_release @ by_release.T
+    of_x = np.full((len(x), len(x)), np.nan)
+    of_x[np.ix_(free, free)] = both[:n, :n]
+    found = _in_si_units(problem, x, free, of_x, replace(known, dof=known.dof[:n]), 1.0)
+    shifts = problem.gradient(x)[:, free] @ by_inputs[:n]
+    left = np.eye(len(best.z)) - by_inputs[n:]
+    of_z = np.diag(both)[n:]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pulls = best.z / np.sqrt(of_z + np.sum(left**2, axis=1))
+        remaining = np.sqrt(of_z + np.sum(by_inputs[n:] ** 2, axis=1))
+    laboratory = best.nuisances.problem.motions[0].laboratory
+    inputs = laboratory.inputs if laboratory else ()
+    every = Contributions.held(inputs, np.zeros((len(x), len(inputs))))
+    at = [inputs.index(each) for each in best.nuisances.sources]
+    every.values[:, at], every.moved[at], every.remaining[at] = shifts, best.z, remaining
+    every.pulls[at] = np.where(remaining**2 < 1 - LEARNED, pulls, np.nan)
+    for j, each in enumerate(inputs):
+        if each.name == "mass_kg" and law_of(problem.model).is_foundation:  # forces are as the mass
+            forces = problem.is_logarithm
+            every.values[forces, j] = problem.physical(x)[forces] * each.u / problem.blocks[0].mass_kg
+    return found, every
+
+
+def _in_si_units(
+    problem: Problem, x: Floats, free: Mask, of_x: Floats, known: Known, widened: float
+) -> Uncertainty:
+    """Uncertainty of the parameters from the covariance of the fitted numbers."""
+    among = np.ix_(free, free)
     value, gradient = problem.physical(x), problem.gradient(x)
     of_value = np.full_like(of_x, np.nan)
     of_value[among] = gradient[among] @ of_x[among] @ gradient[among].T

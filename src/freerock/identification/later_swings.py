@@ -15,6 +15,7 @@ from freerock.identification.diagnosis import ASKED, off_zero
 from freerock.identification.disturbance import leaves_noise
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
+from freerock.identification.nuisances import at_end, settled
 from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
@@ -83,4 +84,8 @@ def _off_zero(block: Block, part: Motion, settings: FitSettings, fit: Fit) -> di
     start = {name: fit.values[name] for name in (*MODELS[fit.model], "width") if name in fit.values}
     x = follow(problem.rough(), problem.start_at(start), growing_horizons(part)).x
     problem = replace(problem, rtol=fit.diagnostics["rtol"])
-    return off_zero(problem, least_squares(problem, x, problem.samples()).x)
+    x = least_squares(problem, x, problem.samples()).x
+    return off_zero(
+        settled(problem, x)
+        or at_end(problem, dict(zip(problem.names, problem.physical(x).tolist(), strict=True)), None)
+    )

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 
+import lmfit
 import numpy as np
 from scipy import optimize
 
 from freerock.arrays import Floats
+from freerock.identification.minimizer import LEAST, MOST, XTOL, minimised, parameters_of, varied
 from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
-XTOL = 1e-9  # relative step at which a search ends; less where the difference quotients' steps are less
-LEAST = np.finfo(float).eps  # that SciPy takes
 ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
 
 
@@ -29,6 +29,8 @@ class Solution:
     success : bool
     message : str
         Why the search ended.
+    result : lmfit.minimizer.MinimizerResult or None
+        Of the least squares whose numbers are reported.
     """
 
     x: Floats
@@ -36,6 +38,7 @@ class Solution:
     evaluations: int
     success: bool
     message: str
+    result: "lmfit.minimizer.MinimizerResult | None" = None
 
 
 def least_squares(
@@ -53,22 +56,52 @@ def least_squares(
     """
     if len(x) == 1:
         return _line_search(problem, x[0], samples)
-    low, high = np.array(problem.bounds()).T
-    inside = 1e-3 * min(problem.stride, 1.0) * (high - low)
+    bounds, start, xtol = _within(problem, x)
     at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
     result = optimize.least_squares(
         at.residual,
-        np.clip(x, low + inside, high - inside),
+        start,
         at.jacobian,
-        (low, high),
+        bounds,
         x_scale="jac",
         ftol=ftol,
-        xtol=max(XTOL * min(problem.stride, 1.0), LEAST),
+        xtol=max(xtol, LEAST),
         gtol=None,
-        max_nfev=60,
+        max_nfev=MOST,
     )
     mean_square = float(np.sum(result.fun**2) / len(result.fun))
     return Solution(result.x, mean_square, result.nfev, result.success, result.message)
+
+
+def reported(
+    problem: Problem,
+    x: Floats,
+    samples: Samples,
+    ftol: float = 1e-7,
+    jacobian: Floats | None = None,
+    theta: Floats | None = None,
+) -> Solution:
+    """The same by `lmfit.Minimizer`: the least squares whose numbers are reported; arguments as there."""
+    evaluations = 0
+    if len(x) == 1:
+        found = _line_search(problem, x[0], samples)
+        x, evaluations, jacobian, theta = found.x, found.evaluations, None, None
+    bounds, start, xtol = _within(problem, x)
+    at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
+    parameters = parameters_of(problem, start, list(zip(*bounds, strict=True)))
+    result = minimised(parameters, at.residual, at.jacobian, ftol, xtol)
+    mean_square = float(np.mean(result.residual**2))
+    return Solution(
+        varied(result), mean_square, evaluations + result.nfev, result.success, result.message, result
+    )
+
+
+def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats, float]:
+    """Bounds, a start within them, and the relative step at which a search ends."""
+    low, high = np.array(problem.bounds()).T
+    shorter = min(problem.stride, 1.0)
+    inside = 1e-3 * shorter * (high - low)
+    return (low, high), np.clip(x, low + inside, high - inside), XTOL * shorter
 
 
 class _AtLast:

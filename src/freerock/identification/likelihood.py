@@ -79,13 +79,42 @@ class Whitened:
     `likelihood`; its arguments."""
 
     def __init__(
-        self, residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]
+        self,
+        residual: Floats,
+        jacobian: Floats,
+        lengths: Sequence[int],
+        noises: Sequence[Noise | None],
+        prior: tuple[Floats, Floats] | None = None,
+        level: float = 1.0,
     ) -> None:
-        self._lengths, self._noises = lengths, noises
+        """`prior` holds rows of unit variance beside the samples: their values, shape (n_rows,), and their
+        derivatives, shape (n_rows, n_parameters). `level` is the standard deviation of a sample where no
+        noise takes it out [rad]."""
+        self._lengths, self._noises, self._level = lengths, noises, level
+        self._prior = prior or (np.empty(0), np.empty((0, jacobian.shape[1])))
         scale = np.sqrt(np.mean(jacobian**2, axis=0)) + np.finfo(float).tiny
         columns = of_runs(np.column_stack([residual, jacobian / scale]), lengths, noises)
         self._runs = [_Spectrum.of(len(own), noise) for own, noise in zip(columns, noises, strict=True)]
         self._scale, self._values = scale, self._taken_out(columns)
+
+    @property
+    def rows(self) -> Floats:
+        """Residual and derivatives side by side, over real numbers of unit variance, without the priors."""
+        unscaled = np.append(1.0, self._scale)
+        return np.asarray(np.concatenate([*map(self._weighted, self._both(self._values))]) * unscaled)
+
+    def through(self, columns: Floats) -> Floats:
+        """Other columns of all samples, over real numbers of unit variance."""
+        values = self._taken_out(of_runs(columns, self._lengths, self._noises))
+        return np.concatenate([*map(self._weighted, self._both(values))])
+
+    def _both(self, values: Sequence[Floats]) -> "list[tuple[_Spectrum, Floats]]":
+        return list(zip(self._runs, values, strict=True))
+
+    def _weighted(self, both: "tuple[_Spectrum, Floats]") -> Floats:
+        run, own = both
+        level = 1.0 if run.innovations else self._level
+        return np.asarray(own / (level * np.sqrt(run.ratio)[:, None]))
 
     def likelihood(self) -> Likelihood:
         """Of the residual, with these derivatives."""
@@ -102,11 +131,13 @@ class Whitened:
         return [run.taken_out(own) for run, own in zip(self._runs, columns, strict=True)]
 
     def _likelihood(self, values: Sequence[Floats], scale: Floats) -> Likelihood:
-        both = list(zip(self._runs, values, strict=True))
-        weighted = np.concatenate([own / np.sqrt(run.ratio)[:, None] for run, own in both])
+        both, (prior, rows) = self._both(values), self._prior
+        rows = np.hstack([rows, np.zeros((len(rows), len(scale) - rows.shape[1]))]) / scale
+        weighted = np.concatenate([*map(self._weighted, both), np.column_stack([prior, rows])])
         step = np.linalg.lstsq(weighted[:, 1:], weighted[:, 0], rcond=SINGULAR)[0]
         least = min(
             sum(run.minus_two_log(own @ np.append(1.0, -share * step)) for run, own in both)
+            + float(np.sum((prior - share * rows @ step) ** 2))
             for share in (0.0, 1.0)
         )
         return Likelihood(least, sum(run.effective for run in self._runs), -step / scale)

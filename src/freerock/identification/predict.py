@@ -58,10 +58,10 @@ def predictions(
             for basis, (parameters, n_runs) in _bases(own, alike, by_block):
                 theta = as_measured(
                     CANDIDATES[own.model].law,
-                    blocks[own.block],
+                    own.block_of(blocks[own.block]),
                     {"theta0": motion.theta0, **own.release, **parameters},
                     motion.time_s,
-                    motion.view,
+                    own.view_of(motion.view, blocks[own.block]),
                     rules=CANDIDATES[own.model].rules(debonding),
                 )
                 epsilon = epsilon_theta(motion.time_s, theta, motion.theta)

@@ -36,6 +36,7 @@ from freerock.runs.noise import averaged
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
 EDGE_M = 5e-4  # radius of the edges from which a fit starts that frees it
+WALL = 6.0  # standard uncertainties to either side, within which a search keeps the release
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
@@ -97,6 +98,8 @@ class Problem:
     directions : ndarray, shape (n_parameters, n_parameters), or None
         Steps of all the fitted numbers, a column each, along which the difference quotients of a single run
         are taken; None takes them number by number.
+    walled : bool
+        Whether a search keeps the release near what was measured (`release_bounds`); else its prior does.
     """
 
     model: str
@@ -110,6 +113,7 @@ class Problem:
     stride: float = 1.0
     tilt: float = 0.0
     directions: Floats | None = None
+    walled: bool = True
 
     @cached_property
     def common(self) -> tuple[str, ...]:
@@ -230,7 +234,7 @@ class Problem:
             bounds.append((fitted(name, low), fitted(name, high)))
         for motion in self.motions:
             half = release_bounds(motion)
-            if self.settings.loose_release:
+            if self.settings.loose_release or not self.walled:
                 half = {"theta0": LOOSE_SHARE * abs(motion.theta0), "t0": LOOSE_S}
             centre = {"theta0": motion.theta0, "t0": 0.0}
             bounds += [
@@ -240,6 +244,29 @@ class Problem:
                 for name in self.own
             ]
         return bounds
+
+    def prior_of_release(self, x: Floats) -> tuple[Floats, Floats]:
+        """What is measured of each release, as rows of a least-squares problem.
+
+        Returns
+        -------
+        value : ndarray, shape (n_rows,)
+            How many standard uncertainties theta0 and t0 lie off what was measured.
+        rows : ndarray, shape (n_rows, n_parameters)
+            Their derivatives by the fitted numbers. No row where the release is free.
+        """
+        n_common, n_own = len(self.common), len(self.own)
+        rows, value = [], []
+        if not (self.settings.loose_release or self.walled):
+            for i, motion in enumerate(self.motions):
+                u = release_uncertainty(motion)
+                centre = {"theta0": motion.theta0, "t0": 0.0}
+                for j, name in enumerate(self.own):
+                    if name in PER_RUN:
+                        at = n_common + i * n_own + j
+                        value.append((x[at] - centre[name]) / u[name])
+                        rows.append(np.eye(len(x))[at] / u[name])
+        return np.array(value), np.reshape(rows, (-1, len(x)))
 
     def at_bound(self, x: Floats) -> Mask:
         """Which of the fitted numbers lie at a bound."""
@@ -282,6 +309,9 @@ class Problem:
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
         wider = extended_by(self.model) if added and not {*OF_RECORD} & {*added} else None
+        laboratory = self.motions[i].laboratory
+        if laboratory is not None and laboratory.tilt and "tilt" not in self.common:
+            values["tilt"] = laboratory.tilt
         return as_measured(
             CANDIDATES[wider[0] if wider else self.model].law,
             self.blocks[i],
@@ -380,10 +410,15 @@ class Problem:
 
 
 def release_bounds(motion: Motion) -> dict[str, float]:
-    """How far theta0 [rad] and t0 [s] of a fit may be off what was measured."""
+    """How far theta0 [rad] and t0 [s] of a search may be off what was measured."""
+    return {name: WALL * u for name, u in release_uncertainty(motion).items()}
+
+
+def release_uncertainty(motion: Motion) -> dict[str, float]:
+    """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms."""
     return {
-        "theta0": max(6 * motion.theta0_stderr, 0.002 * abs(motion.theta0)),
-        "t0": max(6 * motion.t0_stderr, 1e-3),
+        "theta0": max(motion.theta0_stderr, 0.002 / WALL * abs(motion.theta0)),
+        "t0": max(motion.t0_stderr, 1e-3 / WALL),
     }
 
 

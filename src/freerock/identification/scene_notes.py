@@ -3,10 +3,10 @@
 import math
 from collections.abc import Iterator
 
-from freerock.arrays import Floats
 from freerock.identification.diagnosis import blur_of
 from freerock.identification.fit import Fit
-from freerock.identification.problem import Problem, release_bounds
+from freerock.identification.nuisances import Posterior
+from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
@@ -49,12 +49,12 @@ def sharp_alike(fit: Fit, block: Block) -> list[Reason]:
     return [Reason("warn", "rounded_edges", text)] * (fit.values["edge_radius"] > ROUNDED * block.b)
 
 
-def slow_sensor(best: tuple[Problem, Floats], motion: Motion) -> Iterator[Reason]:
-    """A warning where the run is blurred, by the problem of its fit and the fitted numbers.
+def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
+    """A warning where the run is blurred, by where its fit ended.
 
     A sensor or filter that averages over a few milliseconds leaves no more than noise, and k too small.
     """
-    off_zero, more_s = blur_of(*best)
+    off_zero, more_s = blur_of(best)
     if off_zero > SLOWER:
         stated_ms = motion.view.laser.response_ms if motion.view else 0.0
         text = f"blurred as by a sensor that averages over {1e3 * more_s:.1f} ms, beside the {stated_ms:g} ms"

@@ -136,7 +136,7 @@ def _asked(found: Identified, block: Block, motion: Motion, ladder: Ladder) -> t
     fit = found.fits.get(chosen)
     if fit is None or not {*PER_RUN} <= {*fit.parameters}:
         return ()
-    asked = asks_for(*found.at_best(chosen, block, motion, ladder))
+    asked = asks_for(found.at_best(chosen, block, motion, ladder))
     any_width = any(CANDIDATES[model].width for model in ladder.candidates)
     return tuple(name for name in asked if name != "width" or any_width)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.nuisances import settled
 from freerock.identification.problem import Problem, posed
 from freerock.identification.search import GROWTH_SAMPLES, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
@@ -91,16 +92,22 @@ def screen(
         if end.mean_square <= beyond:
             end = follow(problem, end.x, horizons[::-2][::-1] or [first], beyond)
             evaluations += end.evaluations
-    samples = problem.samples(most=GROWTH_SAMPLES)
+    samples, left = problem.samples(most=GROWTH_SAMPLES), end.mean_square
+    residual = problem.residual(end.x, samples)
+    if end.mean_square <= beyond or problem.motions[0].laboratory is not None:
+        moved = settled(problem, end.x, GROWTH_SAMPLES)
+        if moved is not None:
+            residual, square = moved.residual, float(moved.prior[0] @ moved.prior[0])
+            left = float(np.mean(residual**2)) + moved.level**2 * square / len(residual)
     values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
     return Screening(
         model,
         values,
         samples.time_s,
-        problem.residual(end.x, samples),
-        end.mean_square,
+        residual,
+        left,
         evaluations,
-        end.mean_square > beyond,
+        left > beyond,
     )
 
 

@@ -49,9 +49,8 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
     problem = replace(posed(fit.model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
     unlike = problem.names != fit.parameters  # an impact more or less: no such fit
     if unlike or multiplies_errors(problem, problem.start_at(fit.values)):
-        return Contributions(
-            laboratory.inputs, np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)
-        )
+        unknown = np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)
+        return Contributions.held(laboratory.inputs, unknown)
     return contributions_at(problem, problem.start_at(fit.values), laboratory)
 
 
@@ -59,7 +58,7 @@ def contributions_at(problem: Problem, x: Floats, laboratory: Laboratory) -> Con
     """The same where the fitted numbers of a problem of one run lie at x."""
     at = _Minimum(problem, x, laboratory)
     columns = [at.shift(source) for source in laboratory.inputs]
-    return Contributions(laboratory.inputs, np.reshape(columns, (-1, len(problem.names))).T)
+    return Contributions.held(laboratory.inputs, np.reshape(columns, (-1, len(problem.names))).T)
 
 
 class _Minimum:

@@ -14,7 +14,6 @@ from freerock.identification.identified import Identified
 from freerock.identification.impact_energy import impact_energy
 from freerock.identification.ladder import identify_runs
 from freerock.identification.sensitivity import contributions
-from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.products.groups import NotFitted
@@ -22,6 +21,7 @@ from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
 from freerock.products.runs import OVER_TIME, measured_in, runs_in
 from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
@@ -70,6 +70,7 @@ def make_fits(
     block = Block(**settings["block"])
     ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
+    motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
     found = (identify or identify_runs)(block, motions, ladder)
     choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
@@ -80,7 +81,9 @@ def make_fits(
         for model, fit in of_run.items():
             fit = _with_impacts(fit, block, limits)
             if fit.success and not passing:
-                fit = _with_contributions(fit, motion, laboratory, scene.settings(model))
+                if fit.contributions is None:
+                    known = contributions(fit, motion, laboratory, scene.settings(model))
+                    fit = replace(fit, contributions=known)
                 fit = _with_energies(fit, block, motion, laboratory, ladder)
             of_run[model] = fit
     attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
@@ -133,11 +136,6 @@ def _in_order(found: Identified) -> dict[str, Fit]:
     return {model: found.fits[model] for model in MODELS if model in found.fits}
 
 
-def _with_contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: FitSettings) -> Fit:
-    """A fit to be used with what the laboratory's inputs contribute."""
-    return replace(fit, contributions=contributions(fit, motion, laboratory, settings))
-
-
 def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
     """The fit with the impacts of the modelled motion."""
     theta0 = fit.values.get("theta0", fit.theta_model[0])
@@ -150,6 +148,9 @@ def _with_energies(fit: Fit, block: Block, motion: Motion, laboratory: Laborator
     if fit.impacts is None or not law_of(fit.model).is_foundation:
         return fit
     debonding = ladder.settings(fit.model).debonding
-    times = fit.impacts.time_s
-    found = impact_energy(fit, block, times, debonding=debonding, view=motion.view, laboratory=laboratory)
+    times, view = fit.impacts.time_s, motion.view
+    if fit.contributions is not None and fit.contributions.moved.any():
+        laboratory = laboratory.at(fit.contributions.inputs, fit.contributions.moved)
+        block, view = laboratory.block, view_of([*laboratory.lasers.values()], laboratory.block)
+    found = impact_energy(fit, block, times, debonding=debonding, view=view, laboratory=laboratory)
     return replace(fit, energies=found)

@@ -70,4 +70,5 @@ def map_of_run(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: s
     run = tree.children[f"run_{estimate.run}"].dataset
     time_s, theta = run["time"].values, run["theta"].values
     view = sensors_view(tree.attrs)
+    block, view = estimate.block_of(block), estimate.view_of(view, block)
     return misfit_map(estimate.model, block, estimate.values, time_s, theta, debonding, view)

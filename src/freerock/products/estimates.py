@@ -10,7 +10,17 @@ from freerock.models.laws import MODELS
 from freerock.products.groups import fits_of
 
 # All variables of a fit that are asked for here.
-ESTIMATED = ("parameter", "success", "value", "covariance", "contribution", "input", "input_owner")
+ESTIMATED = (
+    "parameter",
+    "success",
+    "value",
+    "covariance",
+    "contribution",
+    "input",
+    "input_owner",
+    "input_u",
+    "input_moved",
+)
 
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
@@ -34,6 +44,7 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
             values=dict(zip(freed.tolist(), fit["value"].values, strict=True)),
             covariance=fit["covariance"].values[:n, :n],
             shifts=_shifts(fit, n),
+            moved=_moved(fit),
         )
 
 
@@ -44,6 +55,17 @@ def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:
     relative = fit["contribution"].values[:n] / fit["value"].values[:n, None]
     names = zip(fit["input_owner"].values.tolist(), fit["input"].values.tolist(), strict=True)
     return dict(zip(names, relative.T, strict=True))
+
+
+def _moved(fit: xr.Dataset) -> dict[str, float]:
+    """How far the fit moved each input of the block, and of the beam where there is one."""
+    if "input_moved" not in fit:
+        return {}
+    by = fit["input_moved"].values * fit["input_u"].values
+    names = fit["input"].values.tolist()
+    return {
+        name: float(each) for name, each in zip(names, by, strict=True) if names.count(name) == 1 and each
+    }
 
 
 def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:

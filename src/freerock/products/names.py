@@ -106,6 +106,13 @@ VARIABLES = {
     "input_u": ("", "auxiliary", "standard uncertainty of the input, in input_unit"),
     "input_unit": ("", "auxiliary", "unit of the input's uncertainty"),
     "input_stated": ("", "auxiliary", "whether the laboratory stated the uncertainty"),
+    "input_moved": ("1", "quality", "shift of the input by the fit, in its standard uncertainties"),
+    "input_remaining": (
+        "1",
+        "quality",
+        "standard uncertainty of the input after the fit over that before it",
+    ),
+    "input_pull": ("1", "quality", "shift of the input by the fit over the standard deviation of that shift"),
     "theta_model": ("rad", "model", "rotation of the model with the identified parameters"),
     "residual": ("rad", "model", "theta_model minus theta"),
     "epsilon_theta": ("1", "quality", "relative mean square discrepancy of theta_model from theta"),

@@ -239,6 +239,9 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
                 "input_u": ("input", np.array([each.u for each in inputs], float)),
                 "input_unit": ("input", [each.unit for each in inputs]),
                 "input_stated": ("input", np.array([each.stated for each in inputs], np.int8)),
+                "input_moved": ("input", fit.contributions.moved),
+                "input_remaining": ("input", fit.contributions.remaining),
+                "input_pull": ("input", fit.contributions.pulls),
             }
         groups[f"{group}/{model}"] = xr.Dataset(
             arrays,

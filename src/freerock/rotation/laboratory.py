@@ -1,11 +1,12 @@
 """What the laboratory knows of a record: block, lasers, clock and base; and the same moved by an input."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
+from scipy.special import ndtr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
@@ -87,7 +88,7 @@ class Laboratory:
             return replace(self, clock=self.clock / (1 + by))
         if name == "response_ms":
             slower = {
-                key: replace(each, response_ms=max(each.response_ms + by, 0.0))
+                key: replace(each, response_ms=_slower_ms(each.response_ms, source.u, uncertainties))
                 for key, each in self.lasers.items()
             }
             return replace(self, lasers=slower)
@@ -98,6 +99,13 @@ class Laboratory:
         at = list(self.lasers).index(source.owner)
         scales = tuple(scale * (1 + by * (i == at)) for i, scale in enumerate(self.scales))
         return replace(self, scales=scales)
+
+    def at(self, sources: Sequence[Input], uncertainties: Floats) -> Self:
+        """The same with each of some inputs moved by so many of its standard uncertainties."""
+        moved = self
+        for source, by in zip(sources, uncertainties.tolist(), strict=True):
+            moved = moved.moved(source, by) if by else moved
+        return moved
 
     def reread(self, theta: Floats, by: Self) -> Floats:
         """Rotation [rad] that the readings behind a rotation would have given another laboratory.
@@ -124,6 +132,12 @@ class Laboratory:
         return -angle if mirrored(others[0]) else np.asarray(angle)
 
 
+def _slower_ms(response_ms: float, u_ms: float, uncertainties: float) -> float:
+    """Response [ms] whose square is moved: what the time T of a sensor does to a motion grows with T²."""
+    square = response_ms**2 + uncertainties * ((response_ms + u_ms) ** 2 - response_ms**2)
+    return math.sqrt(max(square, 0.0))
+
+
 @dataclass(frozen=True)
 class Contributions:
     """What the inputs of a laboratory contribute to the uncertainty of some numbers.
@@ -132,12 +146,40 @@ class Contributions:
     ----------
     inputs : tuple of Input
     values : ndarray, shape (n_numbers, n_inputs)
-        Shift of each number for one standard uncertainty of each input, in the unit of the number; NaN where
-        it is not known.
+        Shift of each number for one standard uncertainty of the stated value of each input, in the unit of
+        the number; NaN where it is not known.
+    moved : ndarray, shape (n_inputs,)
+        By how many of its standard uncertainties a fit moves each input; 0 of a fit that holds them.
+    remaining : ndarray, shape (n_inputs,)
+        Standard uncertainty of each input after the fit over that before it; 1 of a fit that holds them.
+    pulls : ndarray, shape (n_inputs,)
+        (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law
+        and uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see
+        the input.
     """
 
     inputs: tuple[Input, ...]
     values: Floats
+    moved: Floats
+    remaining: Floats
+    pulls: Floats
+
+    @classmethod
+    def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
+        """Of a fit that holds the inputs at their stated values."""
+        n = len(inputs)
+        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan))
+
+    @property
+    def most_pulled(self) -> int | None:
+        """Number of the input with the largest pull; None where there is no pull."""
+        return None if np.isnan(self.pulls).all() else int(np.nanargmax(np.abs(self.pulls)))
+
+    @property
+    def p_of_pulls(self) -> float:
+        """Chance of so large a pull of any input, were all uncertainties right (Bonferroni); at most 1."""
+        seen = np.abs(self.pulls[~np.isnan(self.pulls)])
+        return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
 
     def total(self, *others: Floats) -> Floats:
         """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""

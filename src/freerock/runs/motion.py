@@ -6,6 +6,7 @@ from dataclasses import InitVar, dataclass
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
 from freerock.runs.noise import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
@@ -35,6 +36,9 @@ class Motion:
         sigma_theta.
     view : View, optional
         What the sensor makes of a motion; None where it shows the rotation as it is.
+    laboratory : Laboratory, optional
+        What the run was measured with, whose inputs a fit moves within their uncertainties; None takes them
+        for exact.
     rests : iterable of ndarray, optional
         Stretches of θ at rest [rad], about any level, sampled as the motion is (`quiet.quiet_stretches`):
         they give `noise` where that is None.
@@ -49,6 +53,7 @@ class Motion:
     fit_start_s: float = 0.0
     noise: Noise | None = None
     view: View | None = None
+    laboratory: Laboratory | None = None
     rests: InitVar[Iterable[Floats]] = ()
 
     def __post_init__(self, rests: Iterable[Floats]) -> None:

@@ -111,7 +111,7 @@ def contributions(theta0: float, impacts: Impacts, laboratory: Laboratory) -> Co
         high, low = (_numbers(angles, laboratory, laboratory.moved(source, by)) for by in (SHARE, -SHARE))
         columns.append((high - low) / (2 * SHARE))
     n_numbers = 1 + 3 * len(impacts.time_s)
-    return Contributions(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
+    return Contributions.held(laboratory.inputs, np.reshape(columns, (-1, n_numbers)).T)
 
 
 def _angles(theta0: float, impacts: Impacts) -> Floats:

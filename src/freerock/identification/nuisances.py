@@ -1,0 +1,397 @@
+"""Inputs of the laboratory as nuisances with priors.
+
+What a laboratory knows (width, height, beam, scale, clock, response, level, release) is ν with ν⁰ ± u. One
+objective holds a run and these:
+
+    S(p, ν) = |r|²/s² + Σ ((ν - ν⁰)/u)²,    r = θ_model(p, ν) - θ_measured(ν),
+
+with s² the power of the noise where the parameters have theirs. A law is rejected only where it leaves more
+than noise after the inputs moved within their priors (HistFactory, CERN-OPEN-2012-016; Conway 2011,
+arXiv:1103.0354).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import lmfit
+import numpy as np
+from scipy.fft import rfft, rfftfreq
+
+from freerock.arrays import Floats, Mask
+from freerock.identification.likelihood import Whitened
+from freerock.identification.minimizer import minimised, parameters_of, varied
+from freerock.identification.noise import AgainstRest, against_rest, noise_of
+from freerock.identification.problem import Problem, Samples
+from freerock.models.laws import law_of
+from freerock.rotation.laboratory import Contributions, Input, Laboratory
+from freerock.rotation.view import view_of
+from freerock.runs.noise import Noise, averaged
+
+READ_STEP = 1e-5  # of a rotation, for the slope of its reading [rad]
+STEP = 0.1  # standard uncertainties to either side, of the difference quotients by an input
+NEAR = 0.3  # standard uncertainties by which inputs move, within which their first derivatives suffice
+FTOL = 1e-8  # relative change of the objective at which the search ends
+# Standard uncertainties by which an input may move: at such a pull the law is rejected whatever it leaves.
+FARTHEST = 8.0
+MOST = 25  # evaluations of the objective
+TAKES = 1.0  # whitened length of a direction of the inputs, from which the run and not the prior tells it
+# Times the residual that all inputs together may cause by one standard uncertainty, from which they can't be
+# the cause: five of them, squared.
+BEYOND = 25.0
+
+
+@dataclass(frozen=True, eq=False)
+class Nuisances:
+    """The inputs that a fit of one run moves.
+
+    Parameters
+    ----------
+    problem : Problem
+        Posed with the stated inputs.
+    sources : tuple of Input
+        Inputs that are neither exact nor freed, without the mass: forces are as the mass, so that k, c and λ
+        take up all of it.
+    """
+
+    problem: Problem
+    sources: tuple[Input, ...]
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Nuisances":
+        """Those of a problem; none where several runs are fitted or no laboratory is known."""
+        laboratory = problem.motions[0].laboratory
+        if laboratory is None or len(problem.motions) > 1 or problem.directions is not None:
+            return cls(problem, ())
+        sources = tuple(each for each in laboratory.inputs if _moves(each, problem))
+        return cls(replace(problem, walled=not sources), sources)
+
+    def posed(self, z: Floats) -> Problem:
+        """The problem with inputs moved by z standard uncertainties, shape (n_sources,)."""
+        return in_laboratory(self.problem, self._moved(z)) if z.any() else self.problem
+
+    def by_inputs(self, z: Floats, x: Floats, samples: Samples) -> Floats:
+        """Derivatives by z of the residual [rad] and, below, of what is measured of the release (`rows`)."""
+        columns = []
+        for j, source in enumerate(self.sources):
+            # at 0 the derivative by the response is none: what it does grows with its square
+            low, high = (
+                (0.0, 1.0) if source.name == "response_ms" and not z[j] else (z[j] - STEP, z[j] + STEP)
+            )
+            ends = []
+            for there in (low, high):
+                moved = z.copy()
+                moved[j] = there
+                ends.append(np.concatenate(self.rows(moved, x, samples, self.problem.exact_rtol)))
+            columns.append((ends[1] - ends[0]) / (high - low))
+        n_rows = len(self.problem.prior_of_release(x)[0])
+        return np.reshape(columns, (-1, len(samples.time_s) + n_rows)).T
+
+    def rows(
+        self, z: Floats, x: Floats, samples: Samples, rtol: float | None = None
+    ) -> tuple[Floats, Floats]:
+        """Modelled minus measured rotation at samples of the stated problem [rad], and how many standard
+        uncertainties the release lies off what was measured."""
+        if not z.any():
+            return self.problem.curve(x, samples, rtol) - samples.theta, self.problem.prior_of_release(x)[0]
+        posed, own = _seen_in(self.problem, self._moved(z)), self.on_clock(z, samples)
+        return self.read(z, posed.curve(x, own, rtol)) - samples.theta, posed.prior_of_release(x)[0]
+
+    def jacobian(self, z: Floats, x: Floats, samples: Samples) -> tuple[Floats, Floats]:
+        """Derivatives of `rows` by x, shapes (n_samples, n_parameters) and (n_rows, n_parameters)."""
+        if not z.any():
+            return self.problem.jacobian(x, samples), self.problem.prior_of_release(x)[1]
+        posed, own = _seen_in(self.problem, self._moved(z)), self.on_clock(z, samples)
+        exact = posed.exact_curve(x, own)
+        by_x = posed.jacobian(x, own, known=exact) * self.slope(z, exact[0])[:, None]
+        return by_x, posed.prior_of_release(x)[1]
+
+    def on_clock(self, z: Floats, samples: Samples) -> Samples:
+        """Samples of the stated problem at the instants of a clock that is moved with the inputs."""
+        return replace(samples, time_s=samples.time_s * self._moved(z).clock / self._stated.clock)
+
+    def read(self, z: Floats, theta: Floats) -> Floats:
+        """Rotation [rad] of inputs moved by z as the stated ones read it, where the noise is the sensor's."""
+        return self._moved(z).reread(theta, self._stated) if z.any() else theta
+
+    def slope(self, z: Floats, theta: Floats) -> Floats:
+        """Derivative of `read` by the rotation."""
+        if not z.any():
+            return np.ones(len(theta))
+        return (self.read(z, theta + READ_STEP) - self.read(z, theta - READ_STEP)) / (2 * READ_STEP)
+
+    @property
+    def _stated(self) -> Laboratory:
+        laboratory = self.problem.motions[0].laboratory
+        assert laboratory is not None
+        return laboratory
+
+    def _moved(self, z: Floats) -> Laboratory:
+        return self._stated.at(self.sources, z)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """A run and its inputs together: where a fit ended, and the linear model there.
+
+    Parameters
+    ----------
+    nuisances : Nuisances
+    samples : Samples
+        Of the stated problem.
+    x, z : ndarray, shapes (n_parameters,) and (n_sources,)
+        The fitted numbers, and by how many standard uncertainties each input moved.
+    problem : Problem
+        With the inputs as moved.
+    curve, residual : ndarray, shape (n_samples,)
+        Modelled rotation by the moved inputs; and as the stated inputs read it, less the measured one [rad].
+    jacobian, rows_by_inputs : ndarray, shapes (n_samples, n_parameters) and (n_samples + n_rows, n_sources)
+        Derivatives of the residual by x, and by z as `Nuisances.by_inputs` gives them.
+    result : lmfit.minimizer.MinimizerResult or None
+        None where nothing was minimised.
+    noise : Noise or None
+        As rest and residual show it together; None where nothing shows that the residual is noise.
+    """
+
+    nuisances: Nuisances
+    samples: Samples
+    x: Floats
+    z: Floats
+    problem: Problem
+    curve: Floats
+    residual: Floats
+    jacobian: Floats
+    rows_by_inputs: Floats
+    result: "lmfit.minimizer.MinimizerResult | None" = None
+    noise: Noise | None = None
+
+    @property
+    def by_inputs(self) -> Floats:
+        """Derivatives of the residual by z, shape (n_samples, n_sources)."""
+        return self.rows_by_inputs[: len(self.residual)]
+
+    @property
+    def own(self) -> Samples:
+        """The samples on the clock of the moved inputs."""
+        return self.nuisances.on_clock(self.z, self.samples) if self.z.any() else self.samples
+
+    @cached_property
+    def free(self) -> Mask:
+        """Which of the fitted numbers do not lie at a bound."""
+        return ~self.problem.at_bound(self.x)
+
+    @cached_property
+    def columns(self) -> Floats:
+        """Derivatives by the free numbers and by the inputs, side by side."""
+        return np.asfortranarray(np.hstack([self.jacobian[:, self.free], self.by_inputs]))
+
+    @cached_property
+    def prior(self) -> tuple[Floats, Floats]:
+        """Rows that the priors add: their values, and their derivatives by the numbers of `columns`; those of
+        the release first."""
+        value, rows = self.problem.prior_of_release(self.x)
+        n, n_z = int(self.free.sum()), len(self.z)
+        of_release = np.hstack([rows[:, self.free], self.rows_by_inputs[len(self.residual) :]])
+        of_inputs = np.hstack([np.zeros((n_z, n)), np.eye(n_z)])
+        return np.append(value, self.z), np.vstack([of_release, of_inputs])
+
+    @cached_property
+    def whitened(self) -> Whitened:
+        """Residual and derivatives without the law of the noise, beside the priors."""
+        return self.beside(self.prior)
+
+    def beside(self, prior: tuple[Floats, Floats]) -> Whitened:
+        """The same beside other priors."""
+        motions = self.problem.motions
+        noises, level = [motion.noise for motion in motions], float(motions[0].sigma_theta)
+        return Whitened(self.residual, self.columns, self.samples.lengths, noises, prior, level)
+
+    @cached_property
+    def _inputs_alone(self) -> Floats:
+        """Whitened derivatives by the inputs, without what the free numbers take up."""
+        n = int(self.free.sum())
+        own, by_z = np.split(self.whitened.rows[:, 1:], [n], axis=1)
+        return _without(own, by_z)
+
+    @cached_property
+    def taken(self) -> Floats:
+        """Derivatives by what the run itself tells: the free numbers, and directions of the inputs."""
+        if not len(self.z):
+            return self.columns
+        _, size, directions = np.linalg.svd(self._inputs_alone, full_matrices=False)
+        n = int(self.free.sum())
+        return np.hstack([self.columns[:, :n], self.by_inputs @ directions[size > TAKES].T])
+
+    @cached_property
+    def against_rest(self) -> AgainstRest:
+        """The residual against the noise at rest."""
+        noises = [noise_of(self.problem.motions[0])]
+        return against_rest(self.residual, self.taken, self.samples.lengths, noises)
+
+    @cached_property
+    def charge(self) -> float:
+        """What the priors add to minus twice the logarithm of the evidence: ln det(1 + Dᵀ D).
+
+        D are the whitened derivatives by the inputs beside those by the free numbers (Laplace): an input that
+        the run can't see costs nothing, one that it determines what a freed number does.
+        """
+        alone = self._inputs_alone if len(self.z) else np.empty((1, 0))
+        return float(np.linalg.slogdet(np.eye(len(self.z)) + alone.T @ alone)[1])
+
+    @cached_property
+    def level(self) -> float:
+        """s of the objective [rad]: root of the mean power of the noise where the derivatives have theirs.
+
+        Least squares of noise that is not white know a number by the power of the noise at the frequencies at
+        which it moves the curve. A rest alone tells little of the slowest: there is no less than white noise.
+        """
+        motion = self.problem.motions[0]
+        noise = self.noise or noise_of(motion)
+        columns = averaged(self.jacobian[:, self.free], noise.averaged)
+        power = np.abs(rfft(columns, axis=0)) ** 2
+        power /= np.maximum(power.sum(axis=0), np.finfo(float).tiny)
+        square = float(np.mean(noise.density(rfftfreq(len(columns))) @ power))
+        least = 0.0 if self.noise else motion.sigma_theta**2
+        return float(np.sqrt(max(square, least, np.finfo(float).tiny)))
+
+    @cached_property
+    def by_prior(self) -> Floats:
+        """Derivatives of the free numbers and inputs by the centre of each prior, shape (n, n_rows)."""
+        rows = self.prior[1]
+        scale = np.sqrt(np.sum(self.columns**2, axis=0) / self.level**2 + np.sum(rows**2, axis=0))
+        scaled, own = self.columns / (self.level * scale), rows / scale
+        inverse = np.linalg.pinv(scaled.T @ scaled + own.T @ own, hermitian=True)
+        return np.asarray((inverse @ own.T) / scale[:, None])
+
+
+def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | None:
+    """The best of a run and its inputs from a start near it, by `lmfit.Minimizer`.
+
+    None where no input may move, or where the inputs can't be the cause of what the start leaves.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of one run.
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers with the inputs as stated.
+    most : float
+        Samples that suffice.
+    """
+    nuisances = Nuisances.of(problem)
+    if not nuisances.sources:
+        return None
+    samples = problem.samples(most=most)
+    start = at(nuisances, x, np.zeros(len(nuisances.sources)), samples)
+    power = noise_of(problem.motions[0]).variance
+    causes = float(np.sum(_without(start.jacobian[:, start.free], start.by_inputs) ** 2))
+    if float(start.residual @ start.residual) > BEYOND * (len(samples.time_s) * power + causes):
+        return None
+    end = _minimised(start)
+    rest = end.against_rest
+    far = np.any(np.abs(end.z) > NEAR) and np.all(np.abs(end.z) < FARTHEST - NEAR)
+    if far or rest.is_noise:
+        end = _minimised(replace(end, noise=rest.noises[0] if rest.is_noise else None))
+    return end
+
+
+def at(nuisances: Nuisances, x: Floats, z: Floats, samples: Samples) -> Posterior:
+    """The linear model at given numbers and inputs; samples are those of the stated problem."""
+    posed, own = nuisances.posed(z), nuisances.on_clock(z, samples) if z.any() else samples
+    exact = posed.exact_curve(x, own)
+    jacobian = posed.jacobian(x, own, law_of(posed.model).is_foundation, known=exact)
+    residual = nuisances.read(z, exact[0]) - samples.theta
+    jacobian *= nuisances.slope(z, exact[0])[:, None]
+    by_inputs = nuisances.by_inputs(z, x, samples)
+    return Posterior(nuisances, samples, x, z, posed, exact[0], residual, jacobian, by_inputs)
+
+
+def in_found(problem: Problem, found: Contributions | None) -> Problem:
+    """A problem of one run with the inputs as a fit of it found them."""
+    laboratory = problem.motions[0].laboratory
+    if found is None or laboratory is None or not found.moved.any():
+        return problem
+    return in_laboratory(problem, laboratory.at(found.inputs, found.moved))
+
+
+def at_end(problem: Problem, values: Mapping[str, float], found: Contributions | None) -> Posterior:
+    """The linear model where a fit of a problem ended: its parameters [SI], and the inputs that it found."""
+    nuisances = Nuisances.of(problem)
+    z = np.zeros(len(nuisances.sources))
+    if found is not None and nuisances.sources:
+        z = found.moved[[found.inputs.index(each) for each in nuisances.sources]]
+    return at(nuisances, nuisances.posed(z).start_at(values), z, problem.samples())
+
+
+def _minimised(start: Posterior) -> Posterior:
+    """Where the objective ends from a linear model near there."""
+    nuisances, samples, n, s, n_z = (
+        start.nuisances,
+        start.samples,
+        len(start.x),
+        start.level,
+        len(start.z),
+    )
+    by_inputs, by_release = np.split(start.rows_by_inputs, [len(start.residual)])
+    m = noise_of(nuisances.problem.motions[0]).averaged
+    fewer = replace(samples, m=m)
+    by_z = np.vstack([fewer.averaged(by_inputs) / s, by_release, np.eye(n_z)])
+
+    def residual(both: Floats) -> Floats:
+        x, z = both[:n], both[n:]
+        left, release = nuisances.rows(z, x, samples)
+        return np.concatenate([fewer.averaged(left) / s, release, z])
+
+    def jacobian(both: Floats) -> Floats:
+        own, release = nuisances.jacobian(both[n:], both[:n], samples)
+        by_x = np.vstack([fewer.averaged(own) / s, release, np.zeros((n_z, n))])
+        return np.hstack([by_x, by_z])
+
+    bounds = [*nuisances.problem.bounds(), *[(-FARTHEST, FARTHEST)] * n_z]
+    low, high = np.array(bounds).T
+    both = np.clip(np.append(start.x, start.z), low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    names = [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
+    parameters = parameters_of(nuisances.problem, both, bounds, names)
+    result = minimised(parameters, residual, jacobian, FTOL, most=MOST)
+    both = varied(result)
+    return replace(at(nuisances, both[:n], both[n:], samples), result=result, noise=start.noise)
+
+
+def in_laboratory(problem: Problem, moved: Laboratory) -> Problem:
+    """The problem of one run that a laboratory with other inputs would have posed."""
+    stated, posed = problem.motions[0].laboratory, _seen_in(problem, moved)
+    assert stated is not None
+    (motion,), clock = problem.motions, moved.clock / stated.clock
+    motion = replace(
+        posed.motions[0],
+        time_s=motion.time_s * clock,
+        fit_start_s=motion.fit_start_s * clock,
+        theta=stated.reread(motion.theta, moved),
+    )
+    return replace(posed, motions=(motion,))
+
+
+def _seen_in(problem: Problem, moved: Laboratory) -> Problem:
+    """The problem of one run with block, sensor and release of another laboratory."""
+    (motion,) = problem.motions
+    stated = motion.laboratory
+    assert stated is not None
+    theta0 = float(stated.reread(np.array([motion.theta0]), moved)[0])
+    view = view_of([*moved.lasers.values()], moved.block)
+    return replace(
+        problem,
+        blocks=(moved.block,),
+        motions=(replace(motion, theta0=theta0, view=view, laboratory=moved),),
+    )
+
+
+def _moves(source: Input, problem: Problem) -> bool:
+    """Whether a fit moves an input: not one that is exact, freed, or taken up by the forces."""
+    freed = {"levelled_deg": "tilt", "contact_width_m": "width"}.get(source.name)
+    return source.u > 0 and source.name != "mass_kg" and freed not in problem.names
+
+
+def _without(own: Floats, others: Floats) -> Floats:
+    """Columns without what others of the same rows take up."""
+    basis = own / np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
+    return np.asarray(others - basis @ np.linalg.lstsq(basis, others, rcond=None)[0])
