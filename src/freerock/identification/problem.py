@@ -32,6 +32,7 @@ from freerock.models.laws import (
 from freerock.models.simulate import Solver
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged
+from freerock.runs.release import lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
@@ -259,7 +260,10 @@ class Problem:
         rows, value = [], []
         if not (self.settings.loose_release or self.walled):
             for i, motion in enumerate(self.motions):
-                u = release_uncertainty(motion)
+                u, block = release_uncertainty(motion), self.blocks[i]
+                # a finger that fades lowers the top
+                fall = block.p**2 * np.sin(block.theta_cr - abs(motion.theta0))
+                u["theta0"] = float(np.hypot(u["theta0"], lowered(fall, motion.fit_start_s)))
                 centre = {"theta0": motion.theta0, "t0": 0.0}
                 for j, name in enumerate(self.own):
                     if name in PER_RUN:
