@@ -57,6 +57,7 @@ def columns():
         plan.COLUMNS,
         plan.RIVALS,
         tidy.PARTS,
+        tidy.PULLS,
         plan_total.BUDGET,
         plan_total.TOTALS,
         restitution_law.LAW,

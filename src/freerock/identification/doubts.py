@@ -4,7 +4,13 @@ from freerock.identification.candidates import Ladder
 from freerock.identification.disturbance import find_disturbance
 from freerock.identification.hints import hints_for
 from freerock.identification.identified import Identified
-from freerock.identification.scene_notes import edges_alike, notes_on_scene, sharp_alike, slow_sensor
+from freerock.identification.scene_notes import (
+    edges_alike,
+    notes_on_scene,
+    pulled_inputs,
+    sharp_alike,
+    slow_sensor,
+)
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
@@ -51,6 +57,7 @@ def doubts_about(
         notes += [Reason("warn", "rounded_edges", EITHER)] * found.width_or_edges
         notes += edges_alike(found.edge_radii_alike.get(chosen, 0.0), block)
         notes += sharp_alike(found.fits[chosen], block) if found.sharp_alike else []
+        notes += pulled_inputs(found.fits[chosen])
         return [*notes, *slow_sensor(found.at_best(chosen, block, motion, ladder), motion)]
     if not found.fits:
         return []

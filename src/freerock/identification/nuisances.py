@@ -284,8 +284,9 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | No
     samples = problem.samples(most=most)
     start = at(nuisances, x, np.zeros(len(nuisances.sources)), samples)
     power = noise_of(problem.motions[0]).variance
-    causes = float(np.sum(_without(start.jacobian[:, start.free], start.by_inputs) ** 2))
-    if float(start.residual @ start.residual) > BEYOND * (len(samples.time_s) * power + causes):
+    both = np.column_stack([start.residual, start.by_inputs])
+    left, *causes = np.sum(_without(start.jacobian[:, start.free], both) ** 2, axis=0)
+    if left > BEYOND * (len(samples.time_s) * power + sum(causes)):
         return None
     end = _minimised(start)
     rest = end.against_rest

@@ -22,6 +22,8 @@ LATE_MS = 10.0
 # Standard errors from which a sensor is told to be slower than stated: noise alone does so in one of two
 # thousand. Set on 24 clean records, of which none had more than 1.7.
 SLOWER = 3.3
+PULLED = 2.0  # standard deviations from which the shift of an input is noted
+SURPRISING = 5e-3  # chance of so large a pull of any input from which it is a warning; 1e-3 rejects the law
 
 
 def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
@@ -47,6 +49,20 @@ def sharp_alike(fit: Fit, block: Block) -> list[Reason]:
     """A warning where sharp edges explain a run as well as rounded ones, and would move k by much."""
     text = "sharp edges explain the run as well, with another k: measure them"
     return [Reason("warn", "rounded_edges", text)] * (fit.values["edge_radius"] > ROUNDED * block.b)
+
+
+def pulled_inputs(fit: Fit) -> Iterator[Reason]:
+    """The inputs that a fit moved by more than two standard deviations; a warning where that is no chance."""
+    found = fit.contributions
+    if found is None:
+        return
+    beyond = found.p_of_pulls < SURPRISING
+    for source, moved, pull in zip(found.inputs, found.moved, found.pulls, strict=True):
+        if abs(pull) > PULLED:
+            by = f"{moved * source.u:+.2g}" + (f" {source.unit}" if source.unit != "1" else "")
+            text = f"{source.name} of {source.owner} fitted {by} off, a pull of {pull:.1f}"
+            text += ": measure it again" if beyond else ""
+            yield Reason("warn" if beyond else "ok", "pulled_input", text)
 
 
 def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:

@@ -35,6 +35,7 @@ RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
+PULLS = [*IDENTITY, "model", *OF_INPUT, "input_moved", "input_remaining", "input_pull"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success"]
@@ -182,6 +183,35 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
                         }
                     )
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)
+
+
+def pulls_table(fits: Trees) -> pd.DataFrame:
+    """One row per input of the laboratory and usable fit that moved it.
+
+    Parameters
+    ----------
+    fits : iterable of xarray.DataTree
+        Fit datasets.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `PULLS`: input_moved is the shift of the input by the fit, in its standard uncertainties;
+        input_remaining its standard uncertainty after the fit over that before; input_pull the shift over its
+        standard deviation, NaN where the run does not see the input.
+    """
+    rows = []
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            if "input_moved" not in fit or not np.any(fit["input_moved"].values):
+                continue
+            columns = [fit[name].values.tolist() for name in PULLS[-len(OF_INPUT) - 3 :]]
+            names = PULLS[-len(OF_INPUT) - 3 :]
+            rows += [
+                {**_identity(tree, run), "model": model, **dict(zip(names, each, strict=True))}
+                for each in zip(*columns, strict=True)
+            ]
+    return pd.DataFrame(rows, columns=PULLS)
 
 
 def parts_table(fits: Trees) -> pd.DataFrame:
@@ -337,13 +367,14 @@ def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict
     Returns
     -------
     dict of str to pandas.DataFrame
-        runs, parameters, parts, contributions, epsilon, choice and restitution.
+        runs, parameters, parts, contributions, pulls, epsilon, choice and restitution.
     """
     return {
         "runs": runs_table(records, fits),
         "parameters": parameters_table(fits),
         "parts": parts_table(fits),
         "contributions": contributions_table(fits),
+        "pulls": pulls_table(fits),
         "epsilon": epsilon_table(fits),
         "choice": choice_table(fits),
         "restitution": restitution_table(records, fits),

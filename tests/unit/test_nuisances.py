@@ -1,0 +1,198 @@
+"""Inputs as nuisances: a law explains a run whose inputs are wrong by their own uncertainty.
+
+The motions are those of SciPy's integrator, seen by a laser whose place, block and scale differ from what is
+stated.
+"""
+
+import math
+from dataclasses import replace
+
+import lmfit
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from freerock.errors import FreerockError
+from freerock.identification.candidates import BY_DEFAULT
+from freerock.identification.fit import evidence, fit_run
+from freerock.identification.ladder import identify_run
+from freerock.identification.minimizer import legal
+from freerock.identification.scene_notes import pulled_inputs
+from freerock.models.block import GRAVITY, Block
+from freerock.rotation.laboratory import Contributions, Input, Laboratory
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
+from freerock.runs.motion import Motion
+from freerock.runs.noise import noise_at_rest
+
+BLOCK = Block(0.28, 0.07, 5.84)
+LASER = Laser("horizontal", 0.2, 0.1)
+SIGMA, RATE_HZ, N_REST = math.radians(0.006), 1000, 2000
+RULE = {
+    "height_m": ("b", 3e-4),
+    "width_m": ("b", 3e-4),
+    "mass_kg": ("b", 0.00584),
+    "position_m": ("l", 6e-4),
+    "scale_fraction": ("l", 1e-3),
+    "sampling_rate_fraction": ("l", 6e-5),
+}
+INPUTS = tuple(Input(owner, name, u, True) for name, (owner, u) in RULE.items())
+STATED = Laboratory(BLOCK, {"l": LASER}, INPUTS)
+
+
+def rigid(block, r, theta0, time_s):
+    """Housner's block by its equation of motion, apart from the project's closed forms."""
+    inertia = block.mass_kg * ((block.width_m**2 + block.height_m**2) / 12 + block.b**2 + block.h**2)
+    arm, alpha = block.mass_kg * GRAVITY * math.hypot(block.b, block.h), math.atan2(block.b, block.h)
+    theta, start, state, side = np.zeros(len(time_s)), 0.0, [theta0, 0.0], 1.0
+    while start < time_s[-1]:
+
+        def moves(_, y, side=side):
+            return [y[1], -arm * math.sin(side * alpha - y[0]) / inertia]
+
+        def lands(_, y, side=side):
+            return y[0] * side
+
+        lands.terminal, lands.direction = True, -1
+        swing = solve_ivp(
+            moves,
+            (start, time_s[-1]),
+            state,
+            "DOP853",
+            events=lands,
+            dense_output=True,
+            rtol=1e-10,
+            atol=1e-13,
+        )
+        during = (time_s >= start) & (time_s <= swing.t[-1])
+        theta[during] = swing.sol(time_s[during])[0]
+        start, side = swing.t[-1], -side
+        state = [side * 1e-300, r * swing.y[1, -1]]
+    return theta
+
+
+def measured(seed, drawn=1.0, r=0.93, corners_m=None):
+    """A run whose inputs are off by draws of their uncertainty, as the stated inputs read it."""
+    draw = np.random.default_rng(seed)
+    z = drawn * draw.standard_normal(len(INPUTS))
+    true = STATED.at(INPUTS, z)
+    block = true.block if corners_m is None else replace(true.block, contact_width_m=corners_m)
+    time_s, theta0 = np.arange(0, 3, 1 / RATE_HZ), math.radians(9)
+    theta = true.reread(np.append(rigid(block, r, theta0, time_s * true.clock), theta0), STATED)
+    error = SIGMA * draw.standard_normal(len(theta) + N_REST)
+    moving = min(np.flatnonzero(np.abs(theta[:-1]) > SIGMA)[-1] + 100, len(time_s))
+    return z, Motion(
+        time_s[:moving],
+        theta[:moving] + error[:moving],
+        SIGMA,
+        float(theta[-1]) + float(error[-N_REST:].mean()),
+        3 * SIGMA / math.sqrt(N_REST),
+        2e-4,
+        noise=noise_at_rest([error[-N_REST:]], RATE_HZ),
+        view=view_of([LASER], BLOCK),
+        laboratory=STATED,
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_law_explains_a_run_whose_inputs_are_wrong_by_their_uncertainty(seed):
+    _, motion = measured(seed)
+    found = identify_run(BLOCK, motion, BY_DEFAULT)
+    choice = found.choice(BY_DEFAULT)
+    assert (choice.selected, choice.explained, found.scene) == ("housner", True, ())
+    fit = found.fits["housner"]
+    assert fit.contributions is not None
+    total = fit.contributions.total(fit.stderr)
+    assert abs(fit.values["r"] - 0.93) < 3 * total[0]
+    assert np.nanmax(np.abs(fit.contributions.pulls)) < 3.5
+
+
+def test_with_the_inputs_held_the_same_runs_are_not_explained():
+    held = [fit_run("housner", BLOCK, replace(measured(seed)[1], laboratory=None)) for seed in range(4)]
+    assert sum(evidence(fit).explains for fit in held) < 4
+
+
+def test_pulls_are_standard_normal_and_inputs_are_better_known_after_the_fit():
+    pulls, inside = [], []
+    for seed in range(40):
+        _, motion = measured(100 + seed)
+        fit = fit_run("housner", BLOCK, motion)
+        assert evidence(fit).explains
+        found = fit.contributions
+        assert np.all(found.remaining < 1.001) and np.min(found.remaining) < 0.7
+        pulls += found.pulls[np.isfinite(found.pulls)].tolist()
+        inside.append(abs(fit.values["r"] - 0.93) < 1.96 * found.total(fit.stderr)[0])
+    assert 0.7 < np.std(pulls) < 1.3
+    assert np.mean(inside) >= 0.85
+
+
+def test_worn_corners_are_a_width_beyond_its_prior():
+    worn = BLOCK.width_m - 20 * RULE["width_m"][1]
+    _, motion = measured(5, corners_m=worn)
+    nominal = fit_run("housner", BLOCK, motion)
+    assert not evidence(nominal).explains
+    found = identify_run(BLOCK, motion, BY_DEFAULT)
+    assert found.choice(BY_DEFAULT).selected == "housner_width"
+    fit = found.fits["housner_width"]
+    total = fit.contributions.total(fit.stderr)[1]
+    assert abs(fit.values["width"] - worn) < 4 * total
+
+
+def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
+    _, motion = measured(6, drawn=0.0)
+    height = replace(INPUTS[0], u=1e-4)
+    laboratory = Laboratory(replace(BLOCK, height_m=BLOCK.height_m - 6e-4), {"l": LASER}, (height,))
+    motion = replace(motion, laboratory=laboratory, view=view_of([LASER], laboratory.block))
+    fit = fit_run("housner", laboratory.block, motion)
+    assert not evidence(fit).explains
+    assert fit.pulled.startswith("height_m of b off by +0.0006 m, ")
+    assert evidence(fit).objection == f"requires {fit.pulled}"
+
+
+def test_a_pull_beyond_two_names_the_input():
+    _, motion = measured(1)
+    fit = fit_run("housner", BLOCK, motion)
+    found = fit.contributions
+    pulls = np.full(len(INPUTS), 0.5)
+    pulls[0] = 2.5
+    noted = replace(fit, contributions=replace(found, moved=pulls, pulls=pulls))
+    (note,) = pulled_inputs(noted)
+    assert (note.verdict, note.name) == ("ok", "pulled_input")
+    assert note.text == "height_m of b fitted +0.00075 m off, a pull of 2.5"
+    pulls[0] = 3.6
+    (warned,) = pulled_inputs(replace(fit, contributions=replace(found, moved=pulls, pulls=pulls)))
+    assert warned.verdict == "warn" and warned.text.endswith("measure it again")
+
+
+def test_exact_inputs_leave_a_fit_as_it_is():
+    _, motion = measured(2, drawn=0.0)
+    exact = Laboratory(BLOCK, {"l": LASER}, tuple(replace(each, u=0.0) for each in INPUTS))
+    with_exact = fit_run("housner", BLOCK, replace(motion, laboratory=exact))
+    without = fit_run("housner", BLOCK, replace(motion, laboratory=None))
+    assert np.array_equal(with_exact.value, without.value)
+
+
+def test_the_numbers_of_every_fit_are_those_of_lmfit(monkeypatch):
+    _, motion = measured(3)
+    fit = fit_run("housner", BLOCK, motion)
+    assert fit.result.params["r"].value == fit.values["r"]
+    held = fit_run("winkler", BLOCK, replace(motion, laboratory=None))
+    assert held.result.params["k"].value == pytest.approx(held.values["k"], rel=1e-12)
+    assert held.result.params["c"].expr == "exp(ln_c_per_k + ln_k)"
+
+    def refuse(*_, **__):
+        raise FreerockError("lmfit", "refused", "none")
+
+    monkeypatch.setattr(lmfit.Minimizer, "least_squares", refuse)
+    for model in ("housner", "winkler", "hunt_crossley"):
+        with pytest.raises(FreerockError, match="refused"):
+            fit_run(model, BLOCK, motion)
+
+
+def test_a_keyword_of_python_is_no_name_of_a_parameter():
+    assert (legal("lambda"), legal("k")) == ("lambda_", "k")
+
+
+def test_of_inputs_that_no_run_sees_there_is_no_pull():
+    none = Contributions.held(INPUTS, np.zeros((2, len(INPUTS))))
+    assert none.most_pulled is None and none.p_of_pulls == 1.0
