@@ -23,7 +23,7 @@ def test_a_clean_record_is_ok_and_gives_the_truth():
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("base off level, 0.2", "uneven_restitution"),
+        ("base off level, 0.2", "off_level"),
         ("hit during a run, 0.05", "disturbed"),
         ("braked, 0.5", "disturbed_release"),
         ("hold beyond the range", "hold_unseen"),

@@ -145,7 +145,7 @@ def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
     motion = replace(motion, laboratory=laboratory, view=view_of([LASER], laboratory.block))
     fit = fit_run("housner", laboratory.block, motion)
     assert not evidence(fit).explains
-    assert fit.pulled.startswith("height_m of b off by +0.0006 m, ")
+    assert fit.pulled.startswith("height_m of b off by +0.00059")
     assert evidence(fit).objection == f"requires {fit.pulled}"
 
 

@@ -20,10 +20,10 @@ from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256, write_text
+from freerock.jobs import reruns
 from freerock.jobs.again import is_one
 from freerock.jobs.contents import checksum, is_look, look
 from freerock.jobs.log import log_to
-from freerock.jobs.reruns import code as code_of
 from freerock.jobs.reruns import code_checksum
 
 FOLDER = "ledger"
@@ -124,7 +124,7 @@ class _Code:
     """
 
     def __init__(self, planned: str, script: str, *modules: str) -> None:
-        self._looks = {path: look(path) for path in code_of(script, *modules)}
+        self._looks = {path: look(path) for path in reruns.code(script, *modules)}
         if code_checksum(script, *modules) != planned:
             raise FreerockError(script, "its code was edited since the run began", AGAIN)
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.compiled import compiled
 from freerock.models.published import TABLE_2
 from freerock.rotation.sensor import Laser
+from freerock.studies.integrated_kernel import bed, rates
 from freerock.studies.virtual_run import SEED
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 
@@ -64,42 +64,6 @@ class Truth:
     def theta0(self) -> float:
         """The held angle."""
         return float(self.peaks[0])
-
-
-@compiled()
-def _bed(z, theta, z_rate, w, b, k, c, lam):  # type: ignore[no-untyped-def]
-    """Force [N], moment about the base's centre [N m] and stored energy [J]: k z + c ż + λ z ż, z > 0."""
-    sin, cos = math.sin(theta), math.cos(theta)
-    low, high = -b, b
-    if z - b * abs(sin) < 0.0:
-        edge = -z / sin if sin != 0.0 else math.inf
-        if sin > 0.0:
-            low = max(low, edge)
-        else:
-            high = min(high, edge)
-    force = moment = stored = 0.0
-    if high <= low or z + b * abs(sin) <= 0.0:
-        return force, moment, stored
-    for node in (-(3**-0.5), 3**-0.5):  # exact for cubics
-        u = 0.5 * (low + high) + 0.5 * (high - low) * node
-        depth, rate = z + u * sin, z_rate + u * w * cos
-        part = 0.5 * (high - low) * (k * depth + (c + lam * depth) * rate)
-        force, moment = force + part, moment + part * u
-        stored += 0.25 * (high - low) * k * depth**2
-    return force, moment * cos, stored
-
-
-@compiled()
-def _rates(y, hand, m, inertia, h, b, k, c, lam, pivoting):  # type: ignore[no-untyped-def]
-    z, theta, z_rate, w = y
-    force, moment, _ = _bed(z, theta, z_rate, w, b, k, c, lam)
-    sin, cos = math.sin(theta), math.cos(theta)
-    lever, bends = h * cos, -h * sin
-    if pivoting:
-        lever, bends = lever + b * abs(sin), bends + math.copysign(b * cos, theta)
-    turn = (force * h * sin - moment - m * lever * bends * w * w + hand) / (inertia + m * lever**2)
-    fall = GRAVITY - force / m - h * sin * turn - h * cos * w * w
-    return np.array([z_rate, w, fall, turn])
 
 
 def names_of(i: int) -> tuple[str, str, str]:
@@ -179,7 +143,7 @@ def _depth(theta: float, body: Body, law: Law) -> float:
     from scipy.optimize import brentq
 
     def excess(z: float) -> float:
-        return float(_bed(z, theta, 0.0, 0.0, *law)[0]) - body[0] * GRAVITY
+        return float(bed(z, theta, 0.0, 0.0, *law)[0]) - body[0] * GRAVITY
 
     return float(brentq(excess, -law[0], law[0], xtol=1e-14))
 
@@ -190,15 +154,15 @@ def _motion(scene: Scene, body: Body, law: Law) -> tuple[Callable[[Any], Floats]
 
     held = np.array([_depth(scene.theta0, body, law), scene.theta0, 0.0, 0.0])
     inertia = body[1] + body[0] * _lever(scene.theta0, scene, body) ** 2
-    hand = -_rates(held, 0.0, *body, *law, scene.pivoting)[3] * inertia
+    hand = -rates(held, 0.0, *body, *law, scene.pivoting)[3] * inertia
 
-    def rates(t: float, y: Floats) -> Any:
+    def moves(t: float, y: Floats) -> Any:
         support = 0.5 * (1 + math.cos(math.pi * min(t / scene.fade_s, 1.0)))
-        return _rates(y, support * hand, *body, *law, scene.pivoting)
+        return rates(y, support * hand, *body, *law, scene.pivoting)
 
     options = {"method": "LSODA", "rtol": 1e-10, "atol": 1e-13, "dense_output": True}
-    fades = solve_ivp(rates, (0.0, scene.fade_s), held, max_step=1e-3, **options)
-    goes = solve_ivp(rates, (scene.fade_s, LONGEST_S), fades.y[:, -1], max_step=5e-3, **options)
+    fades = solve_ivp(moves, (0.0, scene.fade_s), held, max_step=1e-3, **options)
+    goes = solve_ivp(moves, (scene.fade_s, LONGEST_S), fades.y[:, -1], max_step=5e-3, **options)
     return fades.sol, goes.sol
 
 
@@ -215,7 +179,7 @@ def _energy(y: Floats, scene: Scene, body: Body, law: Law) -> float:
         m * ((_lever(theta, scene, body) * w) ** 2 + (z_rate + h * math.sin(theta) * w) ** 2) / 2
         + inertia * w**2 / 2
     )
-    stored = float(_bed(z, theta, 0.0, 0.0, *law)[2])
+    stored = float(bed(z, theta, 0.0, 0.0, *law)[2])
     return float(kinetic + stored + m * GRAVITY * (h * math.cos(theta) - z))
 
 
