@@ -7,7 +7,15 @@ import numpy as np
 from scipy import optimize
 
 from freerock.arrays import Floats
-from freerock.identification.minimizer import LEAST, MOST, XTOL, minimised, parameters_of, varied
+from freerock.identification.minimizer import (
+    LEAST,
+    MOST,
+    XTOL,
+    in_si_units,
+    minimised,
+    parameters_of,
+    varied,
+)
 from freerock.identification.problem import Problem, Samples
 from freerock.identification.rigid import R_CELL
 
@@ -91,9 +99,9 @@ def reported(
     parameters = parameters_of(problem, start, list(zip(*bounds, strict=True)))
     result = minimised(parameters, at.residual, at.jacobian, ftol, xtol)
     mean_square = float(np.mean(result.residual**2))
-    return Solution(
-        varied(result), mean_square, evaluations + result.nfev, result.success, result.message, result
-    )
+    x = varied(result)
+    in_si_units(result, problem, x)
+    return Solution(x, mean_square, evaluations + result.nfev, result.success, result.message, result)
 
 
 def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats, float]:

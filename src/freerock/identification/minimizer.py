@@ -64,7 +64,7 @@ def varied(result: "lmfit.minimizer.MinimizerResult") -> Floats:
 def parameters_of(
     problem: Problem, x: Floats, bounds: Sequence[tuple[float, float]], inputs: Sequence[str] = ()
 ) -> lmfit.Parameters:
-    """The numbers that a fit varies, and the parameters in SI units as expressions of these.
+    """The numbers that a fit varies.
 
     Parameters
     ----------
@@ -80,10 +80,17 @@ def parameters_of(
     fitted = [_fitted_name(problem, name) for name in problem.names]
     for name, value, (low, high) in zip([*fitted, *inputs], x.tolist(), bounds, strict=True):
         parameters.add(name, value=value, min=low, max=high)
-    for name, number in zip(problem.names, fitted, strict=True):
-        if name != number:
-            parameters.add(legal(name), expr=_expression(problem, name, number))
     return parameters
+
+
+def in_si_units(
+    result: "lmfit.minimizer.MinimizerResult", problem: Problem, x: Floats
+) -> "lmfit.minimizer.MinimizerResult":
+    """A result that holds the parameters of a problem in SI units, too, where other numbers varied."""
+    for name, value in zip(problem.names, problem.physical(x).tolist(), strict=True):
+        if legal(name) not in result.params:
+            result.params.add(legal(name), value=value, vary=False)
+    return result
 
 
 def legal(name: str) -> str:
@@ -95,11 +102,3 @@ def _fitted_name(problem: Problem, name: str) -> str:
     """Name of the number that the optimiser moves."""
     kind = parameter_of(name).fitted_as
     return {"logarithm": f"ln_{name}", "ratio": f"ln_{name}_per_k", "share": f"{name}_share"}.get(kind, name)
-
-
-def _expression(problem: Problem, name: str, number: str) -> str:
-    """A parameter in SI units by the number that the optimiser moves."""
-    kind = parameter_of(name).fitted_as
-    if kind == "share":
-        return f"{problem.blocks[0].width_m!r} * {number}"
-    return f"exp({number} + ln_k)" if kind == "ratio" else f"exp({number})"

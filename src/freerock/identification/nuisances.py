@@ -20,7 +20,7 @@ from scipy.fft import rfft, rfftfreq
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.likelihood import Whitened
-from freerock.identification.minimizer import minimised, parameters_of, varied
+from freerock.identification.minimizer import in_si_units, minimised, parameters_of, varied
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
@@ -355,7 +355,8 @@ def _minimised(start: Posterior) -> Posterior:
     parameters = parameters_of(nuisances.problem, both, bounds, names)
     result = minimised(parameters, residual, jacobian, FTOL, most=MOST)
     both = varied(result)
-    return replace(at(nuisances, both[:n], both[n:], samples), result=result, noise=start.noise)
+    end = at(nuisances, both[:n], both[n:], samples)
+    return replace(end, result=in_si_units(result, end.problem, end.x), noise=start.noise)
 
 
 def in_laboratory(problem: Problem, moved: Laboratory) -> Problem:
