@@ -1,5 +1,14 @@
 TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
-TIDY += ["restitution_law", "parts", "pulls", "candidates", "predictions", "foundations", "populations", "budget"]
+TIDY += [
+    "restitution_law",
+    "parts",
+    "pulls",
+    "candidates",
+    "predictions",
+    "foundations",
+    "populations",
+    "budget",
+]
 PRINTED = {"table1": "1, block configurations", "table2": "2, parameters", "table3": "3, discrepancies"}
 REPORTED = ["runs", "choice", "candidates", "populations", "foundations", "restitution_comparison", "budget"]
 REPORTED += [*PRINTED]
