@@ -162,3 +162,15 @@ def test_a_rigid_block_has_its_energies_from_its_heights():
     fit = fit_record("housner", BLOCK, [run], start=[0.95])
     with pytest.raises(ValueError, match="by energy is that from its peaks"):
         impact_energy(fit, BLOCK, [0.3])
+
+
+def test_a_release_that_is_held_as_in_the_paper_has_energies():
+    """No theta0 among the fitted numbers: the measured one counts."""
+    time_s, theta, impacts, restitution = by_another_engine(TABLE_2["marble"]["hunt_crossley"])
+    motion = Motion(time_s, theta, SIGMA, THETA0)
+    fit = fit_record("hunt_crossley", BLOCK, [motion], FitSettings(free=()))
+    assert fit.parameters == ("k", "lambda")
+    found = impact_energy(fit, BLOCK, impacts)
+    n = len(restitution)
+    np.testing.assert_allclose(found.restitution[:n], restitution, atol=1e-3)
+    assert np.all(np.isfinite(found.stderr[:n]))

@@ -73,7 +73,7 @@ def impact_energy(
     if not law_of(fit.model).is_foundation:
         raise ValueError("a rigid block's restitution by energy is that from its peaks")
     asked = np.asarray(time_s, float)
-    law = _Law(fit.model, debonding, view, asked)
+    law = _Law(fit.model, debonding, view, asked, float(fit.theta_model[0]))
     nominal = law.of(block, fit.values)
     columns = []
     for name, value in fit.values.items():
@@ -98,7 +98,7 @@ def impact_energy(
             }
             there = law.of(laboratory.moved(source, SHARE).block, moved)
             total += ((there[2] - nominal[2]) / SHARE) ** 2
-    total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values["theta0"])) ** 2
+    total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values.get("theta0", law.theta0))) ** 2
     return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
 
 
@@ -123,12 +123,13 @@ def _discrepancy(fit: Fit, gradient: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class _Law:
-    """A candidate, and the instants of the impacts that are asked of it [s]."""
+    """A candidate, the instants of the impacts that are asked of it [s]; a held release angle [rad]."""
 
     model: str
     debonding: str
     view: View | None
     asked: Floats
+    theta0: float
 
     def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
         """Instants [s], speeds [m/s], restitutions of the impacts asked for; how many come before."""
@@ -137,7 +138,7 @@ class _Law:
             return nothing, nothing, nothing, nothing
         candidate, turning = CANDIDATES[self.model], block.as_found(values)
         rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
-        theta0, t0 = values["theta0"], values.get("t0", 0.0)
+        theta0, t0 = values.get("theta0", self.theta0), values.get("t0", 0.0)
         if self.view is not None:
             theta0 = replace(self.view, block=block).released(theta0, turning, foundation)
         last = self.asked[-1] - t0
