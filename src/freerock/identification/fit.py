@@ -278,11 +278,15 @@ def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Re
     diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
     diagnostics |= {"white": float(moved.white), **_against_noise(moved.rest, moved.likely)}
     diagnostics["pulls_p"] = moved.contributions.p_of_pulls
+    parts, law = tuple[Part, ...](), np.zeros(len(x))
     if failed:
         known = known.unknown()
     else:
+        parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
         lacking = added_damping(problem, x, best.curve, best.whitened, moved.likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
+        if lacking is not None and lacking > TRACE:
+            law = model_discrepancy(problem.physical(x), parts)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
@@ -294,7 +298,7 @@ def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Re
         stderr=known.stderr,
         ci95_low=known.low,
         ci95_high=known.high,
-        discrepancy=np.where(np.isfinite(known.stderr), 0.0, np.nan),
+        discrepancy=np.where(np.isfinite(known.stderr), law, np.nan),
         covariance=known.covariance,
         units=tuple(map(unit_of, problem.names)),
         time=motion.time_s,
@@ -311,7 +315,7 @@ def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Re
         message=failed or "converged",
         diagnostics=diagnostics,
         contributions=None if failed or motion.laboratory is None else moved.contributions,
-        parts=() if failed else tuple(fitted_parts(problem, x, best.residual, best.jacobian)),
+        parts=parts,
         result=result,
     )
 

@@ -103,11 +103,6 @@ class Whitened:
         unscaled = np.append(1.0, self._scale)
         return np.asarray(np.concatenate([*map(self._weighted, self._both(self._values))]) * unscaled)
 
-    def through(self, columns: Floats) -> Floats:
-        """Other columns of all samples, over real numbers of unit variance."""
-        values = self._taken_out(of_runs(columns, self._lengths, self._noises))
-        return np.concatenate([*map(self._weighted, self._both(values))])
-
     def _both(self, values: Sequence[Floats]) -> "list[tuple[_Spectrum, Floats]]":
         return list(zip(self._runs, values, strict=True))
 
