@@ -11,12 +11,14 @@ if TYPE_CHECKING:
     from freerock.errors import FreerockError
     from freerock.identification.discrepancy import epsilon_theta
     from freerock.identification.fit import Fit, fit_record, fit_run
+    from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
     from freerock.identification.settings import FitSettings
     from freerock.models.block import Block
     from freerock.models.contact import State
     from freerock.models.ground import GroundMotion, accelerogram, pulse
     from freerock.models.laws import Rules
     from freerock.models.simulate import Response, Solver, simulate
+    from freerock.products.estimates import parameters_in
     from freerock.products.netcdf import open_fits, open_record
     from freerock.records.read import list_channels, read_record
     from freerock.rotation.faults import SignalQuality
@@ -36,12 +38,14 @@ _ROOMS = {  # module: the public names it holds
     "errors": ("FreerockError",),
     "identification.discrepancy": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),
+    "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
     "identification.settings": ("FitSettings",),
     "models.block": ("Block",),
     "models.contact": ("State",),
     "models.ground": ("GroundMotion", "accelerogram", "pulse"),
     "models.laws": ("Rules",),
     "models.simulate": ("Response", "Solver", "simulate"),
+    "products.estimates": ("parameters_in",),
     "products.netcdf": ("open_fits", "open_record"),
     "records.read": ("list_channels", "read_record"),
     "rotation.faults": ("SignalQuality",),
@@ -64,6 +68,8 @@ __all__ = [
     "FitSettings",
     "FreerockError",
     "GroundMotion",
+    "HousnerModel",
+    "HuntCrossleyModel",
     "ImpactLimits",
     "Impacts",
     "Laser",
@@ -76,6 +82,7 @@ __all__ = [
     "SignalQuality",
     "Solver",
     "State",
+    "WinklerModel",
     "accelerogram",
     "epsilon_theta",
     "find_impacts",
@@ -88,6 +95,7 @@ __all__ = [
     "load_config",
     "open_fits",
     "open_record",
+    "parameters_in",
     "pulse",
     "quiet_stretches",
     "read_record",

@@ -45,17 +45,17 @@ NOT_RUN = {  # beginning of a command: why not; what Snakemake would do is plann
     "snakemake --unlock": "after a killed run only",
     "snakemake studies": "an hour; small: run by tests/workflow/test_studies_target.py",
     "snakemake results/studies/faults.csv": "minutes",
-    "python -m freerock.studies": "needs the results of the studies",
+    "python -m freerock_bench": "minutes, or needs the results of the studies",
     "python benchmarks/": "minutes; measures speed",
     "snakemake --config campaigns=wooden_blocks": "minutes; the campaign is checked, its records read",
-    "snakemake --config campaigns=foreign": "minutes; part of it is run by tests/workflow/test_foreign.py",
+    "snakemake --config campaigns=foreign": "minutes; part of it is run by tests/bench/test_foreign.py",
     "snakemake": "the shipped campaign is analysed by tests/workflow/test_palermo.py",
     "python -m freerock.virtual_lab": "the bytes are compared by the tests of the virtual laboratory",
 }
-RUN_AFTER_ALL = "snakemake --config campaigns=stones"
+RUN_AFTER_ALL = ("snakemake --config campaigns=stones", "python -m freerock_bench.golden.grade")
 PLACEHOLDER = re.compile(r"NAME|REPOSITORY|FOLDER|FILE|<|…|/data/|results/[ABab]\b|stones,marble")
 INLINE = re.compile(
-    r"`((?:freerock|snakemake|make|python -m freerock\.\w+|python benchmarks/\w+)(?: [^`]+)?)`"
+    r"`((?:freerock|snakemake|make|python -m freerock(?:_bench)?\.[\w.]+|python benchmarks/\w+)(?: [^`]+)?)`"
 )
 BLOCK = re.compile(r"(?:<!-- file: (\S+) -->\n)?^( *)```(\w+)\n(.*?)^ *```", re.M | re.S)
 
@@ -81,12 +81,12 @@ def steps(path):
 
 def known(command):
     """Whether it is a command of this project, or one that only reads."""
-    return re.match(r"(freerock|snakemake|python (-m freerock\.|docs/)|cat) ?", command) is not None
+    return re.match(r"(freerock|snakemake|python (-m freerock(_bench)?\.|docs/)|cat) ?", command) is not None
 
 
 def left_out(command):
     longest = max((start for start in NOT_RUN if f"{command} ".startswith(start)), key=len, default=None)
-    return longest if command != RUN_AFTER_ALL else None
+    return None if command.startswith(RUN_AFTER_ALL) else longest
 
 
 def test_what_is_left_out_is_there():
@@ -159,7 +159,8 @@ def test_commands_do_what_the_text_says(path, copy):
                 continue
             command = command.replace("snakemake", "snakemake --dry-run", 1)
         elif PLACEHOLDER.search(command):
-            command = f"{' '.join(shlex.split(command)[:2])} --help"  # at least its subcommand is there
+            words = 3 if command.startswith("python -m") else 2
+            command = f"{' '.join(shlex.split(command)[:words])} --help"  # at least its subcommand is there
         elif command in ("freerock add", "freerock plan", "freerock simulate", "freerock inspect"):
             command += " --help"
         assert known(command), f"{command}: run it here only if it is harmless, or list it in NOT_RUN"

@@ -15,9 +15,9 @@ from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
 from freerock.models.laws import GEOMETRIC, Rules
 from freerock.models.simulate import Solver, simulate, simulate_fitted, simulate_many
-from freerock.virtual_lab import mishaps
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene
+from freerock_bench import moves as mishaps
 
 BLOCK = Block(0.28, 0.07, 5.84)
 TIME = np.arange(0, 3, 1e-3)

@@ -11,9 +11,9 @@ import pytest
 from freerock.models.laws import Rules
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate
-from freerock.studies.methods.by_name import METHODS
-from freerock.studies.methods.problem import Problem
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.methods.by_name import METHODS
+from freerock_bench.methods.problem import Problem
 
 BLOCK, _, _ = CONFIGURATIONS["config2"]
 LAWS = {law: TABLE_2["marble"][law] for law in ("hunt_crossley", "winkler")}

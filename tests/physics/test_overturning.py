@@ -8,7 +8,7 @@ import pytest
 from freerock.models.block import GRAVITY, Block
 from freerock.models.ground import pulse
 from freerock.models.simulate import Solver, simulate
-from freerock.studies.methods.housner import housner_overturns
+from freerock_bench.methods.housner import housner_overturns
 
 pytestmark = pytest.mark.slow
 

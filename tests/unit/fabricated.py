@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.errors import FreerockError
-from freerock.identification.choice import choose
-from freerock.identification.fit import Fit, evidence
+from freerock.identification.fit import Fit
 from freerock.identification.model_discrepancy import Part
 from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
@@ -18,6 +17,7 @@ from freerock.runs.impacts import Impacts
 from freerock.runs.segment import Run
 from freerock.runs.total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.choice import choose, evidence
 
 VALUES = {"r": 0.957, "width": 0.066, "k": 6.88e6, "c": 2.36e4, "lambda": 1.30e8}
 STDERR = {"r": 0.0012, "width": 1e-4, "k": 1.2e4, "c": 310.0, "lambda": 4.0e5}

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import f, ncf, ttest_ind
 
-from freerock.identification.between_blocks import (
+from freerock.populations.between_blocks import (
     CAUTION,
     LARGEST,
     between_blocks,

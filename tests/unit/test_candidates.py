@@ -6,14 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.candidates import candidates, n_freed, start_for
 from freerock.identification.fit import fit_record, fit_run
-from freerock.identification.screening import screen
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, KINEMATICS, LAWS, Rules
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
+from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis, candidates, n_freed, start_from
+from freerock.selection.screening import screen
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 FREE = {law: ("theta0", "t0") for law in LAWS}
@@ -57,13 +57,38 @@ def test_a_rival_starts_where_the_best_smaller_candidate_ended():
     run = motion()
     fits = {model: fit_run(model, BLOCK, run) for model in ("housner", "winkler", "hunt_crossley")}
     found = dict(zip(fits["hunt_crossley"].parameters, fits["hunt_crossley"].value, strict=True))
-    assert start_for("hunt_crossley_pivoting", fits) == found
-    assert start_for("hunt_crossley_pivoting_width", fits) == found
-    assert start_for("general_width", fits) == found | {"c": 1e-4 * found["k"]}
-    assert start_for("winkler_width", fits)["c"] == fits["winkler"].value[1]
-    assert start_for("housner_width", fits) is None  # r and width are scanned together
-    assert start_for("winkler_width", {"winkler": replace(fits["winkler"], success=False)}) is None
-    assert start_for("winkler", fits) is None
+    assert start_from(Hypothesis("hunt_crossley_pivoting"), [fits["hunt_crossley"]]) == found
+    assert start_from(Hypothesis("hunt_crossley", ("tilt",)), [fits["hunt_crossley"]]) == found
+    general = start_from(Hypothesis("general"), [fits["winkler"], fits["hunt_crossley"]])
+    assert general == found | {"c": 1e-4 * found["k"]}
+    wide = start_from(Hypothesis("winkler_width"), [fits["winkler"]])
+    assert wide["c"] == fits["winkler"].value[1]
+    assert (
+        start_from(Hypothesis("housner_width"), [fits["housner"]]) is None
+    )  # r and width are scanned together
+    failed = replace(fits["winkler"], success=False)
+    assert start_from(Hypothesis("winkler_width"), [failed]) is None
+
+
+def test_neighbours_of_a_hypothesis_add_one_step():
+    beside = {*BY_DEFAULT.neighbours(Hypothesis("winkler"))}
+    models = ("general", "winkler_pivoting", "winkler_width")
+    widened = ("release", "tilt", "edges")
+    assert beside == {
+        *(Hypothesis(model) for model in models),
+        *(Hypothesis("winkler", (each,)) for each in widened),
+    }
+    further = {*BY_DEFAULT.neighbours(Hypothesis("winkler_pivoting", ("tilt",)))}
+    assert further == {
+        Hypothesis("general_pivoting", ("tilt",)),
+        Hypothesis("winkler_pivoting_width", ("tilt",)),
+        Hypothesis("winkler_pivoting", ("release", "tilt")),
+    }
+    reached, found = {*map(Hypothesis, BY_DEFAULT.laws)}, set()
+    while reached:
+        found |= reached
+        reached = {other for each in reached for other in BY_DEFAULT.neighbours(each)} - found
+    assert {each.model for each in found} == {*BY_DEFAULT.candidates}
 
 
 def test_a_pivoting_block_is_found_from_the_guided_fit_that_is_far_off():
@@ -71,7 +96,7 @@ def test_a_pivoting_block_is_found_from_the_guided_fit_that_is_far_off():
     run = motion(squat, theta0_deg=20, rules=Rules(kinematics="pivoting"))
     guided = {"hunt_crossley": fit_run("hunt_crossley", squat, run)}
     assert guided["hunt_crossley"].value[0] < 0.7 * MARBLE["k"]
-    start = start_for("hunt_crossley_pivoting", guided)
+    start = start_from(Hypothesis("hunt_crossley_pivoting"), [*guided.values()])
     found = screen("hunt_crossley_pivoting", squat, run, FitSettings(), start)
     assert found.values["k"] == pytest.approx(MARBLE["k"], rel=0.05)
     assert np.std(found.residual) == pytest.approx(run.sigma_theta, rel=0.1)
@@ -92,7 +117,7 @@ def test_a_rigid_block_with_worn_corners_is_found(r, share):
 def test_a_screening_finds_what_the_fit_finds_from_fewer_samples():
     worn = replace(BLOCK, contact_width_m=0.067)
     run = motion(worn)
-    start = start_for("hunt_crossley_width", {"hunt_crossley": fit_run("hunt_crossley", BLOCK, run)})
+    start = start_from(Hypothesis("hunt_crossley_width"), [fit_run("hunt_crossley", BLOCK, run)])
     found = screen("hunt_crossley_width", BLOCK, run, FitSettings(), start)
     fit = fit_run("hunt_crossley_width", BLOCK, run)
     assert list(found.values) == list(fit.parameters)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from freerock.identification.choice import TELLS, Evidence, choose, holds, plainly
+from freerock.selection.choice import TELLS, Evidence, choose, holds, plainly
 
 N = {
     "housner": 3,

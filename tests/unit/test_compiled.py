@@ -10,7 +10,8 @@ import pytest
 from freerock.models import compiled
 
 PACKAGE = Path(compiled.__file__).parents[1]
-KERNELS = [path for path in PACKAGE.rglob("*.py") if "\n@compiled(" in path.read_text(encoding="utf-8")]
+MODULES = PACKAGE.parent.rglob("*.py")
+KERNELS = [path for path in MODULES if "\n@compiled(" in path.read_text(encoding="utf-8")]
 
 
 @pytest.fixture

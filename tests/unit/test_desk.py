@@ -5,6 +5,7 @@ import csv
 import json
 import shutil
 
+import lmfit
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,10 +16,13 @@ from tornado.netutil import bind_sockets
 
 from freerock.config.history import Change, append_changes, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
-from freerock.jobs.fit import make_fits
+from freerock.jobs.each import make_each
+from freerock.jobs.fit import give_up, make_fits
 from freerock.jobs.record import make_record
 from freerock.models.block import Block
+from freerock.models.laws import PAPER_MODELS
 from freerock.models.simulate import simulate
+from freerock.products.groups import fits_of, not_fitted_in
 from freerock.products.netcdf import open_fits
 from freerock.review import server
 from freerock.review.bench import Superseded
@@ -26,8 +30,10 @@ from freerock.review.corrections import cells_of, corrected
 from freerock.review.desk import Desk
 from freerock.review.pictures import impact_speed
 from freerock.review.signals import signals_of
+from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table
-from freerock.tables.tidy import parameters_table
+from freerock.tables.summary import table2
+from freerock.tables.tidy import contributions_table, parameters_table
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
 
@@ -93,6 +99,67 @@ def numbers_in(path, group):
             fit["parameter"].values, fit["value"].values, fit["stderr"].values, strict=True
         )
     }
+
+
+@pytest.fixture
+def job(desk, tmp_path):
+    """The fit job of the record: its product under other settings."""
+    line = desk.campaign.record("tall")
+    of_record, of_fits = desk._bench.settings(desk.campaign, line)
+    make_record(of_record, tmp_path / "r.nc")
+    product = tmp_path / "f.nc"
+
+    def run(**settings):
+        told = of_fits | settings
+        make_each(
+            ["tall"],
+            lambda _: make_fits(told, tmp_path / "r.nc", product),
+            lambda _, reason: give_up(told, product, reason),
+        )
+        return open_fits(product)
+
+    return run
+
+
+@pytest.mark.parametrize("error", [FreerockError("lmfit", "is out of order", "mend it"), ValueError("NaN")])
+def test_without_lmfit_no_fit_of_the_job_succeeds_and_each_says_so_in_a_line(job, monkeypatch, error):
+    def refuse(*_, **__):
+        raise error
+
+    monkeypatch.setattr(lmfit, "Minimizer", refuse)
+    tree = job()
+    assert not list(fits_of(tree))
+    missed = not_fitted_in(tree.attrs)
+    assert missed and all("\n" not in each.text and str(error) in each.text for each in missed)
+    if isinstance(error, FreerockError):
+        runs_and_laws = {(each.run, each.text.partition(" ")[0]) for each in missed}
+        assert runs_and_laws >= {(run, law) for run in (1, 2) for law in PAPER_MODELS}
+    else:  # an unforeseen one ends the record
+        assert len(missed) == 1 and tree.attrs["verdict"] == "fail"
+
+
+def test_what_is_given_of_parameters_reaches_the_product_and_table_2(job, caplog):
+    given = {"winkler": {"c": {"expr": "3e-3*k"}}, "hunt_crossley": {"k": {"value": 5e6, "vary": False}}}
+    with caplog.at_level("INFO", "freerock"):
+        tree = job(options={"parameters": given})
+    fits = {(run, model): fit for run, model, fit in fits_of(tree)}
+    for run in (1, 2):
+        tied, fixed = fits[run, "winkler"], fits[run, "hunt_crossley"]
+        assert tied["vary"].values.tolist() == [1, 0, 1, 1] and tied["expr"].values[1] == "3e-3*k"
+        np.testing.assert_allclose(tied["value"].values[1], 3e-3 * tied["value"].values[0])
+        assert fixed["value"].values[0] == 5e6 and fixed["n_parameters"] == 3
+        judged = tree[f"run_{run}/choice"].dataset["n_freed"]
+        for model in ("winkler", "winkler_pivoting", "hunt_crossley"):
+            assert judged.sel(candidate=model) == 3
+    parameters = parameters_table([tree])
+    table = table2(populations_table(parameters, contributions_table([tree])), parameters)
+    rows = {(row.model, row.parameter): row for row in table.itertuples()}
+    assert rows["winkler", "c"].given == "tied: 3e-3*k" and rows["hunt_crossley", "k"].given == "fixed"
+    assert rows["hunt_crossley", "k"].n_runs == 2
+    text = table2_text(table)["Identified"]
+    assert text.str.contains("(tied)", regex=False).sum() == 1
+    assert "5.00·10⁶ (fixed)" in text.tolist()
+    assert "[[Variables]]" in caplog.text and "(fixed)" in caplog.text
 
 
 def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):

@@ -7,19 +7,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from freerock.identification.candidates import BY_DEFAULT
-from freerock.identification.disturbance import find_disturbance
-from freerock.identification.doubts import UNEXPLAINED, doubts_about
-from freerock.identification.identified import Identified
-from freerock.identification.ladder import identify_run
 from freerock.identification.settings import FitSettings
 from freerock.identification.swings import tops_of
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
-from freerock.virtual_lab import mishaps
+from freerock.selection.disturbance import find_disturbance
+from freerock.selection.doubts import UNEXPLAINED, doubts_about
+from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.identified import Identified
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking
+from freerock_bench import moves as mishaps
 
 BLOCK, ANGLE, _ = CONFIGURATIONS["config2"]
 SIGMA = math.radians(0.01)
@@ -101,11 +101,11 @@ def test_other_causes_are_told_only_where_none_is_known():
 
 
 def test_a_run_that_is_explained_or_was_not_fitted_gives_no_doubt():
-    motion, ladder = run(free_rocking), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
-    explained = identify_run(BLOCK, motion, ladder)
+    motion, hypotheses = run(free_rocking), replace(BY_DEFAULT, models=("hunt_crossley",), kinematics=())
+    explained = identify_run(BLOCK, motion, hypotheses)
     assert explained.explained
     for whole in (explained, Identified()):
-        assert doubts_about(Verdict(), BLOCK, motion, whole, ladder) == []
+        assert doubts_about(Verdict(), BLOCK, motion, whole, hypotheses) == []
 
 
 def test_what_is_hardly_more_than_noise_is_not_searched():

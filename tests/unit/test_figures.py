@@ -19,9 +19,9 @@ from freerock import figures
 from freerock.arrays import extremes
 from freerock.config.campaign import Figure as Figures
 from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
-from freerock.identification.predict import PREDICTIONS
 from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
+from freerock.populations.predict import PREDICTIONS
 from freerock.products.groups import runs_of
 from freerock.tables.text import quantity
 from freerock.tables.tidy import choice_table, epsilon_table, restitution_table, runs_table

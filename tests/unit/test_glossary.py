@@ -9,9 +9,10 @@ from freerock.config.campaign import CampaignFile, ConfigFile
 from freerock.config.record import Record
 from freerock.config.scene import Scene
 from freerock.config.values import section_in
-from freerock.identification import plan, plan_total, population, predict
 from freerock.models.block import Block
 from freerock.models.laws import LAWS
+from freerock.planning import plan, plan_total
+from freerock.populations import population, predict
 from freerock.products.names import VARIABLES
 from freerock.tables import candidates, populations, recovered, restitution, restitution_law, summary, tidy
 

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.as_measured import as_measured
-from freerock.identification.candidates import BY_DEFAULT, Ladder
-from freerock.identification.doubts import doubts_about_noise
 from freerock.identification.fit import fit_run
-from freerock.identification.hints import hints_for, mirrored
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.published import BLOCKS, TABLE_2
 from freerock.rotation.beam import displaced, turned
@@ -18,6 +15,9 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
+from freerock.selection.doubts import doubts_about_noise
+from freerock.selection.hints import hints_for, mirrored
+from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
 
 BLOCK = BLOCKS["config2"]
 THETA0, SIGMA, RATE_HZ = math.radians(8), math.radians(0.01), 1000.0
@@ -92,11 +92,11 @@ def test_a_law_without_the_rule_is_left_out_where_another_is_left():
     free = {name: law.free for name, law in LAWS.items()}
     asked = ("winkler", "hunt_crossley", "general")
     options = {"debonding": "tensionless"}
-    found = Ladder(asked, ("guided", "pivoting"), free, options).candidates
+    found = Hypotheses(asked, ("guided", "pivoting"), free, options).candidates
     assert found == tuple(
-        name for name in Ladder(asked, ("guided", "pivoting"), free).candidates if "general" not in name
+        name for name in Hypotheses(asked, ("guided", "pivoting"), free).candidates if "general" not in name
     )
-    assert Ladder(("general",), (), free, options).candidates == ("general",)
+    assert Hypotheses(("general",), (), free, options).candidates == ("general",)
 
 
 def test_a_run_without_a_rest_says_that_its_errors_know_less():

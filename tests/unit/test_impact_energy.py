@@ -10,19 +10,19 @@ from scipy.integrate import solve_ivp
 from scipy.stats import t
 
 from freerock.identification.fit import fit_record
-from freerock.identification.impact_energy import impact_energy
 from freerock.identification.model_discrepancy import Part
-from freerock.identification.sensitivity import contributions
 from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
+from freerock.populations.impact_energy import impact_energy
+from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
-from freerock.studies.virtual_run import Truth, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.virtual_run import Truth, virtual_motion
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
 SIGMA = math.radians(0.01)

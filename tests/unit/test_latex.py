@@ -68,7 +68,7 @@ def test_numbers_are_macros_of_letters_alone(datasets):
     of_records = (populations["level"] == "record").sum() + len(epsilon[["test", "model"]].drop_duplicates())
     assert len(set(names)) == len(names) == 2 + of_records + len(tidy["parameters"]) + 2 * len(epsilon)
     assert r"\newcommand{\frRuns}{9}" in lines
-    assert r"\newcommand{\frBOneMarbleHousnerR}{0.957}" in lines
+    assert r"\newcommand{\frBOneMarbleHousnerR}{0.95700 $\pm$ 0.00085}" in lines
     assert r"\newcommand{\frBOneMarbleRunOneHousnerR}{0.9570 $\pm$ 0.0027}" in lines
     k = r"(6.880 $\pm$ 0.027)$\cdot$10$^{6}$ N m$^{-2}$"  # √5 times 0.012, the noise alone
     assert rf"\newcommand{{\frBOneMarbleRunTwoHuntCrossleyK}}{{{k}}}" in lines

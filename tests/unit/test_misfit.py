@@ -8,9 +8,9 @@ from scipy.interpolate import CubicSpline
 
 from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
-from freerock.identification.misfit import CELLS, FINER, between_cells, cubic_spline, misfit_map
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
+from freerock.populations.misfit import CELLS, FINER, between_cells, cubic_spline, misfit_map
 
 BLOCK = Block(0.28, 0.07, 5.84)
 VALUES = {"k": 6.88e6, "lambda": 1.30e8, "theta0": math.radians(10), "t0": 0.0}

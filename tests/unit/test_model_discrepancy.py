@@ -17,9 +17,9 @@ from freerock.identification.model_discrepancy import (
 )
 from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
-from freerock.studies.imperfect import on_bed
-from freerock.studies.virtual_run import RATE_HZ, Truth, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock_bench.imperfect import on_bed
+from freerock_bench.virtual_run import RATE_HZ, Truth, virtual_motion
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]
 SOIL = FOUNDATIONS["aerstop"]

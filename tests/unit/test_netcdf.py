@@ -128,6 +128,7 @@ def made_up_fit(model, **changes):
         "success": True,
         "message": "converged",
         "impacts": made_up_impacts(),
+        "result": None,
         "diagnostics": {"rtol": 1e-8, "evaluations": 80.0},
         "contributions": Contributions.held(INPUTS, np.full((n, len(INPUTS)), 0.2)),
         "energies": made_up_energies() if law_of(model).is_foundation else None,

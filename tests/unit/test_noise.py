@@ -7,9 +7,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from freerock.identification.choice import LEVEL
 from freerock.identification.likelihood import likelihood
-from freerock.identification.noise import against_rest, noise_of
+from freerock.identification.noise import LEVEL, against_rest, noise_of
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise

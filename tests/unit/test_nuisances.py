@@ -13,17 +13,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from freerock.errors import FreerockError
-from freerock.identification.candidates import BY_DEFAULT
-from freerock.identification.fit import evidence, fit_run
-from freerock.identification.ladder import identify_run
-from freerock.identification.minimizer import legal
-from freerock.identification.scene_notes import pulled_inputs
+from freerock.identification.fit import fit_run
+from freerock.identification.least_squares import legal
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
+from freerock.selection.choice import evidence
+from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.scene_notes import pulled_inputs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)
@@ -99,7 +100,7 @@ def test_a_law_explains_a_run_whose_inputs_are_wrong_by_their_uncertainty(seed):
     _, motion = measured(seed)
     found = identify_run(BLOCK, motion, BY_DEFAULT)
     choice = found.choice(BY_DEFAULT)
-    assert (choice.selected, choice.explained, found.scene) == ("housner", True, ())
+    assert (choice.selected, choice.explained, found.widened) == ("housner", True, ())
     fit = found.fits["housner"]
     assert fit.contributions is not None
     total = fit.contributions.total(fit.stderr)
@@ -179,7 +180,7 @@ def test_the_numbers_of_every_fit_are_those_of_lmfit(monkeypatch):
     held = fit_run("winkler", BLOCK, replace(motion, laboratory=None))
     assert held.result.params["k"].value == pytest.approx(held.values["k"], rel=1e-12)
     assert held.result.params["c"].value == pytest.approx(held.values["c"], rel=1e-12)
-    assert held.result.var_names == ["ln_k", "ln_c_per_k", "theta0", "t0"]
+    assert held.result.var_names == ["k", "c", "theta0", "t0"]
 
     def refuse(*_, **__):
         raise FreerockError("lmfit", "refused", "none")

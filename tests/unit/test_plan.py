@@ -12,12 +12,12 @@ from freerock.config.mistakes import ConfigError
 from freerock.errors import FreerockError
 from freerock.figures.plan import draw
 from freerock.figures.style import save
-from freerock.identification.cramer_rao import standard_errors
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan
-from freerock.identification.plan_campaign import plan_campaign
 from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
+from freerock.planning.cramer_rao import standard_errors
+from freerock.planning.plan import CASE, COLUMNS, Choices, Sensor, Setup, plan
+from freerock.planning.plan_campaign import plan_campaign
 from freerock.rotation.beam import displacement_from_rotation
 from freerock.rotation.calibration import Calibration
 from freerock.rotation.sensor import Laser

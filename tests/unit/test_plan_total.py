@@ -11,12 +11,12 @@ from freerock.config.mistakes import ConfigError
 from freerock.figures.plan import draw_totals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import COLUMNS, Choices, Sensor, Setup, plan
-from freerock.identification.plan_campaign import plan_campaign
-from freerock.identification.plan_total import ALL, BUDGET, TOTALS, plan_budget, plan_totals
-from freerock.identification.sensitivity import contributions
 from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver, simulate_theta
+from freerock.planning.plan import COLUMNS, Choices, Sensor, Setup, plan
+from freerock.planning.plan_campaign import plan_campaign
+from freerock.planning.plan_total import ALL, BUDGET, TOTALS, plan_budget, plan_totals
+from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from freerock.identification.estimate import Estimate
-from freerock.identification.predict import PREDICTIONS, predictions
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
+from freerock.populations.predict import PREDICTIONS, predictions
 from freerock.runs.motion import Motion
 
 BLOCKS = {"a": Block(0.28, 0.07, 5.84), "b": Block(0.14, 0.07, 2.98)}

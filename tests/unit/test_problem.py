@@ -47,6 +47,20 @@ def test_fitted_numbers_are_the_parameters_in_another_unit(model):
     assert not posed_for.at_bound(x).any()
 
 
+def test_central_steps_make_no_edges_of_a_radius_below_zero():
+    """Of a stiff bed and a small angle such edges bear nothing: a division by no length."""
+    small = motion(theta0=9e-4)
+    posed_for = posed("hunt_crossley", [BLOCK], [small], FitSettings(free=("edge_radius", "theta0", "t0")))
+    values = {"k": 5e10, "lambda": 1e11, "edge_radius": 0.0, "theta0": 9e-4, "t0": 0.0}
+    x, samples = posed_for.start_at(values), posed_for.samples()
+    at = posed_for.names.index("edge_radius")
+    x[at] = 0.0
+    both = posed_for.jacobian(x, samples, central=True), posed_for.jacobian(x, samples)
+    assert np.isfinite(both[0]).all()
+    assert np.array_equal(both[0][:, at], both[1][:, at])
+    assert not np.array_equal(both[0][:, 0], both[1][:, 0])
+
+
 def test_runs_share_the_law_and_keep_their_own_release():
     joint = problem(n_runs=2, free=("theta0", "t0", "width"))
     assert joint.names == ("k", "lambda", "width", "theta0_1", "t0_1", "theta0_2", "t0_2")

@@ -47,7 +47,7 @@ def test_nothing_is_loaded_before_it_is_used():
 
 
 def test_a_name_does_not_depend_on_what_was_imported_before():
-    code = "import freerock.rotation.rotation, freerock.models.simulate, freerock.identification.plan; "
+    code = "import freerock.rotation.rotation, freerock.models.simulate, freerock.planning.plan; "
     code += "import freerock; "
     assert python(f"{code} print(all(callable(getattr(freerock, n)) for n in freerock.__all__))") == "True"
 

@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 
 from freerock.config.campaign import load_campaign
-from freerock.figures.studies.paper import draw
 from freerock.figures.style import save
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.models.laws import MODELS
 from freerock.models.published import TABLE_2, TABLE_3
 from freerock.models.simulate import simulate_theta
-from freerock.studies.paper import COLUMNS, run
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.figures.paper import draw
+from freerock_bench.paper import COLUMNS, run
 
 pytestmark = pytest.mark.slow
 

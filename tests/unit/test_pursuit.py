@@ -12,8 +12,8 @@ from freerock.identification.pursuit import MOVED, WITHIN, pursue, resolved
 from freerock.identification.search import as_exact, follow
 from freerock.identification.settings import FitSettings
 from freerock.models.laws import MODELS
-from freerock.studies.virtual_run import Truth, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.virtual_run import Truth, virtual_motion
 
 BLOCK, _, _ = CONFIGURATIONS["config3"]
 CALM = Truth("winkler", BLOCK, {"k": 3e7, "c": 3e5}, 0.3, math.radians(0.01))

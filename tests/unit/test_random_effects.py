@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from freerock.identification.random_effects import common_spread, population
+from freerock.populations.random_effects import common_spread, population
 
 
 def test_equal_noise_gives_the_intervals_of_a_sample():

@@ -21,7 +21,7 @@ def test_the_files_that_are_damaged_are_read_when_whole(tmp_path, kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_damaged_files_are_read_or_refused(tmp_path, kind, monkeypatch):
-    """`benchmarks/fuzz.py` does the same with more files, under limits of memory and time."""
+    """`freerock_bench/fuzz.py` does the same with more files, under limits of memory and time."""
     monkeypatch.setattr("freerock.records.hdf5.walked", walked_by_a_fork)
     refused = 0
     with warnings.catch_warnings(action="error"):

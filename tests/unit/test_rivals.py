@@ -10,9 +10,9 @@ from freerock.errors import FreerockError
 from freerock.figures.plan import draw_rivals
 from freerock.figures.style import save
 from freerock.identification.fit import fit_run
-from freerock.identification.plan import CASE, RIVALS, Choices, Sensor, Setup, plan, plan_rivals
-from freerock.identification.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.models.laws import LAWS, PAPER_MODELS
+from freerock.planning.plan import CASE, RIVALS, Choices, Sensor, Setup, plan, plan_rivals
+from freerock.planning.rivals import Rival, best_rival, expected_motion, rivals_of
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
 from freerock.tables.plan import rivals_text

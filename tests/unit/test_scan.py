@@ -20,9 +20,9 @@ from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion
-from freerock.studies.success import demanding
-from freerock.studies.virtual_run import Truth, drawn_run, virtual_motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench.success import demanding
+from freerock_bench.virtual_run import Truth, drawn_run, virtual_motion
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 TIME = np.arange(0, 4, 1e-3)

@@ -10,17 +10,11 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.identification.as_measured import as_measured
-from freerock.identification.candidates import BY_DEFAULT
 from freerock.identification.diagnosis import ASKED, asks_for, blur_of, off_zero
-from freerock.identification.doubts import doubts_about
-from freerock.identification.fit import evidence, fit_record, fit_run
-from freerock.identification.ladder import identify_run, identify_runs
-from freerock.identification.later_swings import asked_later, law_suffices
+from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.nuisances import at_end
 from freerock.identification.problem import posed
-from freerock.identification.scene_notes import edges_alike
-from freerock.identification.scenes import BOTH
-from freerock.identification.settings import FitSettings, check, freed
+from freerock.identification.settings import FitSettings, check
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
 from freerock.rotation.response import moments
@@ -28,9 +22,15 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Verdict
-from freerock.virtual_lab import mishaps
+from freerock.selection.choice import evidence
+from freerock.selection.doubts import doubts_about
+from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
+from freerock.selection.hypothesis_search import identify_run, identify_runs
+from freerock.selection.later_swings import asked_later, law_suffices
+from freerock.selection.scene_notes import explains_as_well
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking
+from freerock_bench import moves as mishaps
 
 BLOCK, ANGLE, _ = CONFIGURATIONS["config3"]
 SIGMA = math.radians(0.006)
@@ -52,8 +52,8 @@ def tilted(degrees, **how):
     return run(mishaps.off_level(math.radians(degrees)), **how)
 
 
-def notes(motion, found, ladder=PLAIN):
-    return doubts_about(Verdict(), BLOCK, motion, found, ladder)
+def notes(motion, found, hypotheses=PLAIN):
+    return doubts_about(Verdict(), BLOCK, motion, found, hypotheses)
 
 
 @pytest.mark.parametrize("foundation", FOUNDATIONS)
@@ -62,7 +62,7 @@ def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation,
     motion = tilted(degrees, foundation=foundation)
     found = identify_run(BLOCK, motion, PLAIN)
     choice = found.choice(PLAIN)
-    assert (choice.selected, choice.explained, found.scene) == ("hunt_crossley", True, ("tilt",))
+    assert (choice.selected, choice.explained, found.widened) == ("hunt_crossley", True, ("tilt",))
     fit = found.fits["hunt_crossley"]
     assert fit.n_parameters == choice.judged[0].evidence.n_freed == 5
     truth = {**FOUNDATIONS[foundation], "tilt": math.radians(degrees)}
@@ -86,7 +86,7 @@ def test_without_the_tilt_the_law_would_be_far_off():
 def test_a_tilt_that_hides_in_the_noise_is_asked_for_and_only_noted():
     motion = tilted(0.012)
     found = identify_run(BLOCK, motion, PLAIN)
-    assert found.scene == ("tilt",)
+    assert found.widened == ("tilt",)
     (note,) = notes(motion, found)
     assert (note.verdict, note.name) == ("ok", "off_level") and "level it" not in note.text
 
@@ -95,7 +95,7 @@ def test_a_tilt_that_hides_in_the_noise_is_asked_for_and_only_noted():
 def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
     motion = run(free_rocking, foundation)
     found = identify_run(BLOCK, motion, PLAIN)
-    assert found.explained and found.scene == () and notes(motion, found) == []
+    assert found.explained and found.widened == () and notes(motion, found) == []
     fit = found.fits["hunt_crossley"]
     problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
     assert asks_for(at_end(problem, fit.values, None)) == ()
@@ -106,7 +106,7 @@ def test_a_level_base_and_a_good_release_are_taken_for_granted(foundation):
 def test_a_push_is_found_as_another_release(rate, late):
     motion = run(mishaps.pushed(rate))
     found = identify_run(BLOCK, motion, PLAIN)
-    assert (found.explained, found.scene) == (True, ("release",))
+    assert (found.explained, found.widened) == (True, ("release",))
     fit = found.fits["hunt_crossley"]
     assert abs(fit.values["k"] - FOUNDATIONS["aerstop"]["k"]) < 4 * fit.stderr[0]
     assert fit.n_parameters == 4
@@ -125,7 +125,7 @@ def test_a_block_that_was_let_go_lower_than_it_was_held_was_held_back():
     motion = run(free_rocking, theta0=0.97 * ANGLE)
     found = identify_run(BLOCK, motion, PLAIN)
     (note,) = notes(motion, found)
-    assert found.scene == ("release",)
+    assert found.widened == ("release",)
     assert (note.verdict, note.name) == ("warn", "held_back")
     let_go = float(re.search(r"from rest at (\S+) degrees instead of 20\.000", note.text)[1])
     assert let_go == pytest.approx(19.4, abs=0.01)
@@ -137,10 +137,10 @@ def test_a_tilt_is_found_under_worn_corners_too():
     theta = moves(Scene("housner", worn, {"r": 0.9}), SINCE, State(0.0, 0.0, ANGLE, 0.0)).theta
     noise = SIGMA * np.random.default_rng(6).standard_normal(SINCE.size)
     motion = Motion(SINCE, theta + noise, SIGMA, ANGLE, 1e-5, 2e-4)
-    ladder = replace(BY_DEFAULT, models=("housner",))
-    found = identify_run(BLOCK, motion, ladder)
-    choice = found.choice(ladder)
-    assert (choice.selected, choice.explained) == ("housner_width", True) and "tilt" in found.scene
+    hypotheses = replace(BY_DEFAULT, models=("housner",))
+    found = identify_run(BLOCK, motion, hypotheses)
+    choice = found.choice(hypotheses)
+    assert (choice.selected, choice.explained) == ("housner_width", True) and "tilt" in found.widened
     fit = found.fits["housner_width"]
     truth = {"r": 0.9, "width": worn.contact_width_m, "tilt": tilt}
     for name, value in truth.items():
@@ -165,7 +165,7 @@ def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation,
     motion = rounded(radius, foundation)
     found = identify_run(BLOCK, motion, PLAIN)
     choice = found.choice(PLAIN)
-    assert (choice.selected, choice.explained, found.scene) == ("hunt_crossley", True, ("edges",))
+    assert (choice.selected, choice.explained, found.widened) == ("hunt_crossley", True, ("edges",))
     fit = found.fits["hunt_crossley"]
     assert fit.n_parameters == choice.judged[0].evidence.n_freed == 5
     for name, value in {**FOUNDATIONS[foundation], "edge_radius": radius}.items():
@@ -193,10 +193,11 @@ def hardly_rounded(seed):
 def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
-    assert (found.scene, found.edge_radii_alike, found.sharp_alike) == (("edges",), {}, True)
+    assert found.widened == ("edges",)
+    assert {*found.alternatives} == {Hypothesis("hunt_crossley")}
     named, alike = notes(motion, found)
     assert (named.name, named.verdict) == (alike.name, alike.verdict) == ("rounded_edges", "warn")
-    assert alike.text == "sharp edges explain the run as well, with another k: measure them"
+    assert alike.text.startswith("Hunt–Crossley with sharp edges explains the run as well, with k -")
     fit = found.fits["hunt_crossley"]
     for name, value in {**FOUNDATIONS["aerstop"], "edge_radius": 7e-4}.items():
         at = fit.parameters.index(name)
@@ -207,18 +208,24 @@ def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(see
 def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
-    (radius,) = found.edge_radii_alike.values()
-    assert found.scene == () and radius == pytest.approx(7e-4, rel=0.1)
+    ((other, fit),) = found.alternatives.items()
+    assert found.widened == () and other == Hypothesis("hunt_crossley", ("edges",))
+    radius = fit.values["edge_radius"]
+    assert radius == pytest.approx(7e-4, rel=0.1)
     (note,) = notes(motion, found)
     assert (note.verdict, note.name) == ("warn", "rounded_edges")
-    told = f"edges rounded by {1e3 * radius:.2f} mm explain the run as well"
-    assert note.text == f"{told}, with another k: measure them"
+    assert note.text.startswith(
+        f"Hunt–Crossley with edges rounded by {1e3 * radius:.2f} mm explains the run as well, with k +"
+    )
 
 
-def test_edges_too_small_to_move_k_by_much_are_not_told_beside_sharp_ones():
-    least = 0.01 * BLOCK.b
-    assert edges_alike(0.0, BLOCK) == edges_alike(0.99 * least, BLOCK) == []
-    assert len(edges_alike(1.01 * least, BLOCK)) == 1
+def test_an_alternative_with_the_same_k_is_not_reported():
+    motion = hardly_rounded(0)
+    found = identify_run(BLOCK, motion, PLAIN)
+    ((other, as_well),), fit = found.alternatives.items(), found.fits["hunt_crossley"]
+    alike = replace(as_well, value=np.append(fit.value[0], as_well.value[1:]))
+    assert [*explains_as_well(other, alike, fit)] == []
+    assert len([*explains_as_well(other, as_well, fit)]) == 1
 
 
 @pytest.mark.slow
@@ -230,7 +237,7 @@ def test_rounded_edges_are_not_taken_for_another_contact_width():
         assert not evidence(fit_run("hunt_crossley", BLOCK, motion)).explains
         assert evidence(narrower).explains and narrower.values["k"] < 0.96 * FOUNDATIONS["marble"]["k"]
         found = identify_run(BLOCK, motion, WIDTH)
-        assert (found.choice(WIDTH).selected, found.scene) == ("hunt_crossley", ("edges",))
+        assert (found.choice(WIDTH).selected, found.widened) == ("hunt_crossley", ("edges",))
         fit = found.fits["hunt_crossley"]
         for name, value in {**FOUNDATIONS["marble"], "edge_radius": 1e-3}.items():
             at = fit.parameters.index(name)
@@ -242,11 +249,11 @@ def test_rounded_edges_are_not_taken_for_another_contact_width():
 def test_where_neither_does_better_width_and_edges_are_both_told():
     motion = rounded(1e-3, sigma=24 * SIGMA)
     found = identify_run(BLOCK, motion, WIDTH)
-    of_edges, of_both = notes(motion, found, WIDTH)
-    assert of_edges.name == of_both.name == "rounded_edges"
-    assert of_both.verdict == "warn"
-    assert of_both.text == (
-        "another contact width and rounded edges explain the run alike, each with its own k: measure both"
+    chosen, (other,) = found.choice(WIDTH).selected, found.alternatives.keys()
+    pair = {("hunt_crossley_width", ()), ("hunt_crossley", ("edges",))}
+    assert {(chosen, found.widened), other} == pair
+    assert [note.name for note in notes(motion, found, WIDTH)].count("rounded_edges") == 1 + (
+        "edges" in found.widened
     )
 
 
@@ -256,7 +263,7 @@ def test_a_narrower_contact_is_not_taken_for_rounded_edges(fraction, louder):
     worn = replace(BLOCK, contact_width_m=fraction * BLOCK.width_m)
     motion = run(free_rocking, "marble", sigma=louder * SIGMA, block=worn)
     found = identify_run(BLOCK, motion, WIDTH)
-    assert (found.choice(WIDTH).selected, found.scene) == ("hunt_crossley_width", ())
+    assert (found.choice(WIDTH).selected, found.widened) == ("hunt_crossley_width", ())
     assert notes(motion, found, WIDTH) == []
     fit = found.fits["hunt_crossley_width"]
     for name, value in {**FOUNDATIONS["marble"], "width": worn.contact_width_m}.items():
@@ -272,11 +279,11 @@ def test_a_narrower_contact_is_found_where_pivoting_corners_pass_for_noise():
     theta = as_measured("hunt_crossley", worn, {**parameters, "theta0": 0.6 * angle}, time_s, None)
     theta = theta + sigma * np.random.default_rng(3).standard_normal(time_s.size)
     motion = Motion(time_s, theta, sigma, 0.6 * angle, 1e-5, 2e-4)
-    ladder = replace(PLAIN, kinematics=("guided", "pivoting"))
+    hypotheses = replace(PLAIN, kinematics=("guided", "pivoting"))
     pivoting = fit_run("hunt_crossley_pivoting", slender, motion)
     assert evidence(pivoting).explains and abs(pivoting.values["k"] / parameters["k"] - 1) > 0.01
-    found = identify_run(slender, motion, ladder)
-    assert (found.choice(ladder).selected, found.scene) == ("hunt_crossley_width", ())
+    found = identify_run(slender, motion, hypotheses)
+    assert (found.choice(hypotheses).selected, found.widened) == ("hunt_crossley_width", ())
     fit = found.fits["hunt_crossley_width"]
     for name, value in {**parameters, "width": worn.contact_width_m}.items():
         at = fit.parameters.index(name)
@@ -291,12 +298,13 @@ def test_with_sharp_edges_the_law_would_be_far_off_and_pass_for_noise():
 
 
 def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
-    freeing = BY_DEFAULT.freeing(("edges",))
-    assert "edge_radius" not in freeing.free["housner"] and "edge_radius" in freeing.free["winkler"]
-    assert "edge_radius" in freed("winkler", freeing.free["winkler"])
-    assert "edge_radius" not in freed("winkler_pivoting", freeing.free["winkler"])
+    assert BY_DEFAULT.of("winkler", ("edges",)).widened == ("edges",)
+    assert "edge_radius" in BY_DEFAULT.settings("winkler", ("edges",)).free
+    for model in ("housner", "winkler_pivoting"):
+        assert BY_DEFAULT.of(model, ("edges",)).widened == ()
+        assert "edge_radius" not in BY_DEFAULT.settings(model, ("edges",)).free
     tensionless = replace(BY_DEFAULT, options={"debonding": "tensionless"})
-    assert tensionless.freeing(("edges",)) == tensionless
+    assert tensionless.of("winkler", ("edges",)).widened == ()
     with pytest.raises(FreerockError) as error:
         check("housner", [BLOCK], FitSettings(("edge_radius",)))
     assert str(error.value) == ("fits.free.housner: a rigid block has no rounded edges; remove edge_radius")
@@ -311,13 +319,13 @@ def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
 def test_neither_takes_up_a_blow():
     for at in (0.3, 0.5):
         found = identify_run(BLOCK, run(mishaps.hit(at, 0.2), "marble"), PLAIN)
-        assert not found.explained and found.scene == ()
+        assert not found.explained and found.widened == ()
 
 
 def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
     motions = {1: tilted(0.1), 2: tilted(0.1, seed=4), 3: run(mishaps.pushed(-0.15))}
     found = identify_runs(BLOCK, motions, PLAIN)
-    assert [each.scene for each in found.values()] == [("tilt",), ("tilt",), ("release",)]
+    assert [each.widened for each in found.values()] == [("tilt",), ("tilt",), ("release",)]
     for each in found.values():
         fit = each.fits["hunt_crossley"]
         assert fit.epsilon_holdout_runs < 3 * fit.epsilon_theta
@@ -325,7 +333,7 @@ def test_each_run_is_held_against_the_others_with_its_own_tilt_and_release():
 
 def test_a_joint_fit_has_one_tilt_for_all_its_runs():
     motions = [tilted(0.1), tilted(0.1, seed=4)]
-    settings = PLAIN.freeing(("tilt",)).settings("hunt_crossley")
+    settings = PLAIN.settings("hunt_crossley", ("tilt",))
     alone = [fit_run("hunt_crossley", BLOCK, motion, settings) for motion in motions]
     joint = fit_record("hunt_crossley", BLOCK, motions, settings, start=alone[0].values)
     assert joint.parameters == ("k", "lambda", "tilt", "theta0_1", "t0_1", "theta0_2", "t0_2")
@@ -336,13 +344,12 @@ def test_a_joint_fit_has_one_tilt_for_all_its_runs():
 
 def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
     paper = replace(PLAIN, free=dict.fromkeys(LAWS, ()))
-    assert paper.freeing(("release", "tilt")) == paper
+    assert paper.of("hunt_crossley", ("release", "tilt")).widened == ()
     found = identify_run(BLOCK, tilted(0.1), paper)
-    assert not found.explained and found.scene == ()
+    assert not found.explained and found.widened == ()
     per_impact = replace(PLAIN, free={**PLAIN.free, "housner": ("theta0", "t0", "r_per_impact")})
-    freeing = per_impact.freeing(("tilt",))
-    assert "tilt" not in freeing.free["housner"] and "tilt" in freeing.free["winkler"]
-    assert freeing.freeing(("tilt",)) == freeing
+    assert per_impact.of("housner", ("tilt",)).widened == ()
+    assert per_impact.settings("winkler", ("tilt",)).free == ("theta0", "t0", "tilt")
 
 
 @pytest.mark.parametrize("seed", [3, 4])
@@ -350,7 +357,9 @@ def test_what_is_freed_already_or_held_as_in_the_paper_is_not_asked_for():
 def test_a_brake_is_no_tilt_to_the_later_swings_and_a_tilt_beside_a_push_is(foundation, seed):
     def asked(moves):
         motion = run(moves, foundation, seed)
-        fit = fit_record("hunt_crossley", BLOCK, [motion], PLAIN.freeing(BOTH).settings("hunt_crossley"))
+        fit = fit_record(
+            "hunt_crossley", BLOCK, [motion], PLAIN.settings("hunt_crossley", ("release", "tilt"))
+        )
         return asked_later(BLOCK, motion, PLAIN.settings("hunt_crossley"), fit)
 
     def tilted_and_pushed(scene, since, start):
@@ -418,8 +427,8 @@ def test_the_blur_is_that_of_the_mean_to_first_order():
 @pytest.mark.parametrize("seed", [3, 4])
 def test_the_law_alone_suffices_to_later_swings_of_a_brake_and_not_of_worn_corners(seed):
     def suffices(motion):
-        freeing = PLAIN.freeing(("release",))
-        fit = fit_record("hunt_crossley_width", BLOCK, [motion], freeing.settings("hunt_crossley_width"))
+        settings = PLAIN.settings("hunt_crossley_width", ("release",))
+        fit = fit_record("hunt_crossley_width", BLOCK, [motion], settings)
         return law_suffices(BLOCK, motion, PLAIN.settings, fit)
 
     worn = replace(BLOCK, contact_width_m=0.97 * BLOCK.width_m)

@@ -7,13 +7,13 @@ from pathlib import Path
 from openpyxl import load_workbook
 
 from freerock.config.campaign import load_campaign
-from freerock.identification.candidates import candidates
 from freerock.identification.fit import fit_run
 from freerock.records.read import read_record
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import motion_of
 from freerock.runs.segment import find_runs
+from freerock.selection.hypotheses import candidates
 from freerock.virtual_lab import workbook
 
 ROOT = Path(__file__).parents[2]

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock.identification.candidates import BY_DEFAULT
-from freerock.identification.choice import choose
-from freerock.identification.doubts import doubts_about
-from freerock.identification.fit import evidence, fit_run
-from freerock.identification.identified import Identified
+from freerock.identification.fit import fit_run
 from freerock.models.block import Block
 from freerock.products.netcdf import open_fits, write_fits
 from freerock.report.evidence import scenes_of
 from freerock.runs.verdict import Verdict
-from freerock.studies.virtual_run import Truth, virtual_motion
+from freerock.selection.choice import choose, evidence
+from freerock.selection.doubts import doubts_about
+from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.identified import Identified
 from freerock.tables.candidates import candidates_table
 from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, runs_table
+from freerock_bench.virtual_run import Truth, virtual_motion
 
 NOMINAL = Block(0.28, 0.07, 5.84)
 WORN = replace(NOMINAL, contact_width_m=0.91 * NOMINAL.width_m)

@@ -44,7 +44,7 @@ import atexit, os, sys
 
 def dump():
     script = os.path.basename(sys.argv[0]).split(".", 1)[-1]
-    modules = [module for name, module in sys.modules.items() if name.split(".")[0] == "freerock"]
+    modules = [module for name, module in sys.modules.items() if name.startswith("freerock")]
     with open(os.path.join(os.environ["TRACE"], script + str(os.getpid())), "w") as out:
         out.write("\\n".join(module.__file__ for module in modules))
 

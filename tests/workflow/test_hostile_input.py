@@ -4,12 +4,17 @@ import ast
 import csv
 import re
 
+import lmfit
 import numpy as np
 import pytest
 from small_campaign import COLUMNS, ROOT, check_out, simulated
 
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
+from freerock.identification.least_squares import in_words_of_lmfit
+from freerock.identification.settings import FitSettings, check
+from freerock.models.block import Block
+from freerock.models.given import arithmetic, evaluated
 from freerock.records.read import read_record
 from freerock.virtual_lab.tdms import write_record
 
@@ -30,6 +35,7 @@ LINES = f"""\
 good,"{FILE.replace('"', '""')}",,squat,mat,low,,,,+1+1 {SCRIPT}
 out,"{FILE.replace('"', '""')}",,squat,mat,low,record,,=HYPERLINK("x") {SCRIPT},-1
 """.replace('HYPERLINK("x")', "HYPERLINK('x')")
+ONLY_EXPR = "identification/least_squares.py"
 FORBIDDEN = {"eval", "exec", "__import__", "system", "popen"}
 UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "joblib", "xmlrpc", "code"}
 
@@ -90,6 +96,109 @@ def test_file_names_that_are_patterns_are_refused(tmp_path):
         load_campaign(tmp_path / "lab.yaml")
 
 
+HOSTILE = [
+    "__import__('os').system('touch pwned')",
+    "open('pwned', 'w')",
+    "k.__class__",
+    "k[0]",
+    "(lambda: k)()",
+    "[k for k in (1,)][0]",
+    "k if k else 1",
+    "k and c",
+    "k < 1",
+    "(k := 1)",
+    "f'{k}'",
+    "'k'",
+    "b'k'",
+    "1j",
+    "True",
+    "None",
+    "...",
+    "+k",
+    "~k",
+    "not k",
+    "k % 2",
+    "k // 2",
+    "k @ k",
+    "k << 9",
+    "k | 1",
+    "exp(k)",
+    "pi",
+    "theta0",
+    "c",
+    "k; k",
+    "k\nimport os",
+    "k # ) \n",
+    "",
+    "*k",
+    "k, k",
+    "{k}",
+    "await k",
+    "9**9**9**9",
+    "(9**9999)**9999",
+    "1e400",
+    "1/0",
+    "(-1)**0.5",
+    "0**-1",
+    "-" * 199 + "(",
+    "(" * 150 + "k" + ")" * 150,
+    "k" + "*k" * 200,
+    "1" * 199 + "k",
+    "\x00",
+    "k\u2028k",
+]
+
+
+@pytest.mark.parametrize("expr", HOSTILE)
+def test_an_expression_that_is_no_arithmetic_of_parameters_is_refused_before_it_is_evaluated(
+    tmp_path, monkeypatch, expr
+):
+    """In the configuration, in Python, and in a file of fits that another has written."""
+    monkeypatch.chdir(tmp_path)
+    refused = r"fits.parameters"
+    with pytest.raises(FreerockError, match=refused):
+        arithmetic(expr, ("k",))
+    given = {"winkler": {"c": {"expr": expr}}}
+    if expr:  # none at all ties nothing
+        with pytest.raises(FreerockError, match=refused):
+            check("winkler", [Block(0.28, 0.07, 5.84)], FitSettings(parameters=given))
+        settings = {
+            "names": ("k", "c"),
+            "values": np.array([6e6, 2e4]),
+            "bounds": (np.zeros(2), np.full(2, 1e9)),
+        }
+        with pytest.raises(FreerockError, match=refused):
+            in_words_of_lmfit(
+                **settings,
+                varied=np.array([True, False]),
+                ties=["", expr],
+                initial=np.ones(2),
+                covariance=np.eye(2),
+            )
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_expression_in_the_configuration_is_refused_in_one_line(tmp_path):
+    (tmp_path / "lab.csv").write_text(COLUMNS + "one,one.tdms,,squat,mat,low,,,,\n")
+    for expr in HOSTILE[:3]:
+        text = YAML + f'fits: {{parameters: {{winkler: {{c: {{expr: "{expr}"}}}}}}}}\n'
+        (tmp_path / "lab.yaml").write_text(text)
+        with pytest.raises(FreerockError, match=r"^[^\n]*lab\.yaml:\d+: fits\.parameters: [^\n]*$"):
+            load_campaign(tmp_path / "lab.yaml")
+    assert not list(tmp_path.rglob("pwned"))
+
+
+@pytest.mark.parametrize(
+    ("expr", "value"),
+    [("k", 3.0), ("-k", -3.0), ("2*k + 1", 7.0), ("(k - 1)/4", 0.5), ("2**k", 8.0), (" k**-1 ", 1 / 3)],
+)
+def test_arithmetic_is_evaluated_alike_by_itself_and_by_lmfit(expr, value):
+    parameters = lmfit.Parameters()
+    parameters.add("k", value=3.0)
+    parameters.add("c", expr=arithmetic(expr, ("k",)))
+    assert parameters["c"].value == pytest.approx(value) == evaluated(expr, {"k": 3.0})
+
+
 class Harmful:
     """Its pickle would make a file when it is read."""
 
@@ -112,7 +221,8 @@ def test_a_pickle_under_any_name_is_not_unpickled(tmp_path, suffix):
 
 
 def test_no_module_evaluates_text_or_unpickles():
-    """In package and scripts: no eval, no pickle, no shell, YAML by the safe reader, no lmfit expr."""
+    """In package and scripts: no eval, no pickle, no shell, YAML by the safe reader. A text reaches lmfit's
+    `expr`, which evaluates it, from `models.given.arithmetic` alone, which refuses all but arithmetic."""
     files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "workflow/scripts").glob("*.py")]
     assert len(files) > 50
     for file in files:
@@ -128,7 +238,9 @@ def test_no_module_evaluates_text_or_unpickles():
             assert bare not in FORBIDDEN and called != "compile", f"{file}:{node.lineno}: {called}"
             assert given.get("shell", "False") == "False", file
             assert given.get("allow_pickle", "False") == "False", file
-            assert "expr" not in given, file
+            if "expr" in given:
+                assert given["expr"].startswith("arithmetic(") and file.as_posix().endswith(ONLY_EXPR), file
+            assert not (bare in ("Interpreter", "asteval", "literal_eval") or "asteval" in called), file
             assert bare not in ("read_pickle", "unsafe_load", "full_load"), file
             if called == "YAML":
                 assert given["typ"] == "'safe'", file

@@ -15,7 +15,7 @@ def test_only_on_demand(finished):
     assert alone.returncode == asked.returncode == 0, alone.stderr + asked.stderr
     assert "study" not in alone.stdout + alone.stderr
     jobs = dict(re.findall(r"^(\w*stud\w*) +(\d+)$", asked.stdout + asked.stderr, re.M))
-    assert jobs == {"study": "17", "figure_study": "16", "studies": "1"}
+    assert jobs == {"study": "18", "figure_study": "17", "studies": "1"}
 
 
 def test_a_study_and_its_figure(checkout):
@@ -27,10 +27,11 @@ def test_a_study_and_its_figure(checkout):
     )
     assert done.returncode == 0, done.stderr
     assert all((checkout / product).stat().st_size > 0 for product in wanted)
-    modules = {"study.py": "studies.model_cost", "figure_study.py": "figures.studies.model_cost"}
+    modules = {"study.py": "model_cost", "figure_study.py": "figures.model_cost"}
     for script, module in modules.items():
         (trace,) = (checkout / "trace").glob(f"{script}*")
-        files = code(ROOT / "workflow/scripts" / script, f"freerock.{module}")
+        files = code(ROOT / "workflow/scripts" / script, f"freerock_bench.{module}")
         declared = {Path(file).relative_to(ROOT) for file in files}
         imported = {Path(file).relative_to(checkout.folder) for file in trace.read_text().split("\n")}
         assert imported <= declared
+        assert Path("src/freerock_bench", *module.split(".")).with_suffix(".py") in imported

@@ -14,6 +14,7 @@ STUDIES = [
     "choice",
     "confusion",
     "discrepancy",
+    "drawn",
     "faults",
     "inputs",
     "scatter",
@@ -48,7 +49,7 @@ rule study:
         "../envs/freerock.yaml"
     threads: workflow.cores  # alone on the machine: it takes times
     params:
-        code=lambda w: code("study", f"freerock.studies.{w.study}"),
+        code=lambda w: code("study", f"freerock_bench.{w.study}"),
         size=config.get("studies", "full"),
     message:
         "study: {wildcards.study}"
@@ -79,7 +80,7 @@ rule figure_study:
         "../envs/freerock.yaml"
     params:
         study=lambda w: w.study,
-        code=lambda w: code("figure_study", f"freerock.figures.studies.{w.study}"),
+        code=lambda w: code("figure_study", f"freerock_bench.figures.{w.study}"),
     message:
         "study: figure of {wildcards.study}"
     script:
@@ -110,7 +111,7 @@ rule figure_atlas:
     params:
         study="stability",
         page=lambda w: [w.page],
-        code=code("figure_study", "freerock.figures.studies.stability"),
+        code=lambda w: code("figure_study", "freerock_bench.figures.stability"),
     message:
         "study: figure of stability, {wildcards.page}"
     script:

@@ -4,8 +4,8 @@ from importlib import import_module
 
 from freerock.jobs.ledger import at_work
 
-with at_work(snakemake, __file__, f"freerock.studies.{snakemake.wildcards.study}"):
+with at_work(snakemake, __file__, f"freerock_bench.{snakemake.wildcards.study}"):
     from freerock.tables.csvfile import write_csv
 
-    study = import_module(f"freerock.studies.{snakemake.wildcards.study}")
+    study = import_module(f"freerock_bench.{snakemake.wildcards.study}")
     write_csv(study.run(snakemake.params.size), snakemake.output.csv)

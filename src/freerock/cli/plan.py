@@ -33,7 +33,7 @@ def run(chosen: Namespace) -> None:
 
     from freerock.figures.plan import draw, draw_rivals, draw_totals
     from freerock.figures.style import save
-    from freerock.identification.plan_campaign import plan_campaign
+    from freerock.planning.plan_campaign import plan_campaign
     from freerock.tables.csvfile import write_csv
     from freerock.tables.plan import plan_text, rivals_text, totals_text
 

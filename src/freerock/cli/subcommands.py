@@ -24,7 +24,6 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",
     "supplement": "pack records, settings, code and products for a paper's supplement",
-    "score": "grade somebody's solutions of the free-rocking benchmark",
     "compare": "show what changed between two analyses of a campaign",
 }
 LOG = "freerock.log"

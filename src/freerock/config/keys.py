@@ -25,6 +25,7 @@ from freerock.config.values import (
     check_name,
 )
 from freerock.models.block import Block
+from freerock.models.given import Given, faults
 from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, MODELS, Law
 
 
@@ -205,6 +206,22 @@ _FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.i
 FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.__doc__, **_FREE_FIELDS)
 
 
+class GivenSection(Section):
+    """What is said of a parameter before the fit, in lmfit's words and SI units."""
+
+    value: Number | None = Field(
+        None, description="its value, where vary is false; else a value to start from, beside the fit's own"
+    )
+    min: Number | None = Field(None, description="its lower bound")
+    max: Number | None = Field(None, description="its upper bound")
+    vary: bool = Field(True, description="false to fix it at its value")
+    expr: str = Field(
+        "",
+        description="what ties it to the law's other parameters: their names, numbers, + - * / ** and "
+        "brackets, as 18.9*k",
+    )
+
+
 class FitsSection(Section):
     """Identification of the models."""
 
@@ -222,6 +239,10 @@ class FitsSection(Section):
         "corner that stays down); each with the contact width and without",
     )
     free: FreeSection = Field(FreeSection(), description="what else is freed, law by law")
+    parameters: dict[Model, dict[str, GivenSection]] = Field(
+        {},
+        description="law: parameter: its bounds, start, or what fixes or ties it; these count as not freed",
+    )
     paper_mode: bool = Field(
         False,
         description="true to free the parameters of the laws only and to fit no rival, as Spanos et al. 2017 "
@@ -248,10 +269,27 @@ class FitsSection(Section):
     def _each_once(cls, names: Any) -> Any:
         return once(names)
 
+    @field_validator("parameters")
+    @classmethod
+    def _sound(cls, parameters: Any) -> Any:
+        for law, own in parameters.items():
+            given = {name: Given(**section.model_dump()) for name, section in own.items()}
+            for name, what, remedy in faults(law, given):
+                raise Invalid(f"{law}.{name} {what}", remedy)
+        return parameters
+
     @property
     def freed(self) -> dict[str, tuple[str, ...]]:
         """What else is freed, law by law."""
         return {model: () if self.paper_mode else free for model, free in self.free}
+
+    @property
+    def given(self) -> dict[str, dict[str, dict[str, Any]]]:
+        """What is said of parameters before the fits, by law and parameter."""
+        return {
+            law: {name: section.model_dump(exclude_defaults=True) for name, section in own.items()}
+            for law, own in self.parameters.items()
+        }
 
     @property
     def rivals(self) -> tuple[str, ...]:

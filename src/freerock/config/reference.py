@@ -48,9 +48,15 @@ def _sections(key: str, model: type[Section]) -> list[str]:
     for name, field in model.model_fields.items():
         child = section_in(field.annotation)
         if child:
-            named = get_origin(field.annotation) is dict
-            parts += _sections(".".join(filter(None, [key, name, "NAME" if named else ""])), child)
+            parts += _sections(".".join([*filter(None, [key]), name, *_names(field.annotation)]), child)
     return parts
+
+
+def _names(annotation: Any) -> list[str]:
+    """A NAME for each group of groups around a section."""
+    if get_origin(annotation) is not dict:
+        return []
+    return ["NAME", *_names(get_args(annotation)[1])]
 
 
 def _table(model: type[Section]) -> str:

@@ -142,7 +142,8 @@ def fit_settings(campaign: Campaign, records: Sequence[Record]) -> tuple[Setting
         "models": list(campaign.fits.models),
         "kinematics": list(campaign.fits.rivals),
         "free": {model: list(free) for model, free in campaign.fits.freed.items()},
-        "options": plain(campaign.fits, "models", "kinematics", "free", "paper_mode"),
+        "options": plain(campaign.fits, "models", "kinematics", "free", "parameters", "paper_mode")
+        | ({"parameters": campaign.fits.given} if campaign.fits.given else {}),
         "impacts": plain(campaign.processing.impacts),
     }
 

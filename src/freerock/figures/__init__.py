@@ -26,7 +26,6 @@ __all__ = [
     "residuals",
     "restitution",
     "scene",
-    "studies",
     "style",
     "ticks",
 ]

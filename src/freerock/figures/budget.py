@@ -22,8 +22,9 @@ from freerock.figures.style import (
     size,
 )
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
+from freerock.populations.means import LAW
 from freerock.tables.candidates import named_by
-from freerock.tables.text import INPUT_LABELS, LAW
+from freerock.tables.text import INPUT_LABELS
 
 MOST_ROWS = 40
 NARROWEST_IN = 1.8  # of a panel and of the names beside

@@ -68,7 +68,13 @@ def draw(
                 look = style.MODEL_STYLES[model]
                 fit = run.children[model].dataset
                 epsilon = quantity(100 * fit["epsilon_theta"].item())
-                failed = "" if fit["success"].item() else " (failed fit)"
+                failed = (
+                    ""
+                    if fit["success"].item()
+                    else " (stops rocking)"
+                    if "in_phase_r" in fit.attrs
+                    else " (failed fit)"
+                )
                 named = look | {"label": f"{look['label']}, $ε_θ$ = {epsilon} %{failed}"}
                 motion.plot(own["time_s"], own["theta_deg"], **named)
                 thin = look | {"linewidth": style.scaled(0.7)}

@@ -29,7 +29,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure], pd.D
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan.plan`.
+        From `freerock.planning.plan.plan`.
 
     Returns
     -------
@@ -90,7 +90,7 @@ def draw_rivals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan.plan_rivals`; not empty.
+        From `freerock.planning.plan.plan_rivals`; not empty.
 
     Returns
     -------
@@ -144,7 +144,7 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan_total.plan_totals`; not empty.
+        From `freerock.planning.plan_total.plan_totals`; not empty.
 
     Returns
     -------

@@ -45,7 +45,7 @@ def draw(
     Parameters
     ----------
     predictions : pandas.DataFrame
-        From `freerock.identification.predict.predictions`.
+        From `freerock.populations.predict.predictions`.
     epsilon : pandas.DataFrame
         Tidy table epsilon.
 

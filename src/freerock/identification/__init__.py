@@ -1,32 +1,23 @@
-"""Runs to parameters: fits, how well they are known, which law a run needs, what they predict, and plans.
+"""One hypothesis on one run: its data, numbers, start, least squares, noise and intervals.
 
-A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `pursuit`, `resolution`) → `noise` →
-`likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
+A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `pursuit`, `resolution`) →
+`nuisances` → `noise` → `likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
 """
 
 __all__ = [
     "as_measured",
-    "between_blocks",
-    "candidates",
-    "choice",
-    "cramer_rao",
+    "diagnosis",
     "discrepancy",
-    "doubts",
     "estimate",
     "fit",
-    "holdout",
-    "identified",
-    "impact_energy",
-    "ladder",
-    "misfit",
-    "plan",
-    "plan_campaign",
-    "plan_total",
-    "population",
-    "predict",
-    "random_effects",
-    "rivals",
-    "screening",
-    "sensitivity",
+    "least_squares",
+    "lmfit_models",
+    "model_discrepancy",
+    "noise",
+    "nuisances",
+    "problem",
+    "pursuit",
+    "search",
     "settings",
+    "swings",
 ]

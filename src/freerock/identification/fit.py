@@ -6,24 +6,22 @@ The objective is the paper's: the mean square error between measured and modelle
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.choice import LEVEL, RESIDUAL, TRACE, Evidence
-from freerock.identification.diagnosis import added_damping, failure, first_half
+from freerock.identification.diagnosis import TRACE, added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_inputs, with_profile
-from freerock.identification.least_squares import Solution, reported
+from freerock.identification.least_squares import Solution, in_si_units, reported
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
-from freerock.identification.noise import AgainstRest, against_rest, noise_of
+from freerock.identification.noise import LEVEL, AgainstRest, against_rest, noise_of
 from freerock.identification.nuisances import Posterior, settled
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
-from freerock.identification.search import search
+from freerock.identification.search import search, stopped
 from freerock.identification.settings import FitSettings, check
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, law_of, unit_of
@@ -96,9 +94,10 @@ class Fit:
         white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
         noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
         effective_samples; widened (largest factor by which a standard error was raised, of a run whose first
-        half disagrees with the whole); added_damping (of a law that a wider one extends: how many standard
-        errors the damping that it lacks would be above zero); profile (1 where the intervals are those of the
-        profile likelihood).
+        half disagrees with the whole); in_phase_r, in_phase_epsilon_theta (of a rigid block that stops
+        rocking at the minimum: the local one that keeps the phase); added_damping (of a law that a wider one
+        extends: how many standard errors the damping that it lacks would be above zero); profile (1 where the
+        intervals are those of the profile likelihood).
     epsilon_holdout_runs : float
         ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
     contributions : Contributions or None
@@ -109,8 +108,9 @@ class Fit:
         The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
     pulled : str
         Of a fit that holds the inputs: the one that would have to be off most, in words.
-    result : lmfit.minimizer.MinimizerResult or None
-        Of the least squares whose numbers these are.
+    result : lmfit.minimizer.MinimizerResult
+        Of the least squares whose numbers these are: its parameters are those of the fit [SI], and inputs
+        that moved [standard uncertainties]; chi-square is that of its own samples and weights.
     """
 
     model: str
@@ -201,26 +201,22 @@ def fit_record(
     problem = posed(model, blocks, motions, settings)
     if start is not None and not isinstance(start, Mapping):
         start = dict(zip(MODELS[model], start, strict=True))
-    return _fit(*search(problem, start))
+    problem, end, resolution = search(problem, start)
+    fit, nearest = _fit(problem, end, resolution), stopped(problem, end)
+    return fit if nearest is None or fit.diagnostics["noise"] else _of_stopped(*nearest, fit, resolution)
 
 
-def evidence(fit: Fit) -> Evidence:
-    """What `freerock.identification.choice.choose` asks of a fit."""
-    of_residual: dict[str, Any] = {
-        name: fit.diagnostics[name] for name in RESIDUAL if name in fit.diagnostics
-    }
-    return Evidence(
-        model=fit.model,
-        n_freed=fit.n_parameters,
-        success=fit.success,
-        message=fit.message,
-        epsilon_theta=fit.epsilon_theta,
-        epsilon_holdout=fit.epsilon_holdout,
-        epsilon_holdout_runs=fit.epsilon_holdout_runs,
-        bic=fit.bic,
-        pulled=fit.pulled,
-        **of_residual,
+def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Resolution) -> Fit:
+    """The fit of a rigid block that comes nearest where it stops rocking; it is not to be used."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # at r = 0 nothing depends on r
+        fit = _held(problem, end, resolution, None)
+    r, kept = fit.value[0], in_phase.value[0]
+    message = (
+        f"the block stops rocking at the minimum, r = {r:.3g} with ε_θ = {100 * fit.epsilon_theta:.3g} %; "
+        f"r = {kept:.4g} keeps the phase, with ε_θ = {100 * in_phase.epsilon_theta:.3g} %"
     )
+    beside = {"in_phase_r": float(kept), "in_phase_epsilon_theta": in_phase.epsilon_theta}
+    return replace(fit, message=message, diagnostics=fit.diagnostics | beside)
 
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
@@ -260,64 +256,63 @@ def _moved(best: Posterior) -> _Moved:
     return _Moved(rest, is_white(best.residual), known, contributions, likely, motion.noise is not None)
 
 
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Where a fit ended, and what is known there: x with the problem's inputs, stated or moved.
+
+    `shown` are time, measured and modelled rotation of all samples; `residual`, `jacobian`, `curve` are of
+    those that count; `linear` is the whitened linear model.
+    """
+
+    problem: Problem
+    solution: Solution
+    known: Uncertainty
+    shown: tuple[Floats, Floats, Floats]
+    residual: Floats
+    jacobian: Floats
+    curve: Floats
+    linear: Whitened
+    likely: Likelihood
+    rest: AgainstRest
+    white: bool
+    explained: bool
+    holdout: float
+    charge: float = 0.0
+    notes: tuple[str, ...] = ()
+
+
 def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Resolution) -> Fit:
     """The fit of a run that a law explains."""
-    problem, x, known, result = best.problem, best.x, moved.known, best.result
+    problem, x, result = best.problem, best.x, best.result
     assert result is not None
     motion = best.nuisances.problem.motions[0]
-    residual = best.nuisances.read(best.z, problem.motion(x, 0, problem.motions[0].time_s)) - motion.theta
+    seen = best.nuisances.read(best.z, problem.motion(x, 0, problem.motions[0].time_s))
     _, holdout = first_half(problem, x, resolution.m, None, best.curve)
-    epsilon = epsilon_theta(motion.time_s, motion.theta + residual, motion.theta)
     solution = replace(
         solution,
         x=x,
         evaluations=solution.evaluations + result.nfev,
         mean_square=float(np.mean(best.residual**2)),
-    )
-    failed = failure(problem, solution, known, epsilon)
-    diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
-    diagnostics |= {"white": float(moved.white), **_against_noise(moved.rest, moved.likely)}
-    diagnostics["pulls_p"] = moved.contributions.p_of_pulls
-    parts, law = tuple[Part, ...](), np.zeros(len(x))
-    if failed:
-        known = known.unknown()
-    else:
-        parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
-        lacking = added_damping(problem, x, best.curve, best.whitened, moved.likely)
-        diagnostics |= {} if lacking is None else {"added_damping": lacking}
-        if lacking is not None and lacking > TRACE:
-            law = model_discrepancy(problem.physical(x), parts)
-    if problem.settings.profile and not failed:
-        known, profiled = with_profile(problem, x, resolution.m, known)
-        diagnostics |= {"profile": 1.0} if profiled else {}
-    aic, bic = (each + best.charge for each in moved.likely.criteria(len(x)))
-    return Fit(
-        model=problem.model,
-        parameters=problem.names,
-        value=problem.physical(x),
-        stderr=known.stderr,
-        ci95_low=known.low,
-        ci95_high=known.high,
-        discrepancy=np.where(np.isfinite(known.stderr), law, np.nan),
-        covariance=known.covariance,
-        units=tuple(map(unit_of, problem.names)),
-        time=motion.time_s,
-        theta=motion.theta,
-        theta_model=motion.theta + residual,
-        residual=residual,
-        epsilon_theta=epsilon,
-        final_time_s=float(motion.time_s[-1]),
-        epsilon_holdout=holdout,
-        aic=aic,
-        bic=bic,
-        n_parameters=len(x),
-        success=not failed,
-        message=failed or "converged",
-        diagnostics=diagnostics,
-        contributions=None if failed or motion.laboratory is None else moved.contributions,
-        parts=parts,
         result=result,
     )
+    end = _End(
+        problem,
+        solution,
+        moved.known,
+        (motion.time_s, motion.theta, seen),
+        best.residual,
+        best.jacobian,
+        best.curve,
+        best.whitened,
+        moved.likely,
+        moved.rest,
+        moved.white,
+        explained=True,
+        holdout=holdout,
+        charge=best.charge,
+    )
+    fit = _told(end, resolution, moved)
+    return replace(fit, contributions=moved.contributions) if fit.success and motion.laboratory else fit
 
 
 def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: _Moved | None) -> Fit:
@@ -339,64 +334,86 @@ def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: _
     forward = np.zeros((len(residual), len(x)), order="F") if single else None
     central = law_of(problem.model).is_foundation
     jacobian = problem.jacobian(x, samples, central, known=exact, forward=forward)
-    held = problem.at_bound(x)
+    free = ~problem.held(x)
     lengths, noises = samples.lengths, [motion.noise for motion in motions]
-    rest = against_rest(residual, jacobian[:, ~held], lengths, list(map(noise_of, motions)))
-    linear = Whitened(residual, jacobian[:, ~held], lengths, noises)
-    likely = linear.likelihood()
-    white = is_white(residual)
+    rest = against_rest(residual, jacobian[:, free], lengths, list(map(noise_of, motions)))
+    linear, white = Whitened(residual, jacobian[:, free], lengths, noises), is_white(residual)
     explained = rest.is_noise and (None not in noises or white)
     apart, holdout = None, float("nan")
     if len(motions) == 1:
         x_half, holdout = first_half(problem, x, resolution.m, forward, theta_model[counts])
         apart = None if explained else x_half - x
-    known = uncertainty(problem, x, residual, jacobian, rest, apart)
+    pinned = problem.at_bound(x)
+    end = _End(
+        problem,
+        replace(solution, mean_square=float(np.mean(residual**2))),  # of samples that are not averaged
+        uncertainty(problem, x, residual, jacobian, rest, apart),
+        (times, theta, theta_model),
+        residual,
+        jacobian,
+        exact[0],
+        linear,
+        linear.likelihood(),
+        moved.rest if moved else rest,
+        white,
+        explained,
+        holdout,
+        notes=tuple(f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)),
+    )
+    fit = _told(end, resolution, moved)
+    return replace(fit, pulled=_pulled(motions[0].laboratory, moved.contributions)) if moved else fit
 
-    epsilon = epsilon_theta(times, theta_model, theta)
-    solution = replace(solution, mean_square=float(np.mean(residual**2)))  # of samples that are not averaged
-    failed = failure(problem, solution, known, epsilon)
-    diagnostics = _diagnostics(problem, solution, resolution, residual, known)
-    diagnostics |= {"white": float(white), **_against_noise(moved.rest if moved else rest, likely)}
+
+def _told(end: _End, resolution: Resolution, moved: _Moved | None) -> Fit:
+    """What is told of the end of a fit, whether its inputs moved or not."""
+    problem, x, known = end.problem, end.solution.x, end.known
+    time_s, theta, theta_model = end.shown
+    epsilon = epsilon_theta(time_s, theta_model, theta)
+    failed = failure(problem, end.solution, known, epsilon)
+    diagnostics = _diagnostics(problem, end.solution, resolution, end.residual, known)
+    diagnostics |= {"white": float(end.white), **_against_noise(end.rest, end.likely)}
     diagnostics |= {"pulls_p": moved.contributions.p_of_pulls} if moved else {}
+    parts, explained = tuple[Part, ...](), end.explained
     if failed:
         known = known.unknown()
     else:
-        lacking = added_damping(problem, x, exact[0], linear, likely)
+        parts = tuple(fitted_parts(problem, x, end.residual, end.jacobian))
+        lacking = added_damping(problem, x, end.curve, end.linear, end.likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
         explained &= lacking is None or lacking <= TRACE
-    parts = () if failed else tuple(fitted_parts(problem, x, residual, jacobian))
-    law = np.zeros(len(x)) if explained else model_discrepancy(problem.physical(x), parts)
+    value, fixed = problem.physical(x), known.stderr == 0
+    law = np.zeros(len(x)) if explained else np.where(fixed, 0.0, model_discrepancy(value, parts))
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
-    aic, bic = likely.criteria(len(x))
-    notes = [f"{name} held at its bound" for name, pinned in zip(problem.names, held, strict=True) if pinned]
+    n_freed = int(problem.varied.sum())
+    aic, bic = (each + end.charge for each in end.likely.criteria(n_freed + problem.settings.loose_release))
+    result = end.solution.result
     return Fit(
         model=problem.model,
         parameters=problem.names,
-        value=problem.physical(x),
+        value=value,
         stderr=known.stderr,
         ci95_low=known.low,
         ci95_high=known.high,
         discrepancy=np.where(np.isfinite(known.stderr), law, np.nan),
         covariance=known.covariance,
         units=tuple(map(unit_of, problem.names)),
-        time=times,
+        time=time_s,
         theta=theta,
         theta_model=theta_model,
         residual=theta_model - theta,
         epsilon_theta=epsilon,
-        final_time_s=float(max(m.time_s[-1] for m in motions)),
-        epsilon_holdout=holdout,
+        final_time_s=float(time_s.max()),
+        epsilon_holdout=end.holdout,
         aic=aic,
         bic=bic,
-        n_parameters=len(x),
+        n_parameters=n_freed,
         success=not failed,
-        message=failed or "; ".join(["converged", *notes]),
+        message=failed or "; ".join(["converged", *end.notes]),
         diagnostics=diagnostics,
         parts=parts,
-        pulled=_pulled(problem.motions[0].laboratory, moved.contributions) if moved else "",
-        result=solution.result,
+        result=result and in_si_units(result, problem, x, known.covariance),
     )
 
 

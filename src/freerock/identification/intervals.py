@@ -80,7 +80,7 @@ def uncertainty(
     apart : ndarray, shape (n_parameters,), or None
         What the first half of the run would change of x, where that counts.
     """
-    free, samples = ~problem.at_bound(x), problem.samples()
+    free, samples = ~problem.held(x), problem.samples()
     own = jacobian[:, free]
     is_noise = rest.is_noise and all(motion.noise is not None for motion in problem.motions)
     noises = rest.noises
@@ -130,7 +130,9 @@ def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contri
     every.values[:, at], every.moved[at], every.remaining[at] = shifts, best.z, remaining
     every.pulls[at] = np.where(remaining**2 < 1 - LEARNED, pulls, np.nan)
     for j, each in enumerate(inputs):
-        if each.name == "mass_kg" and law_of(problem.model).is_foundation:  # forces are as the mass
+        if (
+            each.name == "mass_kg" and j not in at and law_of(problem.model).is_foundation
+        ):  # forces are as the mass
             forces = problem.is_logarithm
             every.values[forces, j] = problem.physical(x)[forces] * each.u / problem.blocks[0].mass_kg
     return found, every
@@ -140,10 +142,13 @@ def _in_si_units(
     problem: Problem, x: Floats, free: Mask, of_x: Floats, known: Known, widened: float
 ) -> Uncertainty:
     """Uncertainty of the parameters from the covariance of the fitted numbers."""
-    among = np.ix_(free, free)
-    value, gradient = problem.physical(x), problem.gradient(x)
+    among, found = (
+        np.ix_(free, free),
+        ~problem.at_bound(x),
+    )  # one that is fixed has no error, a tied one its own
+    value, gradient = problem.physical(x), problem.gradient(x)[np.ix_(found, free)]
     of_value = np.full_like(of_x, np.nan)
-    of_value[among] = gradient[among] @ of_x[among] @ gradient[among].T
+    of_value[np.ix_(found, found)] = gradient @ of_x[among] @ gradient.T
     stderr = np.sqrt(np.diag(of_value))
     half = _student_95(problem, free, known.dof) * stderr
     with np.errstate(over="ignore"):
@@ -163,7 +168,7 @@ def _student_95(problem: Problem, free: Mask, dof: Floats) -> Floats:
 
     Of damping, fitted as its ratio to k, with the degrees of freedom of the one that has fewer.
     """
-    of_x = np.full(len(free), np.inf)
+    of_x = np.full(len(free), np.inf if problem.varied.all() else dof.min(initial=np.inf))
     of_x[free] = dof
     of_x = np.where(problem.is_ratio, np.minimum(of_x, of_x[0]), of_x)
     return np.asarray(np.where(np.isfinite(of_x), stdtrit(np.minimum(of_x, MANY), 0.975), NORMAL_95))
@@ -235,12 +240,12 @@ def _in_standard_errors(
     import lmfit
 
     to_fitted = np.eye(len(x))
-    to_fitted[problem.is_ratio, 0] = -1.0
+    to_fitted[problem.is_ratio, 0] = -1.0  # dampings, where nothing is given
     unit = np.where(np.isfinite(stderr), stderr, 1.0)
     unit[: len(spread)] = spread
     to_fitted *= unit
     parameters = lmfit.Parameters()
-    for i, pinned in enumerate(problem.at_bound(x)):
+    for i, pinned in enumerate(problem.held(x)):
         parameters.add(f"u{i}", value=10.0, vary=not pinned)
 
     def fitted(p: "lmfit.Parameters") -> Floats:

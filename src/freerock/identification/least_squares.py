@@ -1,25 +1,26 @@
-"""Least squares from a start: a trust region within bounds, a line search for r alone."""
+"""Least squares from a start, within bounds: a trust region, for r alone a line search.
 
+What seeks a start is bare (`least_squares`). The numbers that a fit reports are found by `lmfit.Minimizer`
+with the problem's derivatives (`reported`, `minimised`).
+"""
+
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import lmfit
 import numpy as np
 from scipy import optimize
 
-from freerock.arrays import Floats
-from freerock.identification.minimizer import (
-    LEAST,
-    MOST,
-    XTOL,
-    in_si_units,
-    minimised,
-    parameters_of,
-    varied,
-)
+from freerock.arrays import Floats, Mask
 from freerock.identification.problem import Problem, Samples
-from freerock.identification.rigid import R_CELL
+from freerock.identification.swings import R_CELL
+from freerock.models.given import arithmetic, legal
 
 ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
+XTOL = 1e-9  # relative step at which a search ends; less where the difference quotients' steps are less
+LEAST = np.finfo(float).eps  # that SciPy takes
+MOST = 60  # evaluations of the residual
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class Solution:
     message : str
         Why the search ended.
     result : lmfit.minimizer.MinimizerResult or None
-        Of the least squares whose numbers are reported.
+        Of the least squares whose numbers are reported, in the fitted numbers.
     """
 
     x: Floats
@@ -78,7 +79,7 @@ def least_squares(
         max_nfev=MOST,
     )
     mean_square = float(np.sum(result.fun**2) / len(result.fun))
-    return Solution(result.x, mean_square, result.nfev, result.success, result.message)
+    return Solution(at.whole(result.x), mean_square, result.nfev, result.success, result.message)
 
 
 def reported(
@@ -96,26 +97,26 @@ def reported(
         x, evaluations, jacobian, theta = found.x, found.evaluations, None, None
     bounds, start, xtol = _within(problem, x)
     at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
-    parameters = parameters_of(problem, start, list(zip(*bounds, strict=True)))
+    names = [name for name, varies in zip(problem.names, problem.varied, strict=True) if varies]
+    parameters = parameters_of(names, start, bounds)
     result = minimised(parameters, at.residual, at.jacobian, ftol, xtol)
     mean_square = float(np.mean(result.residual**2))
-    x = varied(result)
-    in_si_units(result, problem, x)
+    x = at.whole(numbers_of(result))
     return Solution(x, mean_square, evaluations + result.nfev, result.success, result.message, result)
 
 
 def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats, float]:
-    """Bounds, a start within them, and the relative step at which a search ends."""
-    low, high = np.array(problem.bounds()).T
+    """Of the numbers that vary bounds, a start within them, and the relative step at which a search ends."""
+    low, high = np.array(problem.bounds())[problem.varied].T
     shorter = min(problem.stride, 1.0)
     inside = 1e-3 * shorter * (high - low)
-    return (low, high), np.clip(x, low + inside, high - inside), XTOL * shorter
+    return (low, high), np.clip(x[problem.varied], low + inside, high - inside), XTOL * shorter
 
 
 class _AtLast:
-    """Residual and derivatives, which are asked for where the residual has just been: its curve is theirs,
-    where it is exact enough. SciPy asks for them once more after the step that ends the search, and does not
-    use them: these are those of the step before."""
+    """Residual and derivatives by the numbers that vary, asked for where the residual has just been: its
+    curve is theirs, where it is exact enough. SciPy asks for them once more after the step that ends the
+    search, and does not use them: these are those of the step before."""
 
     def __init__(
         self,
@@ -131,8 +132,15 @@ class _AtLast:
         self.x = self.theta = self.left = np.empty(0)
         self.before: tuple[Floats, Floats, Floats] | None = None
 
-    def residual(self, x: Floats) -> Floats:
-        self.x, known = x.copy(), self.at_start[1]
+    def whole(self, moved: Floats) -> Floats:
+        """All fitted numbers, of those that vary."""
+        x = np.array(self.start, dtype=float)
+        x[self.problem.varied] = moved
+        return self.problem.consistent(x)
+
+    def residual(self, moved: Floats) -> Floats:
+        x = self.whole(moved)
+        self.x, known = x, self.at_start[1]
         if known is not None and self.rate is None and np.array_equal(x, self.start):
             self.theta = known
         else:
@@ -140,10 +148,13 @@ class _AtLast:
         self.left = self.samples.averaged(self.theta - self.samples.theta)
         return self.left
 
-    def jacobian(self, x: Floats) -> Floats:
-        known = None if self.before is None or not self._ends(x, *self.before) else self.before[2]
-        jacobian = self._jacobian(x) if known is None else known
-        self.before = x.copy(), self.left, jacobian
+    def jacobian(self, moved: Floats) -> Floats:
+        known = None if self.before is None or not self._ends(moved, *self.before) else self.before[2]
+        jacobian, varied = known, self.problem.varied
+        if jacobian is None:
+            jacobian = self._jacobian(self.whole(moved))
+            jacobian = jacobian if varied.all() else jacobian[:, varied]
+        self.before = moved.copy(), self.left, jacobian
         return jacobian
 
     def _ends(self, x: Floats, before: Floats, left: Floats, jacobian: Floats) -> bool:
@@ -181,3 +192,153 @@ def _line_search(problem: Problem, r: float, samples: Samples) -> Solution:
         r, evaluations = found.x, evaluations + found.nfev
     n = sum(n // samples.m for n in samples.lengths)
     return Solution(np.array([r]), found.fun / n, evaluations, found.success, found.message)
+
+
+def minimised(
+    parameters: lmfit.Parameters,
+    residual: Callable[[Floats], Floats],
+    jacobian: Callable[[Floats], Floats],
+    ftol: float,
+    xtol: float = XTOL,
+    most: int = MOST,
+) -> "lmfit.minimizer.MinimizerResult":
+    """Least squares by the trust region within bounds of `lmfit.Minimizer.least_squares`.
+
+    Parameters
+    ----------
+    parameters : lmfit.Parameters
+        Those that vary come in the order of the numbers that `residual` and `jacobian` take.
+    residual, jacobian : callable
+        Of the varied numbers, shape (n,): arrays of shapes (n_rows,) and (n_rows, n).
+    ftol, xtol : float
+        Relative change of the sum of squares, and relative step, at which the search ends.
+    most : int
+        Evaluations of the residual.
+
+    Returns
+    -------
+    lmfit.minimizer.MinimizerResult
+    """
+    names = [name for name, each in parameters.items() if each.vary]
+
+    def numbers(p: lmfit.Parameters) -> Floats:
+        return np.array([p[name].value for name in names])
+
+    minimizer = lmfit.Minimizer(lambda p: residual(numbers(p)), parameters)
+    return minimizer.least_squares(
+        jac=lambda p: jacobian(numbers(p)),
+        x_scale="jac",
+        ftol=max(ftol, LEAST),
+        xtol=max(xtol, LEAST),
+        gtol=None,
+        max_nfev=most,
+    )
+
+
+def numbers_of(result: "lmfit.minimizer.MinimizerResult") -> Floats:
+    """The varied numbers where a search ended, shape (n,)."""
+    return np.array([result.params[name].value for name in result.var_names])
+
+
+def parameters_of(names: Sequence[str], start: Floats, bounds: tuple[Floats, Floats]) -> lmfit.Parameters:
+    """Numbers that a fit varies.
+
+    Parameters
+    ----------
+    names : sequence of str
+    start : ndarray, shape (n,)
+    bounds : (ndarray, ndarray), each of shape (n,)
+        Lower and upper ones.
+    """
+    parameters = lmfit.Parameters()
+    low, high = bounds
+    for i, name in enumerate(names):
+        parameters.add(legal(name), value=float(start[i]), min=float(low[i]), max=float(high[i]))
+    return parameters
+
+
+def in_si_units(
+    result: "lmfit.minimizer.MinimizerResult", problem: Problem, x: Floats, covariance: Floats
+) -> "lmfit.minimizer.MinimizerResult":
+    """A result of the fitted numbers as one of the parameters: names, values, bounds, ties, standard errors.
+
+    Parameters
+    ----------
+    result : lmfit.minimizer.MinimizerResult
+        Whose numbers are those of the problem that vary, then those of inputs.
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        All fitted numbers at their best.
+    covariance : ndarray, shape (n_parameters, n_parameters)
+        Of the parameters [SI]; NaN where they are not known.
+    """
+    result, n = copy(result), int(problem.varied.sum())
+    start = np.array(x, dtype=float)
+    start[problem.varied] = result.init_vals[:n]
+    low, high = problem.limits
+    given = [problem.given.get(name) for name in problem.names]
+    parameters = in_words_of_lmfit(
+        problem.names,
+        problem.physical(x),
+        (low, high),
+        problem.varied,
+        [each.expr if each else "" for each in given],
+        problem.physical(problem.consistent(start)),
+        covariance,
+    )
+    for name in result.var_names[n:]:
+        moved = result.params[name]
+        parameters.add(name, value=moved.value, min=moved.min, max=moved.max)
+        parameters[name].init_value = moved.init_value
+    result.params = parameters
+    result.var_names = [name for name, each in parameters.items() if each.vary]
+    result.init_vals = [parameters[name].init_value for name in result.var_names]
+    result.init_values = dict(zip(result.var_names, result.init_vals, strict=True))
+    result.covar = covariance[np.ix_(problem.varied, problem.varied)]
+    result.errorbars = bool(np.isfinite(result.covar).all())
+    return result
+
+
+def in_words_of_lmfit(
+    names: Sequence[str],
+    values: Floats,
+    bounds: tuple[Floats, Floats],
+    varied: Mask,
+    ties: Sequence[str],
+    initial: Floats,
+    covariance: Floats,
+) -> lmfit.Parameters:
+    """Parameters of a fit; those without a standard error have none.
+
+    Parameters
+    ----------
+    names : sequence of str
+    values, initial : ndarray, shape (n_parameters,)
+        Where the least squares ended and where they began [SI].
+    bounds : (ndarray, ndarray), each of shape (n_parameters,)
+    varied : ndarray, shape (n_parameters,)
+    ties : sequence of str
+        Expressions; "" of a parameter that is not tied.
+    covariance : ndarray, shape (n_parameters, n_parameters)
+
+    Raises
+    ------
+    FreerockError
+        A tie is no arithmetic of other parameters.
+    """
+    parameters, own = lmfit.Parameters(), [legal(name) for name in names]
+    for name, value, low, high, varies in zip(own, values.tolist(), *bounds, varied.tolist(), strict=True):
+        parameters.add(name, value=value, min=float(low), max=float(high), vary=varies)
+    stderr = np.sqrt(np.diag(covariance))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = covariance / np.outer(stderr, stderr)
+    for name, tie in zip(own, ties, strict=True):
+        if tie:
+            parameters[name].set(expr=arithmetic(tie, tuple(other for other in own if other != name)))
+    for i, name in enumerate(own):
+        each, known = parameters[name], np.isfinite(stderr[i])
+        each.init_value, each.user_value = float(initial[i]), float(initial[i])
+        each.stderr = float(stderr[i]) if known and (varied[i] or ties[i]) else None
+        among = [j for j in np.flatnonzero(varied) if j != i and np.isfinite(correlation[i, j])]
+        each.correl = {own[j]: float(correlation[i, j]) for j in among} if varied[i] and among else None
+    return parameters

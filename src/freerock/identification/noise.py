@@ -8,7 +8,6 @@ import numpy as np
 from scipy.special import fdtrc
 
 from freerock.arrays import Complexes, Floats, Indices
-from freerock.identification.choice import LEVEL
 from freerock.rotation.tapers import frequencies, tapered, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
@@ -22,6 +21,7 @@ from freerock.runs.noise import (
     white_noise,
 )
 
+LEVEL = 1e-3  # chance of noise as at rest to be taken for more
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
 HOPELESS = 30.0  # times the power of the noise: a quick fit beyond it tells that a full one won't do
 LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest

@@ -19,8 +19,8 @@ import numpy as np
 from scipy.fft import rfft, rfftfreq
 
 from freerock.arrays import Floats, Mask
+from freerock.identification.least_squares import minimised, numbers_of, parameters_of
 from freerock.identification.likelihood import Whitened
-from freerock.identification.minimizer import in_si_units, minimised, parameters_of, varied
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.problem import Problem, Samples
 from freerock.models.laws import law_of
@@ -50,8 +50,8 @@ class Nuisances:
     problem : Problem
         Posed with the stated inputs.
     sources : tuple of Input
-        Inputs that are neither exact nor freed, without the mass: forces are as the mass, so that k, c and λ
-        take up all of it.
+        Inputs that are neither exact nor freed; without the mass where k, c and λ vary: forces are as the
+        mass, so that these take up all of it.
     """
 
     problem: Problem
@@ -178,7 +178,7 @@ class Posterior:
     @cached_property
     def free(self) -> Mask:
         """Which of the fitted numbers do not lie at a bound."""
-        return ~self.problem.at_bound(self.x)
+        return ~self.problem.held(self.x)
 
     @cached_property
     def columns(self) -> Floats:
@@ -326,37 +326,39 @@ def at_end(problem: Problem, values: Mapping[str, float], found: Contributions |
 
 def _minimised(start: Posterior) -> Posterior:
     """Where the objective ends from a linear model near there."""
-    nuisances, samples, n, s, n_z = (
-        start.nuisances,
-        start.samples,
-        len(start.x),
-        start.level,
-        len(start.z),
-    )
+    nuisances, samples, s, n_z = start.nuisances, start.samples, start.level, len(start.z)
+    problem = nuisances.problem
+    n, varied = int(problem.varied.sum()), problem.varied
     by_inputs, by_release = np.split(start.rows_by_inputs, [len(start.residual)])
     m = noise_of(nuisances.problem.motions[0]).averaged
     fewer = replace(samples, m=m)
     by_z = np.vstack([fewer.averaged(by_inputs) / s, by_release, np.eye(n_z)])
 
+    def parted(both: Floats) -> tuple[Floats, Floats]:
+        x = np.array(start.x)
+        x[varied] = both[:n]
+        return problem.consistent(x), both[n:]
+
     def residual(both: Floats) -> Floats:
-        x, z = both[:n], both[n:]
+        x, z = parted(both)
         left, release = nuisances.rows(z, x, samples)
         return np.concatenate([fewer.averaged(left) / s, release, z])
 
     def jacobian(both: Floats) -> Floats:
-        own, release = nuisances.jacobian(both[n:], both[:n], samples)
-        by_x = np.vstack([fewer.averaged(own) / s, release, np.zeros((n_z, n))])
-        return np.hstack([by_x, by_z])
+        x, z = parted(both)
+        own, release = nuisances.jacobian(z, x, samples)
+        by_x = np.vstack([fewer.averaged(own) / s, release, np.zeros((n_z, len(x)))])
+        return np.hstack([by_x if varied.all() else by_x[:, varied], by_z])
 
-    bounds = [*nuisances.problem.bounds(), *[(-FARTHEST, FARTHEST)] * n_z]
+    bounds = [*np.array(problem.bounds())[varied].tolist(), *[(-FARTHEST, FARTHEST)] * n_z]
     low, high = np.array(bounds).T
-    both = np.clip(np.append(start.x, start.z), low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-    names = [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
-    parameters = parameters_of(nuisances.problem, both, bounds, names)
-    result = minimised(parameters, residual, jacobian, FTOL, most=MOST)
-    both = varied(result)
-    end = at(nuisances, both[:n], both[n:], samples)
-    return replace(end, result=in_si_units(result, end.problem, end.x), noise=start.noise)
+    both = np.append(start.x[varied], start.z)
+    both = np.clip(both, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
+    names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
+    result = minimised(parameters_of(names, both, (low, high)), residual, jacobian, FTOL, most=MOST)
+    end = at(nuisances, *parted(numbers_of(result)), samples)
+    return replace(end, result=result, noise=start.noise)
 
 
 def in_laboratory(problem: Problem, moved: Laboratory) -> Problem:
@@ -390,7 +392,8 @@ def _seen_in(problem: Problem, moved: Laboratory) -> Problem:
 def _moves(source: Input, problem: Problem) -> bool:
     """Whether a fit moves an input: not one that is exact, freed, or taken up by the forces."""
     freed = {"levelled_deg": "tilt", "contact_width_m": "width"}.get(source.name)
-    return source.u > 0 and source.name != "mass_kg" and freed not in problem.names
+    taken_up = source.name == "mass_kg" and (problem.varied.all() or not law_of(problem.model).is_foundation)
+    return source.u > 0 and not taken_up and freed not in problem.names
 
 
 def _without(own: Floats, others: Floats) -> Floats:

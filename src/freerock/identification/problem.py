@@ -14,10 +14,17 @@ from numpy.typing import NDArray
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
 from freerock.identification.as_measured import as_measured
-from freerock.identification.rigid import R_GRID, count_impacts, moving_s, rocking_for, width_range
 from freerock.identification.settings import FitSettings, freed
-from freerock.identification.swings import tilt_of_swings
+from freerock.identification.swings import (
+    R_GRID,
+    count_impacts,
+    moving_s,
+    rocking_for,
+    tilt_of_swings,
+    width_range,
+)
 from freerock.models.block import Block
+from freerock.models.given import Given, evaluated, in_order
 from freerock.models.laws import (
     CANDIDATES,
     MODELS,
@@ -36,7 +43,9 @@ from freerock.runs.release import lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
 LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
+DIFFERENCE = 1e-6  # step of the fitted numbers, for the derivatives of tied ones
 EDGE_M = 5e-4  # radius of the edges from which a fit starts that frees it
+NOTHING = Given()
 WALL = 6.0  # standard uncertainties to either side, within which a search keeps the release
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
@@ -144,8 +153,18 @@ class Problem:
 
     @cached_property
     def is_ratio(self) -> Mask:
-        """Which of them are ratios to the stiffness, the first parameter."""
-        return np.array([parameter_of(name).fitted_as == "ratio" for name in self.names])
+        """Which of them are ratios to the stiffness, the first parameter; none where parameters are given."""
+        return np.array([not self.given and parameter_of(name).fitted_as == "ratio" for name in self.names])
+
+    @cached_property
+    def given(self) -> dict[str, Given]:
+        """What is said beforehand of the law's parameters, by name."""
+        return self.settings.given(self.model)
+
+    @cached_property
+    def varied(self) -> Mask:
+        """Which of the fitted numbers a fit finds: neither fixed nor tied."""
+        return np.array([name not in self.given or self.given[name].varies for name in self.names])
 
     @cached_property
     def _logarithms(self) -> NDArray[np.intp]:
@@ -172,10 +191,22 @@ class Problem:
             value[self._logarithms] = np.exp(value[self._logarithms])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
+        for name, each in self.given.items():
+            if each.value is not None and not each.varies:
+                value[self.names.index(name)] = each.value
+        for name in in_order(self.given):
+            known = dict(zip(MODELS[self.model], value.tolist(), strict=False))
+            value[self.names.index(name)] = found = evaluated(self.given[name].expr, known)
+            if PARAMETERS[name].is_logarithm and found <= 0:
+                where, what = f"fits.parameters: {name}", f"{self.given[name].expr} is {found:.4g}"
+                raise FreerockError(where, what, "tie it to what is above 0")
         return value
 
     def gradient(self, x: Floats) -> Floats:
-        """Derivatives of the parameters in SI units by the fitted numbers."""
+        """Derivatives of the parameters in SI units by the fitted numbers, 0 by those that do not vary."""
+        if not self.varied.all():
+            steps = DIFFERENCE * np.diag(self.varied.astype(float))
+            return np.array([self.physical(x + s) - self.physical(x - s) for s in steps]).T / (2 * DIFFERENCE)
         gradient = np.eye(len(x))
         gradient[self.is_ratio, 0] = 1.0
         scale = np.where(self.is_logarithm, self.physical(x), 1.0)
@@ -191,7 +222,7 @@ class Problem:
         ]
 
     def start(self, common: Sequence[float]) -> Floats:
-        """All fitted numbers to start from, with the parameters given."""
+        """All fitted numbers to start from, of those of the law, in which dampings are ratios to k."""
         width = 2 * self.blocks[0].b / self.blocks[0].width_m
         start = {"width": width, "tilt": self.tilt, "edge_radius": EDGE_M}
         as_given = [start[name] for name in self.common[len(common) :]]
@@ -200,7 +231,27 @@ class Problem:
             for motion in self.motions
             for name in self.own
         ]
-        return np.array([*common, *as_given, *own])
+        x = np.array([*common, *as_given, *own])
+        return self.completed(x) if self.given else x
+
+    def completed(self, x: Floats) -> Floats:
+        """Fitted numbers of a start of which parameters are given: dampings by themselves, within bounds, and
+        what does not vary as it is given."""
+        x = np.array(x, dtype=float)
+        first = len(MODELS[self.model])
+        ratios = [parameter_of(name).fitted_as == "ratio" for name in MODELS[self.model]]
+        x[:first] += np.where(ratios, x[0], 0.0)
+        low, high = np.array(self.bounds()).T
+        return self.consistent(np.where(self.varied, np.clip(x, low, high), x))
+
+    def consistent(self, x: Floats) -> Floats:
+        """Fitted numbers of which those that do not vary are as those that do have them."""
+        if self.varied.all():
+            return x
+        x, value = np.array(x, dtype=float), self.physical(x)
+        for i in np.flatnonzero(~self.varied):
+            x[i] = fitted(self.names[i], value[i])
+        return x
 
     def start_at(self, values: Mapping[str, float]) -> Floats:
         """All fitted numbers to start from, with the parameters given [SI]; what is not is as measured."""
@@ -227,11 +278,18 @@ class Problem:
     def bounds(self) -> list[tuple[float, float]]:
         """Lower and upper bound of each fitted number."""
         least = 1e-4 if law_of(self.model).cases else 1.0  # one of its dampings may be a trace
-        bounds = []
+        bounds: list[tuple[float, float]] = []
         for name in self.common:
             low, high = (self.r_low, R_GRID[0]) if name == "r" else PARAMETERS[name].bounds
             if PARAMETERS[name].fitted_as == "ratio":
                 low *= least
+            given = self.given.get(name, NOTHING)
+            if self.given and PARAMETERS[name].fitted_as == "ratio":
+                low, high = low * np.exp(bounds[0][0]), high * np.exp(bounds[0][1])
+            if given.max is not None and given.max <= low:  # r may be said to stop the block
+                low = PARAMETERS[name].bounds[0]
+            low = low if given.min is None else max(given.min, low)
+            high = high if given.max is None else min(given.max, high)
             bounds.append((fitted(name, low), fitted(name, high)))
         for motion in self.motions:
             half = release_bounds(motion)
@@ -245,6 +303,19 @@ class Problem:
                 for name in self.own
             ]
         return bounds
+
+    @property
+    def limits(self) -> tuple[Floats, Floats]:
+        """Lower and upper bound of each parameter [SI]; a damping fitted as a ratio has those of its sign."""
+        low, high = np.array(self.bounds()).T
+        low, high = (
+            np.where(self.is_logarithm, np.exp(np.where(self.is_logarithm, each, 0.0)), each)
+            for each in (low, high)
+        )
+        if "width" in self.common:
+            at = self.common.index("width")
+            low[at], high[at] = low[at] * self.blocks[0].width_m, high[at] * self.blocks[0].width_m
+        return np.where(self.is_ratio, 0.0, low), np.where(self.is_ratio, np.inf, high)
 
     def prior_of_release(self, x: Floats) -> tuple[Floats, Floats]:
         """What is measured of each release, as rows of a least-squares problem.
@@ -275,7 +346,11 @@ class Problem:
     def at_bound(self, x: Floats) -> Mask:
         """Which of the fitted numbers lie at a bound."""
         low, high = np.array(self.bounds()).T
-        return np.asarray(np.minimum(x - low, high - x) < 1e-4 * (high - low))
+        return np.asarray((np.minimum(x - low, high - x) < 1e-4 * (high - low)) & self.varied)
+
+    def held(self, x: Floats) -> Mask:
+        """Which of the fitted numbers a fit can't move: at a bound, fixed or tied."""
+        return self.at_bound(x) | ~self.varied
 
     def samples(self, horizon_s: float = np.inf, most: float = np.inf, m: int = 1) -> Samples:
         """Samples that count up to the horizon, thinned to `most` per run or averaged m by m."""
@@ -374,6 +449,7 @@ class Problem:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
+        Central ones leave no range: at a radius of 0 the quotient is the forward one.
         Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x; `forward`, of the
         same shape, if given, receives the forward quotients, which central ones hold.
         """
@@ -385,7 +461,7 @@ class Problem:
         for i, run in enumerate(samples.runs):
             for j, name in enumerate((*self.common, *self.own)):
                 column = j if j < n_common else j + i * n_own
-                if wanted is not None and name not in wanted:
+                if not self.varied[column] or (wanted is not None and name not in wanted):
                     continue
                 if name == "t0":
                     quotient = one_sided = -known[1][run]
@@ -394,7 +470,9 @@ class Problem:
                     up[column] += step
                     later = self.motion(up, i, samples.time_s[run], self.exact_rtol)
                     quotient = one_sided = (later - known[0][run]) / step
-                    if central:
+                    parameter = parameter_of(name)
+                    least = parameter.bounds[0] if parameter.fitted_as == "value" else -np.inf
+                    if central and x[column] - step >= least:  # no edges of a radius below 0
                         up[column] -= 2 * step
                         later -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
                         quotient = later / (2 * step)

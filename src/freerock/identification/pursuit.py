@@ -95,7 +95,7 @@ def _directions(jacobian: Floats, steps: Floats, moved: float) -> Floats:
     _, size, directions = np.linalg.svd(
         jacobian * steps / moved / np.sqrt(len(jacobian)), full_matrices=False
     )
-    return np.asarray(steps[:, None] * directions.T * np.minimum(1 / size, STRIDE))
+    return np.asarray(steps[:, None] * directions.T * np.minimum(1 / np.maximum(size, 1 / STRIDE), STRIDE))
 
 
 def _size(columns: Floats) -> Floats:
@@ -155,7 +155,7 @@ def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
 
     def spread(x: Floats) -> Floats:
         jacobian = resolved(usual, x, samples).jacobian(x, samples)
-        size = np.linalg.norm(jacobian, axis=0)
+        size = np.where(problem.varied, np.linalg.norm(jacobian, axis=0), 1.0)
         return np.asarray(_noise(problem) * np.linalg.norm(np.linalg.pinv(jacobian / size), axis=1) / size)
 
     return all(bool(np.all(np.abs(x - other) <= NEAR * spread(end))) for end in (x, other))
@@ -177,7 +177,7 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
         x, evaluations = end.x, evaluations + end.evaluations
         if problem.directions is not None:
             problem = replace(problem, directions=SHORTER * problem.directions)
-        basis, _ = np.linalg.qr(problem.jacobian(x, samples)[:, ~problem.at_bound(x)])
+        basis, _ = np.linalg.qr(problem.jacobian(x, samples)[:, ~problem.held(x)])
         gain = float(np.sum((basis.T @ problem.residual(x, samples)) ** 2))
         if gain <= PROMISE * noise or end.mean_square > LOST * noise:
             return problem, replace(end, evaluations=evaluations)
@@ -188,7 +188,7 @@ def _next_span(problem: Problem, x: Floats, span_s: float, reach: float) -> floa
     """How far the numbers that a horizon gives are known to follow the motion [s]."""
     low, high = LEAST * span_s, MOST * span_s
     samples = problem.samples(high, 2 * SAMPLES)
-    jacobian, known = problem.jacobian(x, samples), samples.time_s <= span_s
+    jacobian, known = problem.jacobian(x, samples)[:, problem.varied], samples.time_s <= span_s
     jacobian /= np.sqrt(np.mean(jacobian[known] ** 2, axis=0))
     _, size, directions = np.linalg.svd(jacobian[known], full_matrices=False)
     spread = np.linalg.norm(jacobian @ directions.T / size, axis=1)  # times the noise

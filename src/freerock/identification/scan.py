@@ -9,7 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats
 from freerock.identification.problem import Problem, Samples, fitted
-from freerock.identification.rigid import R_GRID, first_impact_s, moving_s, rocking_for, width_range
+from freerock.identification.swings import R_GRID, first_impact_s, moving_s, rocking_for, width_range
 from freerock.models.laws import MODELS, PARAMETERS, alike, law_of
 
 SCAN_SAMPLES = 250  # per run
@@ -50,14 +50,32 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         ]
     samples = problem.samples(horizon_s, SCAN_SAMPLES)
     coarse = replace(problem, rtol=RTOL)
-    grids = [np.geomspace(*PARAMETERS[name].grid) for name in law.parameters]
+    grids = [_grid(problem, name) for name in law.parameters]
     middle = [fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
     grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
+    beside = {name: each.value for name, each in problem.given.items() if each.value is not None}
+    if {*law.dampings} & {*beside}:
+        grids[1] = np.append(grids[1], np.nan)  # stands for the value that is given
     points = [
-        [fitted(name, value) for name, value in zip(law.parameters, point, strict=True)]
+        [
+            fitted(name, value if np.isfinite(value) else beside[name] / point[0])
+            for name, value in zip(law.parameters, point, strict=True)
+        ]
         for point in product(*grids)
     ]
     return _lowest(coarse, points, [len(grid) for grid in grids], samples)
+
+
+def _grid(problem: Problem, name: str) -> Floats:
+    """Values of a parameter to start from: of the stiffness within what is given, and its value; of a damping
+    ratios to it."""
+    low, high, n = PARAMETERS[name].grid
+    if name != "k" or name not in problem.given:
+        return np.geomspace(low, high, n)
+    least, most = np.exp(problem.bounds()[0])
+    low, high = (max(low, least), min(high, most)) if max(low, least) < min(high, most) else (least, most)
+    value = problem.given[name].value
+    return np.sort(np.append(np.geomspace(low, high, n), [] if value is None else value))
 
 
 def is_lively(problem: Problem, x: Floats) -> bool:
@@ -66,7 +84,8 @@ def is_lively(problem: Problem, x: Floats) -> bool:
     if not law.is_foundation or law.cases:
         return False
     (name,) = law.dampings
-    return bool(x[1] < fitted(name, LIVELY[name]))
+    ratio = x[1] if problem.is_ratio[1] else x[1] - x[0]
+    return bool(ratio < fitted(name, LIVELY[name]))
 
 
 def finer_scan(problem: Problem, horizon_s: float) -> list[list[float]]:
@@ -155,7 +174,13 @@ def _scan_r(problem: Problem) -> float:
     moving = moving_s(motion)
     if moving < 0.95 * motion.time_s[-1]:
         high = rocking_for(problem.blocks[0], motion, 4 * moving)
-    grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
+    if "r" in problem.given:
+        low, high = problem.bounds()[0]
+        value = problem.given["r"].value
+        grid = np.append(np.linspace(high, low, len(R_GRID)), [] if value is None else value)
+        grid = np.sort(grid)[::-1]
+    else:
+        grid = R_GRID[(R_GRID >= problem.r_low) & (R_GRID <= high)]  # noqa: SIM300
     residuals = (problem.residual(problem.start([r]), samples) for r in grid)
     errors = np.array([left @ left / len(left) for left in residuals])
     inside = np.flatnonzero((errors[1:-1] <= errors[:-2]) & (errors[1:-1] <= errors[2:])) + 1

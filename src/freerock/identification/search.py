@@ -8,7 +8,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.noise import least_mean_square
-from freerock.identification.problem import FINE, Problem
+from freerock.identification.problem import FINE, Problem, Samples
 from freerock.identification.pursuit import (
     AGAIN,
     BEYOND,
@@ -21,8 +21,8 @@ from freerock.identification.pursuit import (
     settle,
 )
 from freerock.identification.resolution import Resolution, find_resolution
-from freerock.identification.rigid import first_impact_s
 from freerock.identification.scan import finer_scan, is_lively, scan
+from freerock.identification.swings import R_GRID, first_impact_s
 from freerock.models.laws import PARAMETERS, law_of, parameter_of
 from freerock.runs.motion import Motion
 
@@ -69,6 +69,36 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
     if near.message in TOLD and (problem.directions is not None or _is_left(problem, end)):
         end = replace(end, success=False, message=near.message)
     return problem, end, resolution
+
+
+def stopped(problem: Problem, end: Solution) -> tuple[Problem, Solution] | None:
+    """The minimum of the objective over all r, where that is of a rigid block that stops rocking too soon.
+
+    A search keeps r where the block rocks for at least half the measured time: it then keeps the phase. Where
+    more than noise is left there, a block that stops early may be less out of step.
+
+    Returns
+    -------
+    (Problem, Solution) or None
+        None of a foundation's law, of several runs, where r is given, and where the end that keeps the phase
+        is the nearest.
+    """
+    rigid = _is_single(problem) and not law_of(problem.model).is_foundation
+    if not rigid or problem.given or problem.n_impacts > 1 or not is_poor(problem, end.mean_square):
+        return None
+    whole, few = replace(problem, r_low=0.0), problem.samples(most=GROWTH_SAMPLES)
+
+    def left(x: Floats, samples: Samples) -> float:
+        return float(np.sum(whole.residual(x, samples) ** 2))
+
+    starts = [np.append(r, end.x[1:]) for r in [0.0, *R_GRID[problem.r_low > R_GRID]]]
+    every = problem.samples()
+    with np.errstate(divide="ignore", invalid="ignore"):  # at r = 0 nothing depends on r
+        found = least_squares(whole, min(starts, key=lambda x: left(x, few)), every)
+    nearest = found.x if found.x[0] > R_GRID[-1] else np.append(0.0, found.x[1:])  # below: no bounce to see
+    if nearest[0] >= problem.r_low or left(nearest, every) >= left(end.x, every):
+        return None
+    return whole, replace(found, x=nearest, success=False)
 
 
 def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond: float = np.inf) -> Solution:
@@ -230,7 +260,12 @@ def _different(ends: Sequence[Solution]) -> list[Solution]:
 
 def _r_first(problem: Problem, x: Floats) -> Floats:
     """A start with Housner's r found for the release as measured: from elsewhere least squares creep."""
-    if law_of(problem.model).is_foundation or "width" in problem.common or len(x) == 1:
+    if (
+        law_of(problem.model).is_foundation
+        or "width" in problem.common
+        or len(x) == 1
+        or not problem.varied[0]
+    ):
         return x
     alone = replace(problem, settings=replace(problem.settings, free=()), n_impacts=0)
     r = least_squares(alone, x[:1], alone.samples(most=GROWTH_SAMPLES)).x

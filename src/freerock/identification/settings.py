@@ -1,10 +1,12 @@
 """What a fit is asked for, and what is refused."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.given import Given, faults
 from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, PER_RUN, law_of
 
 NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
@@ -30,6 +32,8 @@ class FitSettings:
     loose_release : bool
         Whether "theta0" and "t0" may leave what was measured, by 10 % and 50 ms: a push, or a slow finger,
         gives the motion of another release.
+    parameters : mapping of str to mapping of str to Given or mapping
+        By law and parameter what is said of it beforehand, in lmfit's words: value, min, max, vary, expr.
     """
 
     free: Sequence[str] = PER_RUN
@@ -37,6 +41,14 @@ class FitSettings:
     integrator_error: float = 0.2
     profile: bool = False
     loose_release: bool = False
+    parameters: Mapping[str, Mapping[str, Given | Mapping[str, Any]]] = field(
+        default_factory=dict, hash=False
+    )
+
+    def given(self, model: str) -> dict[str, Given]:
+        """What is said beforehand of the parameters of a candidate's law, by name."""
+        own = self.parameters.get(CANDIDATES[model].law, {})
+        return {name: each if isinstance(each, Given) else Given(**each) for name, each in own.items()}
 
 
 def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
@@ -67,8 +79,9 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     Raises
     ------
     FreerockError
-        Unknown model or nuisance; debonding that is not worked out for the model; one width for several
-        blocks; a restitution per impact of several runs, or of a foundation.
+        Unknown model or nuisance; what is given of a parameter is wrong, or leaves nothing to fit; debonding
+        that is not worked out for the model; one width for several blocks; a restitution per impact of
+        several runs, or of a foundation.
     """
     if model not in CANDIDATES:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
@@ -78,6 +91,13 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if unknown:
         remedy = f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}"
         raise FreerockError(key, f"unknown nuisance {min(unknown)!r}", remedy)
+    given = settings.given(model)
+    for parameter, what, remedy in faults(name, given):
+        raise FreerockError(f"fits.parameters.{name}.{parameter}", what, remedy)
+    if not freed(model, settings.free) and not any(
+        each not in given or given[each].varies for each in law.parameters
+    ):
+        raise FreerockError(f"fits.parameters.{name}", "nothing is left to fit", "free a number")
     if not law.allows(settings.debonding, len(law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")

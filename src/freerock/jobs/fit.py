@@ -6,16 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from freerock.identification.candidates import Ladder
-from freerock.identification.choice import Choice
-from freerock.identification.doubts import doubts_about, doubts_about_noise
+import lmfit
+
 from freerock.identification.fit import Fit
-from freerock.identification.identified import Identified
-from freerock.identification.impact_energy import impact_energy
-from freerock.identification.ladder import identify_runs
-from freerock.identification.sensitivity import contributions
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
+from freerock.populations.impact_energy import impact_energy
+from freerock.populations.sensitivity import contributions
 from freerock.products.groups import NotFitted
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
@@ -28,6 +25,11 @@ from freerock.runs.motion import Motion
 from freerock.runs.noise import Noise, Rests, noise_of
 from freerock.runs.segment import Run
 from freerock.runs.verdict import Reason
+from freerock.selection.choice import Choice
+from freerock.selection.doubts import doubts_about, doubts_about_noise
+from freerock.selection.hypotheses import Hypotheses
+from freerock.selection.hypothesis_search import identify_runs
+from freerock.selection.identified import Identified
 
 log = logging.getLogger("freerock")
 
@@ -42,7 +44,7 @@ def make_fits(
     settings: Mapping[str, Any],
     record_file: str | Path,
     output: str | Path,
-    identify: Callable[[Block, Mapping[int, Motion], Ladder], dict[int, Identified]] | None = None,
+    identify: Callable[[Block, Mapping[int, Motion], Hypotheses], dict[int, Identified]] | None = None,
     hear: Callable[[Rests, float], Noise | None] = noise_of,
     passing: bool = False,
 ) -> None:
@@ -68,23 +70,23 @@ def make_fits(
     """
     runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
-    ladder = Ladder(*(settings[key] for key in ("models", "kinematics", "free", "options")))
+    hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
     motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
-    found = (identify or identify_runs)(block, motions, ladder)
-    choices: dict[int, Choice] = {number: each.choice(ladder) for number, each in found.items()}
+    found = (identify or identify_runs)(block, motions, hypotheses)
+    choices: dict[int, Choice] = {number: each.choice(hypotheses) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {number: _in_order(each) for number, each in found.items() if each.fits}
     for number, of_run in fits.items():
-        motion, scene = motions[number], ladder.freeing(found[number].scene)
+        motion, widened = motions[number], found[number].widened
         for model, fit in of_run.items():
             fit = _with_impacts(fit, block, limits)
             if fit.success and not passing:
                 if fit.contributions is None:
-                    known = contributions(fit, motion, laboratory, scene.settings(model))
+                    known = contributions(fit, motion, laboratory, hypotheses.settings(model, widened))
                     fit = replace(fit, contributions=known)
-                fit = _with_energies(fit, block, motion, laboratory, ladder)
+                fit = _with_energies(fit, block, motion, laboratory, hypotheses)
             of_run[model] = fit
     attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
     attributes |= {key: each for key, each in attrs.items() if str(key).startswith("sensor_")}
@@ -95,7 +97,7 @@ def make_fits(
     doubts = {
         number: [
             *(doubts_about_noise(motions[number]) if each.fits else []),
-            *doubts_about(runs[number].verdict, block, motions[number], each, ladder),
+            *doubts_about(runs[number].verdict, block, motions[number], each, hypotheses),
         ]
         for number, each in found.items()
     }
@@ -122,6 +124,7 @@ def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test
     for number, each in found.items():
         for model, fit in each.fits.items():
             log.info("run %d, %s: ε_θ = %.4g, %s", number, model, fit.epsilon_theta, fit.message)
+            log.info("%s", lmfit.fit_report(fit.result))
         for model, error in each.errors.items():
             if not CANDIDATES[model].is_rival:
                 log.error("%s: %s: %s", test, model, error)
@@ -143,11 +146,13 @@ def _with_impacts(fit: Fit, block: Block, limits: ImpactLimits) -> Fit:
     return replace(fit, impacts=impacts)
 
 
-def _with_energies(fit: Fit, block: Block, motion: Motion, laboratory: Laboratory, ladder: Ladder) -> Fit:
+def _with_energies(
+    fit: Fit, block: Block, motion: Motion, laboratory: Laboratory, hypotheses: Hypotheses
+) -> Fit:
     """A fit to be used with the energies at its impacts, where it is of a foundation's law."""
     if fit.impacts is None or not law_of(fit.model).is_foundation:
         return fit
-    debonding = ladder.settings(fit.model).debonding
+    debonding = hypotheses.settings(fit.model).debonding
     times, view = fit.impacts.time_s, motion.view
     if fit.contributions is not None and fit.contributions.moved.any():
         laboratory = laboratory.at(fit.contributions.inputs, fit.contributions.moved)

@@ -8,8 +8,8 @@ from typing import Any
 import xarray as xr
 
 from freerock.identification.estimate import Estimate, MisfitMap
-from freerock.identification.misfit import misfit_map
 from freerock.models.block import Block
+from freerock.populations.misfit import misfit_map
 from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import one_of_each
 from freerock.products.misfit_maps import MODEL, RecordMap, record_map, write_misfit_maps

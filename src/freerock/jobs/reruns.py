@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 from freerock.files import sha256, write_text
@@ -31,7 +32,8 @@ def code_checksum(script: str | Path, *modules: str) -> str:
     script : path
         A Python file.
     *modules : str
-        Dotted names of the modules of freerock that it imports by a name found at run time.
+        Dotted names of modules of freerock, or of a package beside it whose name begins so, that it imports
+        by a name found at run time.
 
     Returns
     -------
@@ -50,7 +52,8 @@ def code_checksum(script: str | Path, *modules: str) -> str:
 @cache
 def _line(path: str) -> str:
     """Name and checksum of a file; modules are shared by many steps."""
-    inside = Path(path).relative_to(PACKAGE) if Path(path).is_relative_to(PACKAGE) else Path(Path(path).name)
+    ours = Path(path).is_relative_to(PACKAGE.parent)
+    inside = Path(path).relative_to(PACKAGE.parent) if ours else Path(Path(path).name)
     return f"{inside.as_posix()} {meaning(path)}\n"
 
 
@@ -156,7 +159,7 @@ def _imported(path: str) -> frozenset[str]:
 def _files(name: str) -> set[str]:
     """The files that importing a dotted name runs, as far as they are freerock's, with their data files."""
     parts = name.split(".")
-    if parts[0] != PACKAGE.name:
+    if not parts[0].startswith(PACKAGE.name):
         return set()
     above = (".".join(parts[:n]) for n in range(1, len(parts) + 1))
     return {path for each in above for path in _package().get(each, [])}
@@ -164,13 +167,14 @@ def _files(name: str) -> set[str]:
 
 @cache
 def _package() -> dict[str, list[str]]:
-    """The files of freerock by dotted name: a module's own, and those of a room's door and its data."""
+    """Files of freerock and of `freerock_*` beside it, by dotted name; a room's are its door and its data."""
     found: dict[str, list[str]] = {}
-    for folder, _, files in os.walk(PACKAGE):
+    tops = sorted(PACKAGE.parent.glob(f"{PACKAGE.name}*/__init__.py"))
+    for folder, _, files in chain.from_iterable(os.walk(top.parent) for top in tops):
         name = ".".join(Path(folder).relative_to(PACKAGE.parent).parts)
         if "__init__.py" in files:
             data = [file for file in files if file[0] != "." and not file.endswith(".py")]
-            inside = ["__init__.py", *(data if Path(folder) != PACKAGE else [])]
+            inside = ["__init__.py", *(data if Path(folder).parent != PACKAGE.parent else [])]
             found[name] = [os.path.join(folder, file) for file in inside]
             modules = {file.removesuffix(".py") for file in files if file.endswith(".py")}
             found |= {f"{name}.{module}": [os.path.join(folder, f"{module}.py")] for module in modules}

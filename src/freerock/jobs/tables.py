@@ -9,9 +9,9 @@ import pandas as pd
 import xarray as xr
 
 from freerock.identification.estimate import Estimate
-from freerock.identification.population import shared_foundation
-from freerock.identification.predict import predictions
 from freerock.models.block import Block
+from freerock.populations.population import shared_foundation
+from freerock.populations.predict import predictions
 from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in

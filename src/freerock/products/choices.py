@@ -9,7 +9,7 @@ import xarray as xr
 from freerock.products.groups import runs_of
 
 if TYPE_CHECKING:
-    from freerock.identification.choice import Choice
+    from freerock.selection.choice import Choice
 
 GROUP = "choice"  # in that of a run: no candidate has this name
 NUMBERS = ("epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs", "bic")
@@ -21,7 +21,7 @@ def choice_dataset(choice: "Choice") -> xr.Dataset:
 
     Parameters
     ----------
-    choice : freerock.identification.choice.Choice
+    choice : freerock.selection.choice.Choice
 
     Returns
     -------

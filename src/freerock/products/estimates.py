@@ -1,6 +1,7 @@
 """Plain values of fit datasets: estimates for predictions and misfit maps, evidence for the choice."""
 
 from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -8,6 +9,9 @@ from freerock.arrays import Floats
 from freerock.identification.estimate import Estimate
 from freerock.models.laws import MODELS
 from freerock.products.groups import fits_of
+
+if TYPE_CHECKING:
+    import lmfit
 
 # All variables of a fit that are asked for here.
 ESTIMATED = (
@@ -46,6 +50,33 @@ def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:
             shifts=_shifts(fit, n),
             moved=_moved(fit),
         )
+
+
+def parameters_in(fit: xr.Dataset) -> "lmfit.Parameters":
+    """Parameters of a fit as lmfit has them: value, standard error, bounds, ties, correlations, first value.
+
+    Parameters
+    ----------
+    fit : xarray.Dataset
+        A model of a run: `open_fits(path)["run_1/winkler"]`.
+
+    Raises
+    ------
+    FreerockError
+        A tie in the file is no arithmetic of the parameters.
+    """
+    from freerock.identification.least_squares import in_words_of_lmfit
+
+    names = fit["parameter"].values.astype(str).tolist()
+    return in_words_of_lmfit(
+        names,
+        fit["value"].values,
+        (fit["min"].values, fit["max"].values),
+        fit["vary"].values.astype(bool),
+        fit["expr"].values.astype(str).tolist(),
+        fit["initial"].values,
+        fit["covariance"].values,
+    )
 
 
 def _shifts(fit: xr.Dataset, n: int) -> dict[tuple[str, str], Floats]:

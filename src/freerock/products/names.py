@@ -88,6 +88,11 @@ VARIABLES = {
     "unit": ("", "auxiliary", "unit of the parameter"),
     "value": ("", "model", "identified value of the parameter"),
     "stderr": ("", "quality", "standard error of the parameter"),
+    "initial": ("", "auxiliary", "value of the parameter from which the reported least squares started"),
+    "min": ("", "auxiliary", "lower bound of the parameter in the fit"),
+    "max": ("", "auxiliary", "upper bound of the parameter in the fit"),
+    "vary": ("", "auxiliary", "whether the fit found the parameter, which else was fixed or tied"),
+    "expr": ("", "auxiliary", "what ties the parameter to others"),
     "ci95_low": ("", "quality", "lower end of the 95 % confidence interval of the parameter"),
     "ci95_high": ("", "quality", "upper end of the 95 % confidence interval of the parameter"),
     "covariance": ("", "quality", "covariance of the parameters"),
@@ -145,7 +150,7 @@ VARIABLES = {
     "identified_run": ("", "auxiliary", "run of the identified values"),
     "identified_k": ("N m-2", "model", "identified stiffness"),
     "identified_lambda": ("N s m-3", "model", "identified damping"),
-    "correlation": ("1", "quality", "correlation of the two identified parameters"),
+    "correlation": ("1", "quality", "correlation of the identified parameters"),
 }
 CONTENT = {
     "coordinate": "coordinate",
@@ -163,11 +168,14 @@ EXTRA: dict[str, dict[str, Any]] = {
     },
     "success": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "not_usable usable"},
     "explains": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "more_than_noise noise"},
+    "vary": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "fixed_or_tied found"},
     "covariance": {
         "comment": "in the product of the units that the variable unit gives for the two parameters"
     },
     "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
-    **dict.fromkeys(["value", "stderr", "ci95_low", "ci95_high", "discrepancy"], IN_UNIT),
+    **dict.fromkeys(
+        ["value", "stderr", "ci95_low", "ci95_high", "discrepancy", "initial", "min", "max"], IN_UNIT
+    ),
     **dict.fromkeys(["u_total", "contribution", "part_value", "part_value_stderr"], IN_UNIT),
 }
 BESIDE = {

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from freerock.arrays import Floats
+from freerock.models.given import legal
 from freerock.models.laws import CANDIDATES
 from freerock.products.choices import GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
@@ -16,11 +17,11 @@ from freerock.products.storage import open_product, readable, write_groups
 from freerock.runs.verdict import Level, Reason
 
 if TYPE_CHECKING:
-    from freerock.identification.choice import Choice
     from freerock.identification.fit import Fit
     from freerock.runs.impacts import Impacts
     from freerock.runs.segment import Run
     from freerock.runs.total import MeasuredTotal
+    from freerock.selection.choice import Choice
 
 
 def write_record(
@@ -212,6 +213,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         arrays |= {
             name: ((), getattr(fit, name)) for name in ("epsilon_theta", "epsilon_holdout", "aic", "bic")
         }
+        arrays |= _in_words_of_lmfit(fit)
         if fit.impacts is not None:
             arrays |= _impacts(fit.impacts)
         if fit.energies is not None:
@@ -246,9 +248,32 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
         groups[f"{group}/{model}"] = xr.Dataset(
             arrays,
             {"parameter": names, "parameter_b": names, **beside},
-            {**_assumes(model, names), "message": fit.message, **fit.diagnostics},
+            {**_assumes(model, names), "message": fit.message, **_of_lmfit(fit), **fit.diagnostics},
         )
     return groups
+
+
+def _in_words_of_lmfit(fit: "Fit") -> dict[str, Any]:
+    """What lmfit's parameters hold beside values and errors, along the parameters of a fit."""
+    if fit.result is None:
+        return {}
+    each = [fit.result.params[legal(name)] for name in fit.parameters]
+    stderr = fit.stderr
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = fit.covariance / np.outer(stderr, stderr)
+    return {
+        "initial": ("parameter", np.array([one.init_value for one in each], float)),
+        "min": ("parameter", np.array([one.min for one in each], float)),
+        "max": ("parameter", np.array([one.max for one in each], float)),
+        "vary": ("parameter", np.array([one.vary for one in each], np.int8)),
+        "expr": ("parameter", np.array([one.expr or "" for one in each], str)),
+        "correlation": (("parameter", "parameter_b"), correlation),
+    }
+
+
+def _of_lmfit(fit: "Fit") -> dict[str, Any]:
+    """Method and evaluations of the least squares whose numbers are reported."""
+    return {} if fit.result is None else {"method": fit.result.method, "nfev": int(fit.result.nfev)}
 
 
 def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:

@@ -6,10 +6,11 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup, escape
 
-from freerock.identification.choice import TELLS, TRACE
+from freerock.identification.diagnosis import TRACE
 from freerock.models.laws import LAWS
 from freerock.report.references import REFERENCES, bibtex
 from freerock.report.text import Pairs
+from freerock.selection.choice import TELLS
 from freerock.tables.markdown import SIGNS
 
 _KEY = f"@(?:{'|'.join(REFERENCES)})"

@@ -7,10 +7,11 @@ import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
+from freerock.populations.means import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
-from freerock.tables.text import INPUT_LABELS, LAW, fixed, quantity, with_unit
+from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
 
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 

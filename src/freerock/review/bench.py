@@ -133,10 +133,10 @@ class Bench:
         FreerockError
             The machine lacks something, such as space for what is written meanwhile.
         """
-        from freerock.identification.ladder import identify_runs
         from freerock.jobs.fit import make_fits
         from freerock.jobs.record import make_record
         from freerock.runs.noise import noise_of
+        from freerock.selection.hypothesis_search import identify_runs
 
         def alone(*problem: Any) -> Any:
             return self._identified.get(problem, lambda: _identify(problem, needed))
@@ -144,12 +144,12 @@ class Bench:
         def hear(rests: Any, step: float) -> Any:
             return self._noises.get((rests, step), lambda: noise_of(rests, step))
 
-        def nearest(block: Any, motions: Mapping[int, Any], ladder: Any) -> dict[int, Any]:
+        def nearest(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
             number = min(motions, key=lambda each: abs(release[each] - (near_s or 0.0)), default=None)
-            return {} if number is None else {number: alone(block, motions[number], ladder)}
+            return {} if number is None else {number: alone(block, motions[number], hypotheses)}
 
-        def all_runs(block: Any, motions: Mapping[int, Any], ladder: Any) -> dict[int, Any]:
-            return identify_runs(block, motions, ladder, alone)
+        def all_runs(block: Any, motions: Mapping[int, Any], hypotheses: Any) -> dict[int, Any]:
+            return identify_runs(block, motions, hypotheses, alone)
 
         of_record, of_fits = self.settings(campaign, line)
         with TemporaryDirectory(prefix="freerock-review-") as folder:
@@ -208,7 +208,7 @@ def give_back() -> None:
 
 
 def _identify(problem: Any, needed: Callable[[], bool]) -> Any:
-    from freerock.identification.ladder import identify_run
+    from freerock.selection.hypothesis_search import identify_run
 
     if not needed():
         raise Superseded

@@ -16,5 +16,4 @@ __all__ = [
     "swings",
     "text",
     "tidy",
-    "total",
 ]

@@ -34,6 +34,11 @@ SELECTED_NOTE = (
     "‡ The one chosen for most of the runs: it explains them with as few numbers as the data allow, or comes "
     "nearest where none does."
 )
+STOPS_NOTE = (
+    "Stops rocking: at the minimum of ε_θ the rigid block comes to rest too soon; in phase: the nearest "
+    "minimum at which it rocks for at least half the time. Neither is used further."
+)
+GIVEN_NOTE = "Fixed and tied parameters are as the configuration has them (fits.parameters)."
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
@@ -86,9 +91,14 @@ def _given(name: str) -> Callable[[Any], Cell]:
     return cell
 
 
-def _failed(row: Any) -> str:
-    """What is printed after a number of a fit that may not be used."""
-    return "" if row.success else " (failed fit)"
+def _failed(row: Any, times: float = 1.0) -> str:
+    """What is printed after a number of a fit that may not be used, or that was given."""
+    if not row.success and math.isfinite(row.in_phase):
+        return f" (stops rocking; {quantity(times * row.in_phase)} in phase)"
+    if not row.success:
+        return " (failed fit)"
+    given = getattr(row, "given", "")  # empty cells of a file are NaN
+    return f" ({given.partition(':')[0]})" if given and isinstance(given, str) else ""
 
 
 def _mark(row: Any) -> str:
@@ -145,7 +155,7 @@ TABLE3 = (
     _MODEL,
     Column(
         "ε_θ / %",
-        lambda row: number(quantity(100 * row.epsilon_theta) + _failed(row), row.epsilon_theta),
+        lambda row: number(quantity(100 * row.epsilon_theta) + _failed(row, 100.0), row.epsilon_theta),
     ),
     Column("Range / %", _range),
     _RUNS,
@@ -197,14 +207,14 @@ def printed_tables(
             columns,
             table2_text(second, labels),
             "Identified parameters, record by record",
-            [*_marked_notes(second), *_runs_note(second), *notes],
+            [*_marked_notes(second), *_given_notes(second), *_runs_note(second), *notes],
         ),
         "table3": Printed(
             third,
             TABLE3,
             table3_text(third, labels),
             f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
-            [*_marked_notes(third), *notes],
+            [*_marked_notes(third), *_given_notes(third), *notes],
         ),
     }
 
@@ -246,6 +256,12 @@ def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 def _marked_notes(frame: pd.DataFrame) -> list[str]:
     notes = {"selected": SELECTED_NOTE, "rejected": REJECTED_NOTE}
     return [note for status, note in notes.items() if frame[status].any()]
+
+
+def _given_notes(frame: pd.DataFrame) -> list[str]:
+    stops = (~frame["success"].astype(bool) & frame["in_phase"].notna()).any()
+    given = "given" in frame and (frame["given"].fillna("") != "").any()
+    return [STOPS_NOTE] * bool(stops) + [GIVEN_NOTE] * bool(given)
 
 
 def _runs_note(frame: pd.DataFrame) -> list[str]:

@@ -17,7 +17,7 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan.plan`.
+        From `freerock.planning.plan.plan`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -57,7 +57,7 @@ def rivals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan.plan_rivals`.
+        From `freerock.planning.plan.plan_rivals`.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 
@@ -91,7 +91,7 @@ def totals_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) ->
     Parameters
     ----------
     frame : pandas.DataFrame
-        From `freerock.identification.plan_total.plan_totals`; not empty.
+        From `freerock.planning.plan_total.plan_totals`; not empty.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
 

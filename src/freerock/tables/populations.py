@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 from scipy.special import expit, logit
 
-from freerock.arrays import Floats
-from freerock.identification.random_effects import Population, common_spread, population
 from freerock.models.laws import MODELS, OF_RECORD, law_of
-from freerock.tables.total import OF_INPUT, Key, Total, inputs_by_key, total
+from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
+from freerock.populations.random_effects import Population
+
+OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 
 POPULATIONS = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
 POPULATIONS += ["n_records", "mean", "stderr", "ci95_low", "ci95_high"]
@@ -53,7 +54,7 @@ def scale_of(parameter: str) -> _Scale:
 
 
 def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> pd.DataFrame:
-    """Random effects of the identified parameters (`identification.random_effects`).
+    """Random effects of the identified parameters (`populations.random_effects`).
 
     Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
     records are the members, each with the spread between its runs that all records of the foundation have; r
@@ -69,22 +70,22 @@ def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | No
     -------
     pandas.DataFrame
         Columns `POPULATIONS`: level is "record", "foundation" (of two records or more) or "campaign"; test
-        and block are empty where they are several. mean (geometric), its standard error and 95 % interval
-        from the scatter of the members; u_total, its total standard uncertainty with what the members owe to
-        the laboratory's inputs (`total.total`), and the 95 % interval of that; tau, the standard deviation
-        between the members without their noise, and its 95 % interval; next_low and next_high, where the next
-        member that is measured lies with 95 %; in the parameter's unit.
-        scatter_p: chance of so much scatter by noise alone. Of a single run n_runs is 1, mean and error are
-        its own, and the rest is NaN.
+        and block are empty where they are several. mean (geometric, weighted), its standard error and 95 %
+        interval without what all members share; u_total, its total standard uncertainty with what the members
+        owe to the laboratory's inputs, and the 95 % interval of that; tau, the standard deviation between the
+        members without noise and inputs, and its 95 % interval; next_low and next_high, where the next member
+        that is measured lies with 95 %: a run of the same record, or a record of another block; in the
+        parameter's unit. scatter_p: chance of so much scatter by noise and inputs alone. Of a single run
+        n_runs is 1, mean and error are its own, and the rest is NaN.
     """
-    rows, members = [], dict[tuple[str, ...], list[_Member]]()
+    rows, members = [], dict[tuple[str, ...], list[Mean]]()
     for scene, member in _records(parameters, contributions):
-        rows.append(scene | _told(scene["parameter"], member.found, member.total))
+        rows.append(scene | _told(scene["parameter"], member.found))
         if member.found.n:
             common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
             members.setdefault(common, []).append(member)
-    for scene, found, whole in _foundations(members):
-        rows.append(scene | _told(scene["parameter"], found, whole) | {"n_runs": scene["n_runs"]})
+    for scene, record in _foundations(members):
+        rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
     rows += list(_campaign(members))
     return pd.DataFrame(rows, columns=POPULATIONS).astype({"n_runs": "Int64", "n_records": "Int64"})
 
@@ -106,28 +107,28 @@ def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.Da
         stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of the
         parameter]; share_percent of the square of u_total.
     """
-    known, rows, members = inputs_by_key(contributions), [], dict[tuple[str, ...], list[_Member]]()
+    known, rows, members = _inputs_by_key(contributions), [], dict[tuple[str, ...], list[Mean]]()
     means = []
     for scene, member in _records(parameters, contributions):
-        if member.total:
-            means.append((scene, member.found, member.total))
+        if member.found.n:
+            means.append((scene, member))
             common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
             members.setdefault(common, []).append(member)
-    for scene, found, whole in [*means, *_foundations(members)]:
-        scale = scale_of(scene["parameter"])
+    for scene, member in [*means, *_foundations(members)]:
+        scale, found = scale_of(scene["parameter"]), member.found
         mean = float(scale.back(found.mean))
         slope = scale.slope(mean)
-        runs = {"input": "runs", "input_owner": scene["test"] or scene["foundation"]}
-        each = [(runs, whole.runs), *((known[key], shift) for key, shift in whole.shifts.items())]
+        of_runs = {"input": "runs", "input_owner": scene["test"] or scene["foundation"]}
+        each = [(of_runs, member.scatter), *((known[key], by) for key, by in member.shifts.items())]
         rows += [
             scene
             | of_input
             | {
                 "mean": mean,
-                "u_total": whole.u * slope,
+                "u_total": found.u * slope,
                 "sensitivity": shift * slope / float(u) if (u := of_input.get("input_u")) else math.nan,
                 "contribution": shift * slope,
-                "share_percent": 100 * shift**2 / whole.u**2 if whole.u else math.nan,
+                "share_percent": 100 * shift**2 / found.u**2 if found.u else math.nan,
             }
             for of_input, shift in each
         ]
@@ -136,7 +137,7 @@ def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.Da
 
 def _records(
     parameters: pd.DataFrame, contributions: pd.DataFrame | None
-) -> Iterator[tuple[dict[str, Any], "_Member"]]:
+) -> Iterator[tuple[dict[str, Any], Mean]]:
     """What each row of a record is of, and what its runs say."""
     own = [each.parameter in (*MODELS[each.model], *OF_RECORD) for each in parameters.itertuples()]
     used = parameters[np.array(own, bool) & parameters["success"].astype(bool)]
@@ -155,55 +156,47 @@ def _records(
         yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member
 
 
-class _Member(NamedTuple):
-    """A record among others: what its runs say, on the scale; their values; the variances of their noise;
-    the total uncertainty of their mean."""
-
-    found: Population
-    values: Floats
-    variances: Floats
-    total: Total | None = None
-
-
-def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) -> _Member:
+def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) -> Mean:
     """What the runs of a record say, on the scale; of those that have a standard error, where any has."""
     value, scale = runs["value"].to_numpy(float), scale_of(parameter)
     stderr = runs["stderr"].to_numpy(float)
     known = np.isfinite(stderr) & (stderr > 0)
     there = scale.there(value)
     if not known.any():
-        return _Member(Population(0, float(there.mean()), *[math.nan] * 3), np.empty(0), np.empty(0))
+        nan = math.nan
+        none = Population(0, float(there.mean()), nan, nan, nan, nan, nan, nan, np.empty(0))
+        return Mean(none, np.empty(0), np.empty(0), {})
     noise = stderr[known] / np.array([scale.slope(each) for each in value[known]])
-    found = population(there[known], noise)
-    weights = 1 / (noise**2 + np.nan_to_num(found.tau) ** 2)
-    whole = total(found, [each for each, one in zip(shifts, known, strict=True) if one], weights)
-    return _Member(found, there[known], noise**2, whole)
+    return over_runs(there[known], noise, [each for each, one in zip(shifts, known, strict=True) if one])
 
 
 def _foundations(
-    members: Mapping[tuple[str, ...], list[_Member]],
-) -> Iterator[tuple[dict[str, Any], Population, Total]]:
-    """The parameters of each foundation over its records: what they are of, mean, total uncertainty."""
+    members: Mapping[tuple[str, ...], list[Mean]],
+) -> Iterator[tuple[dict[str, Any], Mean]]:
+    """The parameters of each foundation over its records: what they are of, and what the records say."""
     for (campaign, foundation, model, parameter, unit), records in members.items():
         if len(records) < 2 or not law_of(model).is_foundation:
             continue
-        tau2 = (_spread(records) or (0.0,))[0] ** 2
-        errors = np.array([math.sqrt(1 / np.sum(1 / (each.variances + tau2))) for each in records])
-        found = population([each.found.mean for each in records], errors)
-        shifts = [each.total.shifts if each.total else {} for each in records]
-        weights = 1 / (errors**2 + found.tau**2)
-        within = float(np.sum((weights * errors) ** 2) / weights.sum() ** 2)
-        whole = total(found, shifts, weights, within)
-        yield _scene(campaign, "foundation", foundation, model, parameter, unit, records), found, whole
+        scene = _scene(campaign, "foundation", foundation, model, parameter, unit, records)
+        yield scene, over_records(records)
 
 
-def _campaign(members: Mapping[tuple[str, ...], list[_Member]]) -> Iterator[dict[str, Any]]:
+def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
+    """Uncertainty, unit and origin of each input in a table of contributions."""
+    first = contributions.drop_duplicates(["input_owner", "input"])
+    return {
+        (row["input_owner"], row["input"]): {name: row[name] for name in OF_INPUT}
+        for row in first[OF_INPUT].to_dict("records")
+    }
+
+
+def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[str, Any]]:
     """The spread between the runs of a record, over all records of a campaign."""
-    alike: dict[tuple[str, ...], list[_Member]] = {}
+    alike: dict[tuple[str, ...], list[Mean]] = {}
     for (campaign, _, model, parameter, unit), records in members.items():
         alike.setdefault((campaign, model, parameter, unit), []).extend(records)
     for (campaign, model, parameter, unit), records in alike.items():
-        found = _spread(records)
+        found = spread_of_runs(records)
         if found:
             scale = scale_of(parameter)
             mean = float(scale.back(np.mean([each.found.mean for each in records])))
@@ -221,7 +214,7 @@ def _scene(
     model: str,
     parameter: str,
     unit: str,
-    records: list[_Member],
+    records: list[Mean],
 ) -> dict[str, Any]:
     """What a row of several records is of."""
     scene = {"campaign": campaign, "level": level, "test": "", "block": "", "foundation": foundation}
@@ -229,28 +222,20 @@ def _scene(
     return scene | {"n_records": len(records), "n_runs": sum(each.found.n for each in records)}
 
 
-def _spread(records: list[_Member]) -> tuple[float, float, float] | None:
-    """Standard deviation between the runs of a record, from all records, and its interval; None of one run
-    each."""
-    several = [(each.values, each.variances) for each in records if each.found.n > 1]
-    return common_spread(several) if several else None
-
-
-def _told(parameter: str, found: Population, whole: Total | None) -> dict[str, Any]:
+def _told(parameter: str, found: Population) -> dict[str, Any]:
     """A population in the unit of its parameter."""
     scale = scale_of(parameter)
     mean = float(scale.back(found.mean))
     slope = scale.slope(mean)
-    u, low, high = whole[2:] if whole else [math.nan] * 3
     return {
         "n_runs": found.n,
         "mean": mean,
         "stderr": found.stderr * slope,
         "ci95_low": float(scale.back(found.low)),
         "ci95_high": float(scale.back(found.high)),
-        "u_total": u * slope,
-        "total95_low": float(scale.back(low)),
-        "total95_high": float(scale.back(high)),
+        "u_total": found.u * slope,
+        "total95_low": float(scale.back(found.total_low)),
+        "total95_high": float(scale.back(found.total_high)),
         **{name: getattr(found, name) * slope for name in ("tau", "tau_low", "tau_high")},
         "next_low": float(scale.back(found.next_low)),
         "next_high": float(scale.back(found.next_high)),

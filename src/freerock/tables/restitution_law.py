@@ -9,7 +9,7 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats
-from freerock.identification.random_effects import LEVEL, population
+from freerock.populations.random_effects import LEVEL, population
 from freerock.tables.swings import named_models
 
 LEAST = 4  # impacts of a run through which a line is laid

@@ -84,23 +84,30 @@ def table2(
     -------
     pandas.DataFrame
         Columns test, block, foundation, model, parameter, unit, n_runs, mean, stderr, u_total, tau,
-        tau_high, next_low, next_high, scatter_p (as in populations), published, success, selected and
-        rejected (by the choice of most of the fitted runs); SI units. A law of which no fit may be used has
-        n_runs 0 and the mean of what these gave.
+        tau_high, next_low, next_high, scatter_p (as in populations), published, given and in_phase (as in
+        parameters, the mean of the runs), success, selected and rejected (by the choice of most of the fitted
+        runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what these gave.
     """
     of_law = [row.model in LAWS and row.parameter in MODELS[row.model] for row in parameters.itertuples()]
     of_laws = parameters[np.array(of_law, bool)]
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
     numbers = ["n_runs", "mean", "stderr", "u_total", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
-    every = of_laws.groupby(named, sort=False, as_index=False).agg(failed=("value", "mean"))
+    every = of_laws.groupby(named, sort=False, as_index=False).agg(
+        failed=("value", "mean"),
+        in_phase=("in_phase", "mean"),
+        given=("given", "first"),
+        used=("success", "sum"),
+    )
     frame = every.merge(of_records[[*named, *numbers]], on=named, how="left")
     frame["success"] = frame["mean"].notna()
     frame["mean"] = frame["mean"].fillna(frame.pop("failed"))
     frame["n_runs"] = frame["n_runs"].fillna(0)
+    frame["given"] = frame["given"].fillna("")
+    frame["n_runs"] = frame["n_runs"].mask(frame["given"] == "fixed", frame.pop("used"))
     frame["published"] = [_published(published, row, row.parameter) for row in frame.itertuples()]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
-    return frame[[*named, *numbers, "published", "success", *STATUSES]]
+    return frame[[*named, *numbers, "published", "given", "in_phase", "success", *STATUSES]]
 
 
 def table3(
@@ -110,7 +117,8 @@ def table3(
 
     Columns test, block, foundation, model, n_runs, epsilon_theta (median of the runs, each under its own
     parameters), epsilon_low, epsilon_high (their range), published (fractions), final_time_s (the longest),
-    success, selected, rejected. A law of which no fit may be used has n_runs 0 and the numbers of those.
+    in_phase (median of epsilon_in_phase), success, selected, rejected. A law of which no fit may be used has
+    n_runs 0 and the numbers of those.
     """
     of_laws = epsilon[epsilon["model"].isin(LAWS)]
     named = ["test", "block", "foundation", "model"]
@@ -122,12 +130,13 @@ def table3(
         epsilon_low=("epsilon_theta", "min"),
         epsilon_high=("epsilon_theta", "max"),
         final_time_s=("final_time_s", "max"),
+        in_phase=("epsilon_in_phase", "median"),
     )
     frame["success"] = frame["n_runs"] > 0
     frame["published"] = [_published(published, row, "epsilon_theta") for row in frame.itertuples()]
     frame = frame.assign(**{status: _mostly(status, frame, choice) for status in STATUSES})
     numbers = ["n_runs", "epsilon_theta", "epsilon_low", "epsilon_high", "published", "final_time_s"]
-    return frame[[*named, *numbers, "success", *STATUSES]]
+    return frame[[*named, *numbers, "in_phase", "success", *STATUSES]]
 
 
 def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:

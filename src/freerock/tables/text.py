@@ -3,10 +3,11 @@
 import math
 import re
 
+from freerock.populations.means import LAW
+
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-LAW = "law"  # what it does not explain of a run, as an input that its fits share
 INPUT_LABELS = {
     "runs": "runs",
     LAW: "law",

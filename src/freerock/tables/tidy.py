@@ -10,14 +10,13 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.laws import MODELS, unit_of
+from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
-from freerock.tables.populations import budget_table, populations_table
-from freerock.tables.text import LAW
-from freerock.tables.total import OF_INPUT
+from freerock.tables.populations import OF_INPUT, budget_table, populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
 RUNS = [
@@ -33,12 +32,12 @@ RUNS = [
 ]
 RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
-PARAMETERS += ["discrepancy", "u_total", "unit", "success"]
+PARAMETERS += ["discrepancy", "u_total", "unit", "given", "in_phase", "success"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
 PULLS = [*IDENTITY, "model", *OF_INPUT, "input_moved", "input_remaining", "input_pull"]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
-EPSILON += ["aic", "bic", "selected", "success"]
+EPSILON += ["aic", "bic", "epsilon_in_phase", "selected", "success"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
 RESTITUTION += [
@@ -125,7 +124,9 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns `PARAMETERS`, SI units; stderr is that of the noise, discrepancy the standard uncertainty as
         the law does not explain the run, u_total the total (that of noise and law where nothing is known of
-        the inputs); success says whether the fit may be used.
+        the inputs); given is empty of what the fit found, else "fixed" or "tied: ..."; in_phase, of a rigid
+        block that stops rocking at the minimum, the r that keeps the phase; success says whether the fit may
+        be used.
     """
     rows = []
     for tree in fits:
@@ -141,10 +142,19 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
                         "parameter": parameter,
                         **{key: column[i] for key, column in numbers.items()},
                         "unit": unit_of(parameter),
+                        "given": _given(fit, i),
+                        "in_phase": fit.attrs.get("in_phase_r", math.nan) if parameter == "r" else math.nan,
                         "success": bool(fit["success"].item()),
                     }
                 )
     return pd.DataFrame(rows, columns=PARAMETERS).astype({"success": bool})
+
+
+def _given(fit: xr.Dataset, i: int) -> str:
+    """What was said of a parameter in place of finding it, in words."""
+    if "vary" not in fit or fit["vary"].values[i]:
+        return ""
+    return f"tied: {expr}" if (expr := str(fit["expr"].values[i])) else "fixed"
 
 
 def contributions_table(fits: Trees) -> pd.DataFrame:
@@ -256,7 +266,8 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
     -------
     pandas.DataFrame
         Columns `EPSILON`; epsilon_theta is a fraction up to final_time_s [s], selected the model chosen
-        for that run (`choice_table`), success says whether the fit may be used.
+        for that run (`choice_table`), success says whether the fit may be used; epsilon_in_phase, of a rigid
+        block that stops rocking at the minimum, is that of the local one that keeps the phase.
     """
     rows = []
     for tree in fits:
@@ -265,6 +276,7 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
             row = {key: fit[key].item() for key in scalars}
             row["final_time_s"] = row.pop("final_time")
             row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+            row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
             row["success"] = bool(fit["success"].item())
             rows.append({**_identity(tree, run), "model": model, **row})
     columns = [column for column in EPSILON if column != "selected"]

@@ -53,7 +53,7 @@ Moves = Callable[[Scene, Floats, State], Response]
 
 
 def free_rocking(scene: Scene, since: Floats, start: State, ground: GroundMotion | None = None) -> Response:
-    """The law alone moves the block; for other motions see `freerock.virtual_lab.mishaps`."""
+    """The law alone moves the block; for other motions see `freerock_bench.moves`."""
     return simulate(
         scene.model,
         scene.block,

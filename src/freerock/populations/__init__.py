@@ -1,0 +1,12 @@
+"""Runs and blocks together: means, predictions, uncertainty budget, misfit maps."""
+
+__all__ = [
+    "between_blocks",
+    "impact_energy",
+    "means",
+    "misfit",
+    "population",
+    "predict",
+    "random_effects",
+    "sensitivity",
+]

@@ -1,0 +1,177 @@
+"""Hypotheses on a run: a law with its kinematics, and the priors that it widens."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from freerock.identification.fit import Fit
+from freerock.identification.settings import FitSettings, freed, is_rounded
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, PER_RUN, Candidate, law_of
+from freerock.selection.screening import Screening
+
+WIDENED = ("release", "tilt", "edges")  # priors that a hypothesis may widen, beside the contact width
+BARS_TILT = ("r_per_impact", "tilt")
+
+
+class Hypothesis(NamedTuple):
+    """A candidate, and what of base and release it does not take as stated.
+
+    Parameters
+    ----------
+    model : str
+        A key of `freerock.models.laws.CANDIDATES`: law, kinematics, contact width as stated or freed.
+    widened : tuple of str
+        Of `WIDENED`, in that order: a release other than measured, a base off level, rounded edges.
+    """
+
+    model: str
+    widened: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hypotheses:
+    """The hypotheses that a campaign allows, and how each is fitted.
+
+    Parameters
+    ----------
+    models : sequence of str
+        Laws that are fitted as the paper has them; one with cases only as a rival.
+    kinematics : sequence of str
+        What their rivals may take; without any there is no rival.
+    free : mapping of str to sequence of str
+        What is freed besides the parameters of each law.
+    options : mapping of str to object
+        Of `FitSettings`, but `free`.
+    """
+
+    models: Sequence[str]
+    kinematics: Sequence[str]
+    free: Mapping[str, Sequence[str]]
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def candidates(self) -> tuple[str, ...]:
+        """All candidates, few freed numbers first; without a law for which debonding is not worked out, where
+        another one remains."""
+        worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].dampings))]
+        return candidates(worked_out or self.models, self.kinematics, self.free)
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """The candidates that every run is fitted with: laws as the paper has them, without cases."""
+        every = self.candidates
+        laws = (name for name in every if not CANDIDATES[name].is_rival and not law_of(name).cases)
+        return tuple(laws) or every[:1]
+
+    def settings(self, model: str, widened: Sequence[str] = ()) -> FitSettings:
+        """Those of the fit of a hypothesis."""
+        names = {"tilt": "tilt", "edges": "edge_radius"}
+        more = self.of(model, widened).widened
+        free = (*self.free[CANDIDATES[model].law], *(names[each] for each in more if each in names))
+        released = {"loose_release": True} if "release" in more else {}
+        return FitSettings(free=free, **{**self.options, **released})
+
+    def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
+        """The hypothesis of a candidate that widens what it may of some priors."""
+        allowed = self._widens(model)
+        return Hypothesis(model, tuple(each for each in WIDENED if each in widened and each in allowed))
+
+    def n_freed(self, model: str, widened: Sequence[str] = ()) -> int:
+        """How many numbers the fit of a hypothesis frees."""
+        settings = self.settings(model, widened)
+        held = sum(not each.varies for each in settings.given(model).values())
+        return len(MODELS[model]) + len(freed(model, settings.free)) - held
+
+    def neighbours(self, each: Hypothesis) -> Iterator[Hypothesis]:
+        """Hypotheses one step further: other kinematics, one more damping, or one prior more widened."""
+        for name in self.candidates:
+            if _adds_one(CANDIDATES[each.model], CANDIDATES[name]):
+                yield self.of(name, each.widened)
+        for prior in WIDENED:
+            if prior not in each.widened and prior in self._widens(each.model):
+                yield self.of(each.model, (*each.widened, prior))
+
+    @property
+    def _rule(self) -> str:
+        return FitSettings(**self.options).debonding
+
+    def _widens(self, model: str) -> tuple[str, ...]:
+        """What a candidate may widen: nothing where its release is held, tilt or edges that are not freed
+        already, edges only where they are worked out."""
+        free = {*self.free[CANDIDATES[model].law]}
+        if not {*PER_RUN} <= free:
+            return ()
+        rounds = is_rounded(model, self._rule) and "edge_radius" not in free
+        return ("release", *["tilt"] * (not {*BARS_TILT} & free), *["edges"] * rounds)
+
+
+def _adds_one(own: Candidate, other: Candidate) -> bool:
+    """Whether a candidate differs from another by a damping, by pivoting, or by a freed width alone."""
+    law, pivots = other.law != own.law, other.kinematics != own.kinematics
+    if law + pivots + (other.width != own.width) != 1:
+        return False
+    if law:
+        return own.law in LAWS[other.law].cases
+    return own.kinematics == LAWS[own.law].kinematics[0] if pivots else other.width
+
+
+def candidates(
+    models: Sequence[str], kinematics: Sequence[str], free: Mapping[str, Sequence[str]]
+) -> tuple[str, ...]:
+    """Candidates of a campaign, by how many numbers they free; those alike as in `models.laws.CANDIDATES`.
+
+    Parameters
+    ----------
+    models : sequence of str
+        The laws to fit: each is a candidate as the paper has it, whatever the kinematics.
+    kinematics : sequence of str
+        What their rivals may take; without any there is no rival. A rigid block has no choice of it.
+    free : mapping of str to sequence of str
+        What is freed besides the parameters of each law. Where that holds the width already, there is no
+        further candidate with it.
+    """
+    found = []
+    for name, each in CANDIDATES.items():
+        allowed = each.kinematics in kinematics or (bool(kinematics) and len(LAWS[each.law].kinematics) == 1)
+        doubled = each.width and "width" in free[each.law] if each.law in models else True
+        if not doubled and (allowed or not each.is_rival):
+            found.append(name)
+    return tuple(sorted(found, key=lambda name: n_freed(name, free)))
+
+
+def n_freed(model: str, free: Mapping[str, Sequence[str]]) -> int:
+    """How many numbers a candidate frees on one run; a restitution per impact counts as one more.
+
+    `free` is what is freed besides the parameters of each law.
+    """
+    return len(MODELS[model]) + len(freed(model, free[CANDIDATES[model].law]))
+
+
+def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, float] | None:
+    """Where a fit of a hypothesis may start: where the best of those that it extends ended.
+
+    Parameters
+    ----------
+    each : Hypothesis
+    ends : sequence of Fit or Screening
+        Of one run, under hypotheses of which it is a neighbour.
+
+    Returns
+    -------
+    dict of str to float, or None
+        The parameters, and what else that fit freed [SI]; of a damping which that law lacks a trace. None
+        where no such fit may be used, and for another width of a rigid block: a scan has to find a start.
+    """
+    usable = [end for end in ends if end.success]
+    if not usable:
+        return None
+    found = min(usable, key=lambda end: float(np.nanmean(end.residual**2))).values
+    if not law_of(each.model).is_foundation and CANDIDATES[each.model].width and "width" not in found:
+        return None
+    traces = {name: PARAMETERS[name].trace * found.get("k", 0.0) for name in MODELS[each.model]}
+    return traces | found
+
+
+BY_DEFAULT = Hypotheses(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})

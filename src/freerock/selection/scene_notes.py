@@ -1,0 +1,137 @@
+"""What the fit of a run found of base, release and sensor, in words."""
+
+import math
+from collections.abc import Iterator
+
+from freerock.identification.diagnosis import blur_of
+from freerock.identification.fit import Fit
+from freerock.identification.nuisances import Posterior
+from freerock.identification.problem import release_bounds
+from freerock.models.block import Block
+from freerock.models.laws import MODEL_LABELS
+from freerock.runs.evenness import EVEN
+from freerock.runs.motion import Motion
+from freerock.runs.verdict import Reason
+from freerock.selection.hypotheses import Hypothesis
+
+LEAST_DEG = 1e-3  # error of a tilt that is told: that of the reading at rest is not in its own
+LEAST_MM = 0.01  # error of an edge radius that is told
+ROUNDED = 0.01  # of b, radius of edges that is a warning: with sharp ones k would be off by percents
+ALIKE = 5e-3  # relative change of k or r under another hypothesis that explains the run, which is a warning
+PUSHED = 0.02  # share of the release angle from which another one is a warning, as `max_push_fraction`
+# From which a block held back was braked. Eight fingers that left over 80 ms were late by 5 to 9 ms,
+# seven brakes by a fifth that such a release seemed to explain, k up to 4.2 standard errors off, by 12 to 21.
+LATE_MS = 10.0
+# Standard errors from which a sensor is told to be slower than stated: noise alone does so in one of two
+# thousand. Set on 24 clean records, of which none had more than 1.7.
+SLOWER = 3.3
+PULLED = 2.0  # standard deviations from which the shift of an input is noted
+SURPRISING = 5e-3  # chance of so large a pull of any input from which it is a warning; 1e-3 rejects the law
+
+
+def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
+    """How far the base is off level, and what the finger did, where a fit had to find them."""
+    notes = []
+    if "tilt" in fit.parameters:
+        notes.append(_of_base(fit, block))
+    if "edge_radius" in fit.parameters:
+        notes.append(_of_edges(fit, block))
+    measured, half = {"theta0": motion.theta0, "t0": 0.0}, release_bounds(motion)
+    if any(abs(fit.values[name] - value) > half[name] for name, value in measured.items()):
+        notes.append(_of_release(fit, block, motion))
+    return notes
+
+
+def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reason]:
+    """A warning where a hypothesis that widens other priors explains a run as well, with another k or r.
+
+    Parameters
+    ----------
+    other : Hypothesis
+    as_well : Fit
+        Under it.
+    fit : Fit
+        Of the hypothesis that is named.
+    """
+    name, values = fit.parameters[0], as_well.values
+    change = values.get(name, math.inf) / fit.values[name] - 1
+    if not abs(change) > ALIKE:
+        return
+    said, reason = list[str](), "pushed"
+    if "tilt" in {**values, **fit.values}:
+        tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
+        said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
+    if "edge_radius" in {**values, **fit.values}:
+        radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
+        said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
+    if "release" in other.widened:
+        said.append("another release")
+    moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
+    text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
+    yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
+
+
+def pulled_inputs(fit: Fit) -> Iterator[Reason]:
+    """The inputs that a fit moved by more than two standard deviations; a warning where that is no chance."""
+    found = fit.contributions
+    if found is None:
+        return
+    beyond = found.p_of_pulls < SURPRISING
+    for source, moved, pull in zip(found.inputs, found.moved, found.pulls, strict=True):
+        if abs(pull) > PULLED:
+            by = f"{moved * source.u:+.2g}" + (f" {source.unit}" if source.unit != "1" else "")
+            text = f"{source.name} of {source.owner} fitted {by} off, a pull of {pull:.1f}"
+            text += ": measure it again" if beyond else ""
+            yield Reason("warn" if beyond else "ok", "pulled_input", text)
+
+
+def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
+    """A warning where the run is blurred, by where its fit ended.
+
+    A sensor or filter that averages over a few milliseconds leaves no more than noise, and k too small.
+    """
+    off_zero, more_s = blur_of(best)
+    if off_zero > SLOWER:
+        stated_ms = motion.view.laser.response_ms if motion.view else 0.0
+        text = f"blurred as by a sensor that averages over {1e3 * more_s:.1f} ms, beside the {stated_ms:g} ms"
+        yield Reason("warn", "slow_sensor", f"{text} stated: find out, and set the laser's response_ms")
+
+
+def _of_base(fit: Fit, block: Block) -> Reason:
+    """A warning where the restitution alternates by more than that of clean runs scatters."""
+    tilt, error = (math.degrees(number[fit.parameters.index("tilt")]) for number in (fit.value, fit.stderr))
+    matters = block.h / block.b * math.radians(abs(tilt)) > EVEN[0].scatter
+    side = "right" if tilt > 0 else "left"
+    text = f"base off level by {abs(tilt):.3f} ± {max(error, LEAST_DEG):.3f} degrees, lower on the {side}"
+    return Reason("warn" if matters else "ok", "off_level", f"{text}, and fitted so" + ": level it" * matters)
+
+
+def _of_edges(fit: Fit, block: Block) -> Reason:
+    """A warning where sharp edges would have made k wrong by much."""
+    radius, error = (
+        1e3 * float(number[fit.parameters.index("edge_radius")]) for number in (fit.value, fit.stderr)
+    )
+    text = f"edges rounded by {radius:.2f} ± {max(error, LEAST_MM):.2f} mm, and fitted so"
+    matters = radius / 1e3 > ROUNDED * block.b
+    return Reason("warn" if matters else "ok", "rounded_edges", text + ": measure them" * matters)
+
+
+def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
+    """What the finger did, from the energy that the block had beyond that of the hold."""
+    angle, late = abs(fit.values["theta0"]), 1e3 * fit.values["t0"]
+    more = _rise(block, angle) - _rise(block, abs(motion.theta0))
+    rate = block.p * math.sqrt(2 * abs(more) / math.hypot(block.b, block.h))
+    did = f"pushed, by about {rate:.2g} rad/s" if more > 0 else "held back by a slow finger"
+    when = f"{abs(late):.1f} ms {'later' if late > 0 else 'earlier'}"
+    text = (
+        f"{did}: the block moves as if let go from rest at {math.degrees(angle):.3f} degrees instead of "
+        f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
+    )
+    far = abs(angle / abs(motion.theta0) - 1) > PUSHED or (more < 0 and late > LATE_MS)
+    name = "pushed" if more > 0 else "held_back"
+    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so")
+
+
+def _rise(block: Block, theta: float) -> float:
+    """Of the centre of mass [m] when a rigid block has turned by θ about a corner."""
+    return block.b * math.sin(theta) - 2 * block.h * math.sin(theta / 2) ** 2

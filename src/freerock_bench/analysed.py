@@ -1,0 +1,73 @@
+"""The first run of a record on the way of an analysis: volts to verdict and fits."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.rotation.faults import signal_quality
+from freerock.rotation.laboratory import Laboratory
+from freerock.rotation.lattice import converter_step
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
+from freerock.runs.judged import judged_runs
+from freerock.runs.motion import Motion, loud, motion_of
+from freerock.runs.noise import noise_at_rest
+from freerock.runs.quiet import quiet_stretches, usual_of
+from freerock.runs.verdict import Verdict
+from freerock.selection.doubts import doubts_about
+from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
+from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.identified import Identified
+
+
+class Analysed(NamedTuple):
+    """Verdict of a run, what the search finds of it, and the motion in which it does; none of a run that
+    fails."""
+
+    verdict: Verdict
+    found: Identified
+    motion: Motion | None
+
+
+def analysed(
+    time_s: Floats,
+    volts: Floats,
+    laser: Laser,
+    block: Block,
+    hypotheses: Hypotheses = BY_DEFAULT,
+    laboratory: Laboratory | None = None,
+) -> Analysed:
+    """The first run of a record, as the jobs of a campaign treat it.
+
+    Parameters
+    ----------
+    time_s, volts : ndarray, shape (n_time,)
+        The channel of the laser [s, V].
+    laser : Laser
+    block : Block
+    hypotheses : Hypotheses
+    laboratory : Laboratory, optional
+        Whose inputs a fit moves; without it they are exact.
+
+    Raises
+    ------
+    FreerockError
+        As of `rotation.find_rotation` and `judged_runs`.
+    """
+    record = find_rotation(time_s, volts, laser, block, "V")
+    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    time_s, theta, sigma, _ = signal
+    step = converter_step(volts, theta)
+    run, _ = judged_runs(signal, block, signal_quality(record), step=step)[0]
+    if run.verdict.level == "fail":
+        return Analysed(run.verdict, Identified(), None)
+    rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
+    noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
+    noise = noise and noise.scaled(loud(run, time_s, sigma, usual_of(sigma)))
+    motion = motion_of(run, time_s, theta, noise, view_of([laser], block))
+    motion = replace(motion, laboratory=laboratory)
+    found = identify_run(block, motion, hypotheses)
+    doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
+    return Analysed(run.verdict.adding(doubts), found, motion)

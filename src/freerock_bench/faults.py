@@ -1,0 +1,233 @@
+"""Faults matrix: how surely each fault of a signal is named, and how often one is invented.
+
+Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
+get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `find_rotation` must name it,
+at the time it lasts. Clean records must be left without any name, and their runs without a warning.
+
+    python -m freerock_bench.faults results/studies/faults.csv docs/signals.md
+
+renews the table in the documentation from the product of `snakemake studies`.
+"""
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freerock.arrays import Floats
+from freerock.errors import FreerockError
+from freerock.models.block import Block
+from freerock.rotation.faults import listed_faults, signal_quality
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.segment import find_runs
+from freerock.virtual_lab import faults as spoil
+from freerock.virtual_lab.noise import Disturbance, Noise
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
+from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+from freerock_bench.document import renew
+
+SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
+NOISE_V, MAINS_V = 2e-3, 5e-3
+SILENT = Noise(white_v=0.0, mains_v=0.0, drift_v=0.0, bits=32)
+RATES_HZ = (1000.0, 2000.0, 5000.0)
+BITS = (16, 24)
+COARSER = (8, 10, 12, 14)  # bits of converters of which clean records are counted, too
+SEVERITIES = ("light", "medium", "heavy")
+SETTINGS = {  # fault: what is varied, its values from light to heavy
+    "error_level": ("duration [s]", (0.004, 0.02, 0.2)),
+    "saturated": ("share of the held reading", (0.95, 0.8, 0.5)),
+    "dropout": ("duration [s]", (0.006, 0.02, 0.1)),
+    "spike": ("height [V]", (0.05, 0.2, 2.0)),
+    "ac_coupling": ("cut-off [Hz]", (0.02, 0.1, 0.5)),
+    "drift": ("range [V]", (0.02, 0.05, 0.2)),
+    "rest_shift": ("shift [V]", (0.01, 0.03, 0.1)),
+    "mains_interference": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "aliasing": ("amplitude [V]", (0.001, 0.005, 0.05)),
+    "sampling_rate": ("error of the rate", (0.01, 0.03, 0.1)),
+    "target_lost": ("share of the held reading", (0.95, 0.8, 0.5)),
+}
+COLUMNS = ["fault", "severity", "quantity", "value", "records", "named", "rate", "others"]
+MARK = ("<!-- faults matrix -->\n", "<!-- end of the faults matrix -->\n")
+
+
+def run(size: str = "full") -> pd.DataFrame:
+    """The faults matrix.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per fault and severity: quantity and value of what is varied, number of records, in how many the
+        fault was named at its time, that share, and in how many another fault was named besides. The row
+        "none" counts the clean records in which any fault was named, the row "none, runs" the clean records
+        with a run whose verdict is not ok; "none, 12 bits" and so on those of coarser converters.
+    """
+    n_motions, n_records, n_clean = SIZES[size]
+    motions = [_motion(seed) for seed in range(n_motions)]
+    rows = [
+        _cell(motions, n_records, fault, severity, quantity, value)
+        for fault, (quantity, values) in SETTINGS.items()
+        for severity, value in zip(SEVERITIES, values, strict=True)
+    ]
+    rows += _clean(motions, n_clean)
+    for bits in COARSER:
+        rows += _clean(motions, -(-n_clean // len(COARSER)), bits)
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+Original = tuple[VirtualRecord, Block, Laser]  # a record without faults, its block and its laser
+Row = tuple[str, str, str, float | str, int, int, float, int]
+
+
+def _motion(seed: int) -> Original:
+    """A record without noise, of one to three releases of a block of Table 1; the block, the laser."""
+    draw = np.random.RandomState(seed)
+    block, angle, laser = list(CONFIGURATIONS.values())[seed % 3]
+    releases = [
+        Release(
+            angle * draw.uniform(0.6, 1.0),
+            list(FOUNDATIONS.values())[seed % 2],
+            tilt_s=draw.uniform(1.0, 2.0),
+            held_s=draw.uniform(1.5, 2.5),
+            fade_s=draw.uniform(0.005, 0.02),
+            pause_s=draw.uniform(2.0, 3.0),
+        )
+        for _ in range(1 + seed % 3)
+    ]
+    rate = RATES_HZ[seed // 3 % 3]
+    recording = Recording(rate_hz=rate, rest_s=2.5, noise=SILENT)
+    record = simulate_record(block, laser, "hunt_crossley", releases, seed=seed, recording=recording)
+    return record, block, laser
+
+
+def _measured(record: VirtualRecord, fault: Disturbance | None, draw: Any, bits: int = 0) -> Floats:
+    """Volts of a motion with noise and a fault, through a converter of so many bits; of `BITS` where none."""
+    volts = record.volts + NOISE_V * draw.standard_normal(record.time_s.size)
+    if fault:
+        volts = fault(record.time_s, volts, draw)
+    count = 21 / 2 ** (bits or BITS[draw.randint(len(BITS))])
+    converted: Floats = np.rint(volts / count) * count
+    return converted
+
+
+def _injected(fault: str, value: float, record: VirtualRecord, draw: Any) -> tuple[Disturbance, float, float]:
+    """A fault, and from when to when it must be named; a fault of the whole record, any time."""
+    end = float(record.time_s[-1])
+    run = record.truth["runs"][draw.randint(len(record.truth["runs"]))]
+    at = draw.uniform(0.5, end - 0.5)
+    always = (0.0, end)
+    rate = record.truth["sampling_rate_hz"]
+    if fault in ("error_level", "dropout"):
+        broken = {"error_level": (spoil.error_level,), "dropout": (spoil.frozen, spoil.disconnected)}[fault]
+        return broken[draw.randint(len(broken))](at, value), at, at + value
+    if fault == "spike":
+        return spoil.spike(at, value * draw.choice([-1, 1])), at - 1 / rate, at + 2 / rate
+    if fault in ("saturated", "target_lost"):
+        held = max(record.truth["runs"], key=lambda each: abs(each["theta0_rad"]))
+        return getattr(spoil, fault)(value), held["hold_start_s"] - 1.0, held["release_s"] + 0.5
+    if fault == "ac_coupling":
+        return spoil.ac_coupled(value), *always
+    if fault == "drift":
+        return spoil.drift(value * draw.choice([-1, 1])), *always
+    if fault == "rest_shift":
+        at = run["release_s"] + 0.5 * (run["impacts_s"][0] - run["free_s"])
+        return spoil.slid(at, value * draw.choice([-1, 1])), run["hold_start_s"], run["rest_s"]
+    if fault == "mains_interference":
+        return spoil.tone(draw.uniform(49.95, 50.05), value), *always
+    if fault == "sampling_rate":
+        return spoil.tone(50 * (1 + value * draw.choice([-1, 1])), MAINS_V), *always
+    folded = draw.uniform(60.0, rate / 2 - 10.0)
+    return spoil.tone(draw.randint(1, 5) * rate + folded, value), *always
+
+
+def _cell(
+    motions: Sequence[Original], n_records: int, fault: str, severity: str, quantity: str, value: float
+) -> Row:
+    """One fault at one severity."""
+    named = others = 0
+    for trial in range(n_records):
+        draw = np.random.RandomState([list(SETTINGS).index(fault), SEVERITIES.index(severity), trial])
+        record, block, laser = motions[trial % len(motions)]
+        injected, start, end = _injected(fault, value, record, draw)
+        found = _named(record, _measured(record, injected, draw), block, laser)
+        named += any(name == fault and first <= end and last >= start for name, first, last in found)
+        others += any(name not in (fault, *_COMPANIONS.get(fault, ())) for name, _, _ in found)
+    return fault, severity, quantity, value, n_records, named, named / n_records, others
+
+
+_COMPANIONS = {  # what a fault brings along, rightly
+    "target_lost": ("error_level",),
+    "dropout": ("spike",),
+    "drift": ("rest_shift",),
+    "rest_shift": ("drift",),
+    "sampling_rate": ("aliasing",),
+}
+
+
+def _named(
+    record: VirtualRecord, volts: Floats, block: Block, laser: Laser
+) -> list[tuple[str, float, float]]:
+    """Name, start and end [s] of the faults found; a refusal counts for the fault that it names."""
+    end = float(record.time_s[-1])
+    try:
+        found = find_rotation(record.time_s, volts, laser, block)
+    except FreerockError as error:
+        return [("ac_coupling" if "AC-coupled" in error.what else "refused", 0.0, end)]
+    return [(fault.name, fault.start_s, fault.end_s) for fault in listed_faults(found)]
+
+
+def _clean(motions: Sequence[Original], n_records: int, bits: int = 0) -> Iterator[Row]:
+    """Clean records: any fault is a false alarm, any run that is not ok too."""
+    alarms = doubted = 0
+    for trial in range(n_records):
+        draw = np.random.RandomState([len(SETTINGS), trial])
+        record, block, laser = motions[trial % len(motions)]
+        try:
+            found = find_rotation(record.time_s, _measured(record, None, draw, bits), laser, block)
+        except FreerockError:
+            alarms, doubted = alarms + 1, doubted + 1
+            continue
+        alarms += bool(listed_faults(found))
+        time_s, theta, sigma, flags = (
+            found[name].values for name in ("time", "theta", "sigma_theta", "flags")
+        )
+        try:
+            runs = find_runs(time_s, theta, sigma, flags, block, signal_quality(found))
+        except FreerockError:
+            runs = []
+        true = len(record.truth["runs"])
+        doubted += len(runs) != true or any(run.verdict.level != "ok" for run in runs)
+    of = f", {bits} bits" if bits else ""
+    for name, count in ((f"none{of}", alarms), (f"none{of}, runs", doubted)):
+        yield name, "", "", math.nan, n_records, count, count / n_records, 0
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """The matrix as a table: a row per fault, a column per severity."""
+    lines = [
+        "| fault | varied | light | medium | heavy | another named besides |",
+        "|---|---|---|---|---|---|",
+    ]
+    for fault, rows in frame[frame["severity"].notna() & (frame["severity"] != "")].groupby(
+        "fault", sort=False
+    ):
+        cells = [f"{row.value:g}: {row.rate:.1%}" for row in rows.itertuples()]
+        others = rows["others"].sum() / rows["records"].sum()
+        quantity = rows["quantity"].iloc[0]
+        lines.append(f"| {fault.replace('_', ' ')} | {quantity} | {' | '.join(cells)} | {others:.1%} |")
+    for row in frame[frame["fault"].str.startswith("none")].to_dict("records"):
+        fault = row["fault"]
+        text = "a run missed, invented or not ok" if fault.endswith("runs") else "any fault named"
+        lines.append(
+            f"| {fault.removesuffix(', runs')} | {text} | {row['rate']:.1%} of {row['records']} |  |  |  |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+if __name__ == "__main__":
+    product, document = map(Path, sys.argv[1:])
+    renew(document, MARK, markdown(pd.read_csv(product)))

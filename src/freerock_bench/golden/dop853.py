@@ -1,0 +1,253 @@
+"""The second method: SciPy's DOP853 in double precision, restarted at every change of regime.
+
+It shares nothing with `taylor` but the scene: the force and its moment are sums over Gauss's two places of
+the contact, and eq. (1) is solved as the two linear equations that it is.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from scipy.integrate import DOP853
+
+from freerock_bench.golden.scenes import PULSE_PERIOD_S, PULSE_START_S, Scene, instants
+from freerock_bench.golden.taylor import CHATTER_S, Solution
+
+RTOL = 3e-14
+ATOL = 1e-17
+GAUSS = 1 / math.sqrt(3)
+LONGEST_S = 0.004
+PARTS = 6  # of a step, at whose ends the regime is asked for
+State = Sequence[float]
+Regime = tuple[Any, ...]
+GRAVITY = 9.81
+
+
+class Block:
+    """A scene's block on its foundation and its equations of motion."""
+
+    def __init__(self, scene: Scene) -> None:
+        """The scene's constants."""
+        shape, law = scene.block, scene.parameters
+        self.m, self.b, self.h = shape.mass_kg, shape.width_m / 2, shape.height_m / 2
+        self.inertia = self.m * (shape.width_m**2 + shape.height_m**2) / 12
+        self.k, self.c, self.lam = law.get("k", 0.0), law.get("c", 0.0), law.get("lambda", 0.0)
+        self.rigid, self.pivots = scene.law == "housner", scene.kinematics == "pivoting"
+        self.tensionless = scene.debonding == "tensionless"
+        self.pulse, self.moving, self.drop = scene.pulse, False, scene.drop_m
+
+    def ground(self, t: float) -> tuple[float, float]:
+        """ẍ_g and g + z̈_g."""
+        wave = math.sin(2 * math.pi * (t - PULSE_START_S) / PULSE_PERIOD_S) if self.moving else 0.0
+        return self.pulse[0] * wave, GRAVITY + self.pulse[1] * wave
+
+    def released(self, theta0: float) -> list[float]:
+        """z_cb, ż_cb, θ, θ̇ at the release, the weight carried by the springs."""
+        s = math.sin(abs(theta0))
+        if self.rigid:
+            return [0.0, 0.0, theta0, 0.0]
+        if self.drop:
+            return [-self.b * s - self.drop, 0.0, theta0, 0.0]
+        weight = self.m * GRAVITY
+        edge = math.sqrt(2 * weight * s / self.k)  # depth of the edge where the base is partly in contact
+        depth = edge - self.b * s if edge < 2 * self.b * s else weight / (2 * self.b * self.k)
+        return [depth, 0.0, theta0, 0.0]
+
+    def ends(self, y: State) -> tuple[tuple[str, str], float, float]:
+        """The contact at a state: what makes its left and its right end, and where they are."""
+        z, _, theta, _ = y
+        lines = {"z": (z, math.sin(theta))}
+        if self.tensionless:
+            lines["f"] = self.pull(y)
+        left = [("b", -self.b)] + [(n, -a / d) for n, (a, d) in lines.items() if d > 0]
+        right = [("b", self.b)] + [(n, -a / d) for n, (a, d) in lines.items() if d < 0]
+        (name0, u0), (name1, u1) = max(left, key=lambda e: e[1]), min(right, key=lambda e: e[1])
+        nowhere = any(d == 0 and a <= 0 for a, d in lines.values())
+        return (("", ""), 0.0, 0.0) if nowhere or u0 >= u1 else ((name0, name1), u0, u1)
+
+    def pull(self, y: State) -> tuple[float, float]:
+        """Value at the centre and slope of what must be positive for the foundation to push."""
+        z, v, theta, w = y
+        q = w * math.cos(theta)
+        if self.c:
+            return self.k * z + self.c * v, self.k * math.sin(theta) + self.c * q
+        return self.k + self.lam * v, self.lam * q
+
+    def regime(self, y: State) -> Regime:
+        """What must not change within a step."""
+        side = (1 if y[2] >= 0 else -1) if self.pivots else 0
+        return (side,) if self.rigid else (*self.ends(y)[0], side)
+
+    def rates(self, regime: Regime) -> Callable[[float, State], list[float]]:
+        """The right-hand side, by the formulas of a regime."""
+        return self._rigid(regime[0]) if self.rigid else self._on_bed(*regime)
+
+    def _rigid(self, side: int) -> Callable[[float, State], list[float]]:
+        about = self.inertia + self.m * (self.b**2 + self.h**2)
+
+        def call(t: float, y: State) -> list[float]:
+            s, c = math.sin(y[2]), math.cos(y[2])
+            x, gravity = self.ground(t)
+            overturning = x * (self.h * c + side * self.b * s)
+            righting = gravity * (side * self.b * c - self.h * s)
+            return [0.0, 0.0, y[3], self.m * (overturning - righting) / about]
+
+        return call
+
+    def _on_bed(self, left: str, right: str, side: int) -> Callable[[float, State], list[float]]:
+        def end(name: str, corner: float, y: State, s: float) -> float:
+            if name == "b":
+                return corner
+            value, slope = (y[0], s) if name == "z" else self.pull(y)
+            return -value / slope
+
+        def call(t: float, y: State) -> list[float]:
+            z, v, theta, w = y
+            s, c = math.sin(theta), math.cos(theta)
+            force = moment = 0.0
+            if left:
+                u0, u1 = end(left, -self.b, y, s), end(right, self.b, y, s)
+                for place in (-GAUSS, GAUSS):
+                    u = 0.5 * (u0 + u1) + 0.5 * (u1 - u0) * place
+                    depth, rate = z + u * s, v + u * w * c
+                    f = (self.k * depth + self.c * rate + self.lam * depth * rate) * (u1 - u0) / 2
+                    force, moment = force + f, moment + f * u * c
+            x, gravity = self.ground(t)
+            slide = self.h * c + side * self.b * s
+            bend = side * self.b * c - self.h * s
+            # [m, m h s; m h s, I + m (slide² + h² s²)] [z̈, θ̈] = right side
+            m, lift = self.m, self.h * s
+            a12, a22 = m * lift, self.inertia + m * (slide * slide + lift * lift)
+            centripetal = m * self.h * c * w * w
+            r1 = m * gravity - force - centripetal
+            r2 = m * gravity * lift - moment + m * slide * (x - bend * w * w) - lift * centripetal
+            det = m * a22 - a12 * a12
+            return [v, (r1 * a22 - a12 * r2) / det, w, (m * r2 - a12 * r1) / det]
+
+        return call
+
+
+def solve(scene: Scene, span_s: float) -> Solution:
+    """A scene up to an instant [s], or up to where Housner's block chatters."""
+    block, found = Block(scene), Solution()
+    wanted = instants(span_s)
+    t, size = 0.0, 1e-4
+    y: State = block.released(scene.theta0)
+    regime: Regime = block.regime(y)
+    resting = block.rigid and scene.theta0 == 0.0
+    for stop in sorted({*wanted, *scene.breaks}):
+        if stop > wanted[-1]:
+            break
+        while t < stop and not resting:
+            solver = DOP853(
+                block.rates(regime),
+                t,
+                y,
+                stop,
+                rtol=RTOL,
+                atol=ATOL,
+                max_step=LONGEST_S,
+                first_step=min(size, stop - t),
+            )
+            t, y, after = _advance(block, regime, solver, found)
+            size = solver.step_size or size
+            if block.rigid and after != regime:
+                y = [0.0, 0.0, 0.0, scene.parameters["r"] * y[3]]
+                if len(found.impacts) > 1 and t - found.impacts[-2][0] < CHATTER_S:
+                    found.end_s = t
+                    return found
+            regime = after
+        if stop in scene.breaks[:1]:
+            block.moving = True
+            if resting:
+                t, resting = _lift(block, stop), False
+        elif stop in scene.breaks[1:]:
+            block.moving = False
+        if any(abs(stop - each) < 1e-12 for each in wanted):
+            found.time_s.append(stop)
+            found.theta_rad.append(float(y[2]))
+            found.theta_rate_rad_s.append(float(y[3]))
+        if not resting and t < stop:
+            t = stop
+        found.end_s = t
+    return found
+
+
+def _lift(block: Block, start: float) -> float:
+    """The instant at which the shaken ground lifts Housner's block, in the first quarter of the pulse."""
+    low, high = start, start + PULSE_PERIOD_S / 4
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        x, gravity = block.ground(middle)
+        low, high = (low, middle) if x * block.h > gravity * block.b else (middle, high)
+    return high
+
+
+def _advance(block: Block, regime: Regime, solver: DOP853, found: Solution) -> tuple[float, State, Regime]:
+    """Steps to the end of a stretch or of the regime: instant, state and regime there."""
+    while solver.status == "running":
+        start, before = solver.t, solver.y.copy()
+        if message := solver.step():
+            raise ArithmeticError(message)
+        dense = solver.dense_output()
+        end, after = _until_change(block, regime, start, solver.t, dense)
+        _extremes(start, end, before, dense, found)
+        if after != regime:
+            state = _again(block, regime, start, before, end)
+            if after[-1] != regime[-1]:
+                state[2] = 0.0  # the corner changes where θ does its sign
+            return end, state, after
+    return solver.t, solver.y.tolist(), regime
+
+
+def _again(block: Block, regime: Regime, start: float, before: State, end: float) -> list[float]:
+    """The step taken again to end where the regime does: more digits than the dense output has."""
+    if end - start < 1e-12:
+        return [float(each) for each in before]
+    solver = DOP853(block.rates(regime), start, before, end, rtol=RTOL, atol=ATOL, first_step=end - start)
+    while solver.status == "running":
+        if message := solver.step():
+            raise ArithmeticError(message)
+    state: list[float] = solver.y.tolist()
+    return state
+
+
+def _until_change(
+    block: Block, regime: Regime, start: float, end: float, dense: Callable[[float], State]
+) -> tuple[float, Regime]:
+    left = start
+    for part in range(1, PARTS + 1):
+        right = end if part == PARTS else start + (end - start) * part / PARTS
+        if block.regime(dense(right)) != regime:
+            for _ in range(52):
+                middle = 0.5 * (left + right)
+                if block.regime(dense(middle)) == regime:
+                    left = middle
+                else:
+                    right = middle
+            return right, block.regime(dense(right))
+        left = right
+    return end, regime
+
+
+def _extremes(
+    start: float, end: float, before: State, dense: Callable[[float], State], found: Solution
+) -> None:
+    """Changes of sign of θ and of θ̇ within a step."""
+    for component, into in ((2, found.impacts), (3, found.peaks)):
+        left, value = start, before[component]
+        for part in range(1, PARTS + 1):
+            right = end if part == PARTS else start + (end - start) * part / PARTS
+            reached = dense(right)[component]
+            if value * reached <= 0 and value != 0:
+                low, high = left, right
+                for _ in range(52):
+                    middle = 0.5 * (low + high)
+                    if dense(middle)[component] * value > 0:
+                        low = middle
+                    else:
+                        high = middle
+                state = dense(high)
+                if max(abs(state[2]), abs(state[3])) > 1e-12:
+                    into.append((high, float(state[2]), float(state[3])))
+            left, value = right, reached

@@ -1,0 +1,50 @@
+"""freerock's own solutions of the scenes."""
+
+import math
+
+import numpy as np
+
+from freerock.models.contact import State
+from freerock.models.ground import GroundMotion, pulse
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
+from freerock_bench.golden.files import Trajectory
+from freerock_bench.golden.scenes import PULSE_PERIOD_S, PULSE_START_S, Scene, instants
+
+
+def solve(scene: Scene, rtol: float = 1e-12, until_s: float | None = None) -> Trajectory:
+    """θ(t) of a scene by `freerock.models.simulate`.
+
+    Parameters
+    ----------
+    scene : Scene
+    rtol : float
+        Of the integrator; free motion of Housner's block has none.
+    until_s : float, optional
+        Last instant [s]; that of the benchmark if None.
+    """
+    time = np.array(instants() if until_s is None else instants(until_s))
+    response = simulate(
+        scene.law,
+        scene.block,
+        scene.parameters,
+        time,
+        theta0=start(scene),
+        base_excitation=ground(scene),
+        rules=Rules(scene.debonding, scene.kinematics),
+        solver=Solver(rtol),
+    )
+    return Trajectory(time, response.theta, response.theta_rate)
+
+
+def start(scene: Scene) -> float | State:
+    """The angle of release, or the state of a block that is dropped."""
+    if not scene.drop_m:
+        return scene.theta0
+    return State(-scene.block.b * math.sin(abs(scene.theta0)) - scene.drop_m, 0.0, scene.theta0, 0.0)
+
+
+def ground(scene: Scene) -> GroundMotion | None:
+    """The motion of the ground, None where it is still."""
+    x, z = scene.pulse
+    return pulse("sine", PULSE_PERIOD_S, x=x, z=z, start_s=PULSE_START_S) if scene.breaks else None

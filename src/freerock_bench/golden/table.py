@@ -1,0 +1,85 @@
+"""The table of scores in docs/benchmark.md: freerock by its tolerance, and methods without events.
+
+python -m freerock_bench.golden.table    # renews the rows made here, half a minute
+"""
+
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+
+from freerock_bench.document import renew
+from freerock_bench.golden import ours
+from freerock_bench.golden.files import Trajectory, read_golden
+from freerock_bench.golden.scenes import Scene, scenes
+from freerock_bench.golden.score import HEAD, line, score
+from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, Method
+from freerock_bench.methods.foundation import ode45
+from freerock_bench.methods.housner import housner_eventless, housner_events
+from freerock_bench.methods.problem import Problem
+
+RTOLS = (1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
+MARK = ("<!-- scores -->\n\n", "\n\n<!-- scores end -->")
+# on a bed, of a rigid block, and their tolerance or step
+OTHERS: dict[str, tuple[Method, Method | None, float]] = {
+    "SciPy DOP853, rtol 1e-12, events of the rigid block only": (
+        METHODS["SciPy DOP853, numba"],
+        housner_events,
+        1e-12,
+    ),
+    "SciPy LSODA, rtol 1e-8, no events": (METHODS["SciPy LSODA, numba"], None, 1e-8),
+    "ode45 at its defaults, no events": (ode45, None, 1e-3),
+    "RK4, 1 ms, no events": (TIME_STEPPING["RK4"], housner_eventless, 1e-3),
+    "Newmark, 0.5 ms, no events": (TIME_STEPPING["Newmark"], None, 5e-4),
+    "HHT-α, 0.5 ms, no events": (TIME_STEPPING["HHT-α"], None, 5e-4),
+    "central difference, 0.5 ms, no events": (TIME_STEPPING["central difference"], None, 5e-4),
+}
+
+
+def rows(wanted: Mapping[str, Scene]) -> Iterator[str]:
+    """Rows of the table; the methods solve the free scenes of guided and of rigid blocks.
+
+    Parameters
+    ----------
+    wanted : mapping of str to Scene
+        What is solved, if not every scene.
+    """
+    golden = read_golden()
+    for rtol in RTOLS:
+        yield _row(f"freerock, rtol {rtol:g}", partial(_by_freerock, rtol), wanted, golden)
+    for name, (on_bed, rigid, value) in OTHERS.items():
+        yield _row(name, partial(_by_method, on_bed, rigid, value), wanted, golden)
+
+
+def _row(
+    name: str,
+    solve: Callable[[Scene, Trajectory], Trajectory | None],
+    wanted: Mapping[str, Scene],
+    golden: Mapping[str, Trajectory],
+) -> str:
+    found = {scene.name: solve(scene, golden[scene.name]) for scene in wanted.values()}
+    solved = {scene: trajectory for scene, trajectory in found.items() if trajectory is not None}
+    return line(score(solved, golden, name), name, len(golden))
+
+
+def _by_freerock(rtol: float, scene: Scene, right: Trajectory) -> Trajectory:
+    return ours.solve(scene, rtol, float(right.time_s[-1]))
+
+
+def _by_method(
+    on_bed: Method, rigid: Method | None, value: float, scene: Scene, right: Trajectory
+) -> Trajectory | None:
+    is_rigid = scene.law == "housner"
+    method = rigid if is_rigid else on_bed
+    if method is None or scene.breaks or scene.drop_m or not (is_rigid or scene.kinematics == "guided"):
+        return None
+    problem = Problem(scene.law, scene.block, scene.parameters, scene.theta0, scene.debonding)
+    return Trajectory(right.time_s, method(problem, right.time_s, value).theta, None)
+
+
+def main(document: str = "docs/benchmark.md") -> None:
+    """Put the table into the document."""
+    renew(document, MARK, "\n".join([HEAD, *rows(scenes())]))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

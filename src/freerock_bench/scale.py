@@ -1,0 +1,266 @@
+"""Campaigns of many records: wall time, processor time and memory over their number, and what a record costs.
+
+python -m freerock_bench.scale run [6 60 600 …] | plan [600 6000 …] | parts
+"""
+
+import argparse
+import csv
+import math
+import os
+import re
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import defaultdict
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from statistics import median
+
+os.environ["OMP_NUM_THREADS"] = "1"  # as in the workflow's jobs
+
+import numpy as np
+
+from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS, palermo_releases
+from freerock.virtual_lab.record import simulate_record
+from freerock.virtual_lab.tdms import write_records
+
+ROOT = Path(__file__).parents[2]
+RECORDS_PER_JOB = 40
+COLUMNS = "test,file,channel,block,foundation,laser,exclude,override,reason,note\n"
+
+
+def records(n: int, seed: int = 1):
+    """Name, scene and simulated record of one release, from the scenes of the Palermo campaign in turn."""
+    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
+    for number in range(n):
+        block, foundation = scenes[number % len(scenes)]
+        shape, angle, laser = CONFIGURATIONS[block]
+        generator = np.random.RandomState(seed + number)
+        releases = palermo_releases(angle, FOUNDATIONS[foundation], generator, number=1)
+        made = simulate_record(shape, laser, "hunt_crossley", releases, seed=seed + number)
+        yield f"r{number:05d}", block, foundation, made
+
+
+def write_campaign(folder: Path, n: int, *, files: bool = True) -> None:
+    """A campaign of n records with its configuration; without files, only what a plan needs."""
+    (folder / "config/campaigns").mkdir(parents=True)
+    (folder / "raw/scale").mkdir(parents=True)
+    (folder / "config/config.yaml").write_text("campaigns: [scale]\n")
+    palermo = (ROOT / "config/campaigns/palermo_virtual.yaml").read_text(encoding="utf-8")
+    kept = re.search(r"^blocks:.*?(?=^# Tables)", palermo, re.M | re.S)[0]
+    head = f"title: Many records\norigin: simulated\nrecords_per_job: {RECORDS_PER_JOB}\n"
+    (folder / "config/campaigns/scale.yaml").write_text(head + kept)
+    laser = {"config1": "at_220mm", "config2": "at_200mm", "config3": "at_100mm"}
+    scenes = [(block, foundation) for block in CONFIGURATIONS for foundation in FOUNDATIONS]
+    lines = []
+    for number in range(n):
+        block, foundation = scenes[number % len(scenes)]
+        lines.append(f"r{number:05d},r{number:05d}.tdms,,{block},{foundation},{laser[block]},,,,\n")
+    (folder / "config/campaigns/scale.csv").write_text(COLUMNS + "".join(lines))
+    if files:
+        write_records(folder / "raw/scale", ((test, made) for test, _, _, made in records(n)))
+    else:
+        for number in range(n):
+            (folder / f"raw/scale/r{number:05d}.tdms").touch()
+
+
+def snakemake(folder: Path, *arguments: str, cores: int = 2) -> dict:
+    """Run the workflow in a folder; wall and processor time [s], largest memory of a process [MB], output."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    start = time.perf_counter()
+    command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--directory", folder]
+    command += ["--profile", ROOT / "profiles/default", "--cores", str(cores), *arguments]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    wall = time.perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode:
+        sys.exit(done.stdout + done.stderr)
+    return {
+        "wall_s": wall,
+        "cpu_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,
+        "peak_mb": after.ru_maxrss / 1024,
+        "output": done.stdout + done.stderr,
+    }
+
+
+def jobs(done: dict) -> int:
+    return int((re.findall(r"^total +(\d+)$", done["output"], re.M) or [0])[0])
+
+
+def run(numbers: list[int], cores: int) -> None:
+    """Analyse campaigns of so many records, then again, then with one record more."""
+    walls = []
+    for n in numbers:
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch, "campaign")
+            write_campaign(folder, n)
+            plan = snakemake(folder, "--dry-run", "--quiet", "all")
+            whole = snakemake(folder, cores=cores)
+            again = [snakemake(folder) for _ in range(5)]
+            assert all("Nothing to be done" in each["output"] for each in again)
+            idle = sorted(each["wall_s"] for each in again)
+            by_step = steps(folder)
+            added = add_one(folder, n)
+        walls.append((n, whole["wall_s"]))
+        print(
+            f"{n:5d} records: {whole['wall_s']:7.1f} s wall, {whole['cpu_s'] / n:5.2f} s CPU per record, "
+            f"{jobs(whole)} jobs, {whole['peak_mb']:.0f} MB at most; plan {plan['wall_s']:.1f} s, "
+            f"nothing to do {median(idle):.1f} s ({idle[0]:.1f} to {idle[-1]:.1f}), "
+            f"one record more {jobs(added)} jobs",
+            flush=True,
+        )
+        for step, (seconds, memory) in by_step.items():
+            print(f"        {step:26s} {seconds / n:6.3f} s CPU per record, {memory:4.0f} MB")
+    for (n, wall), (more, longer) in pairwise(walls):
+        exponent = math.log(longer / wall) / math.log(more / n)
+        print(f"{n} to {more} records: wall time grows with the power {exponent:.2f}")
+
+
+def add_one(folder: Path, n: int) -> dict:
+    """The plan of the finished campaign with one record more."""
+    shutil.copy(folder / "raw/scale/r00000.tdms", folder / "raw/scale/added.tdms")
+    with open(folder / "config/campaigns/scale.csv", "a", encoding="utf-8") as file:
+        file.write("added,added.tdms,,config1,marble,at_220mm,,,,\n")
+    return snakemake(folder, "--dry-run")
+
+
+def steps(folder: Path) -> dict:
+    """Processor time [s] and largest memory [MB] of each step, as Snakemake's benchmark files give them."""
+    spent = defaultdict(lambda: (0.0, 0.0))
+    for path in sorted((folder / "results/scale/benchmarks").glob("*.tsv")):
+        with open(path, newline="") as file:
+            (row,) = csv.DictReader(file, delimiter="\t")
+        step = re.sub(r"^(record|fit|quality)_.*", r"\1", path.stem)
+        seconds, memory = spent[step]
+        numbers = [float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("cpu_time", "max_rss")]
+        spent[step] = seconds + numbers[0], max(memory, numbers[1])
+    return dict(spent)
+
+
+def plan(numbers: list[int]) -> None:
+    """How long Snakemake plans campaigns of so many records."""
+    for n in numbers:
+        with tempfile.TemporaryDirectory() as scratch:
+            write_campaign(Path(scratch, "campaign"), n, files=False)
+            done = snakemake(Path(scratch, "campaign"), "--dry-run", "--quiet", "all")
+        print(
+            f"{n:5d} records, planned only: {done['wall_s']:.1f} s wall, {done['peak_mb']:.0f} MB", flush=True
+        )
+
+
+IMPORTS = {  # what starting the job of a step costs: its script's imports
+    "record": "freerock.jobs.record, freerock.jobs.each, freerock.jobs.log",
+    "fit": "freerock.jobs.fit, freerock.jobs.each, freerock.jobs.log",
+    "quality": "freerock.jobs.quality, freerock.jobs.each, freerock.jobs.log",
+}
+PARTS = {  # function of a step's module -> part of the cost
+    "record": {
+        "provenance": "reading",
+        "check_file": "reading",
+        "read_record": "reading",
+        "find_rotation": "processing",
+        "judged_runs": "processing",
+        "write_record": "writing",
+    },
+    "fit": {
+        "open_record": "reading",
+        "provenance": "reading",
+        "identify_runs": "fits",
+        "doubts_about": "fits",
+        "find_impacts": "processing",
+        "write_fits": "writing",
+    },
+    "quality": {"open_record": "reading", "open_fits": "reading", "save": "writing pages"},
+}
+
+
+@contextmanager
+def timed(step: str, spent: dict):
+    """Add the processor time of the functions a step calls to the parts they belong to."""
+    from importlib import import_module
+
+    module = import_module(f"freerock.jobs.{step}")
+    kept = {name: getattr(module, name) for name in PARTS[step]}
+
+    def wrapped(function, part):
+        def call(*arguments, **options):
+            start = time.process_time()
+            try:
+                return function(*arguments, **options)
+            finally:
+                spent[part] += time.process_time() - start
+
+        return call
+
+    for name, part in PARTS[step].items():
+        setattr(module, name, wrapped(kept[name], part))
+    yield module
+    for name, function in kept.items():
+        setattr(module, name, function)
+
+
+def parts(n: int = 24) -> None:
+    """What a record costs, part by part: n records, one after the other in this process."""
+    from freerock.config import step_settings as settings
+    from freerock.config.campaign import load_campaign
+    from freerock.jobs.describe import described
+
+    spent, whole = defaultdict(float), 0.0
+    with tempfile.TemporaryDirectory() as scratch:
+        write_campaign(Path(scratch), n)
+        os.chdir(scratch)
+        campaign = load_campaign("config/campaigns/scale.yaml")
+        own, shared = settings.record_settings(campaign, campaign.records, {})
+        own_fit, shared_fit = settings.fit_settings(campaign, campaign.records)
+        texts = {campaign.name: settings.descriptions(campaign)}
+        own, own_fit = described(own, texts), described(own_fit, texts)
+        tests, labels = [record.test for record in campaign.records], settings.labels(campaign)
+        work = {
+            "record": lambda step, test: step.make_record(own[test] | shared, f"{test}.nc"),
+            "fit": lambda step, test: step.make_fits(
+                own_fit[test] | shared_fit, f"{test}.nc", f"{test}_fits.nc"
+            ),
+            "quality": lambda step, test: step.make_pages(f"{test}.nc", f"{test}_fits.nc", test, labels),
+        }
+        for step, make in work.items():
+            with timed(step, defaultdict(float)) as module:
+                make(module, tests[0])  # caches warm, as in a job of many records
+            with timed(step, spent) as module:
+                start = time.process_time()
+                for test in tests[1:]:
+                    make(module, test)
+                whole += time.process_time() - start
+    for step, imports in IMPORTS.items():
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([sys.executable, "-c", f"import {imports}"], check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        print(f"start-up of {step:7s} {seconds:6.3f} s, {seconds / RECORDS_PER_JOB:.3f} s per record")
+    for part, seconds in spent.items():
+        print(f"{part:17s} {seconds / (n - 1):6.3f} s per record")
+    print(f"{'the rest':17s} {(whole - sum(spent.values())) / (n - 1):6.3f} s per record")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for command, numbers in (("run", [6, 60, 600]), ("plan", [600, 6000])):
+        commands.add_parser(command).add_argument("numbers", type=int, nargs="*", default=numbers)
+    commands.choices["run"].add_argument("--cores", type=int, default=2)
+    commands.add_parser("parts")
+    given = parser.parse_args()
+    if given.command == "parts":
+        parts()
+    elif given.command == "plan":
+        plan(given.numbers)
+    else:
+        run(given.numbers, given.cores)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

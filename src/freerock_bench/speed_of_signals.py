@@ -1,0 +1,168 @@
+"""The way from a recorded channel to impacts: speed, memory, how well runs are found, honesty of the errors.
+
+python -m freerock_bench.speed_of_signals               # all parts
+python -m freerock_bench.speed_of_signals speed         # 10 min at 10 kHz, 4 channels: aim 4 s, 0.7 GB
+python -m freerock_bench.speed_of_signals segmentation  # records of 1 to 12 runs: all, none invented
+python -m freerock_bench.speed_of_signals errors        # r and θ(t) against truth, in standard errors
+"""
+
+import math
+import resource
+import sys
+import time
+
+import numpy as np
+
+from freerock.models.block import Block
+from freerock.models.housner import housner_motion, housner_swings
+from freerock.rotation.beam import displacement_from_rotation, is_unsigned, rotation_from_displacement
+from freerock.rotation.faults import signal_quality
+from freerock.rotation.reading import pieces
+from freerock.rotation.rotation import find_rotation
+from freerock.rotation.sensor import Laser
+from freerock.runs.impacts import find_impacts
+from freerock.runs.segment import find_runs
+
+BLOCK = Block(0.28, 0.07, 5.84)
+LASERS = Laser("horizontal", 0.2, 0.1), Laser("horizontal", 0.1, 0.1)
+NOISE_V, COUNT_V = 2e-3, 21 / 2**16
+
+
+def motion(draw, rate_hz, n_runs):
+    """θ [rad] of a record, and its releases [s]: rest, then tilt, hold, finger, rigid rocking, pause."""
+    parts, releases, clock = [np.zeros(round(2 * rate_hz))], [], 2.0
+    for _ in range(n_runs):
+        theta0 = math.radians(draw.uniform(4, 11)) * draw.choice([-1, 1])
+        tilt, hold, pause = draw.uniform(0.8, 2), draw.uniform(1, 3), draw.uniform(1, 3)
+        swings = housner_swings(BLOCK, draw.uniform(0.75, 0.95), theta0)
+        n = round((tilt + hold + swings.rest_time + pause) * rate_hz)
+        t = np.arange(n) / rate_hz
+        theta = housner_motion(swings, t - tilt - hold, theta0, rates=False)[0]
+        share = np.clip(t / tilt, 0, 1)
+        theta[t < tilt + hold] = (theta0 * share**2 * (3 - 2 * share))[t < tilt + hold]
+        parts.append(theta)
+        releases.append(clock + tilt + hold)
+        clock += n / rate_hz
+    return np.concatenate(parts), releases
+
+
+def volts_of(theta, draw, laser=LASERS[0]):
+    volts = np.empty(theta.size)
+    for part in pieces(theta.size):  # lest what makes a long record holds more than what is measured
+        exact = 5 + displacement_from_rotation(theta[part], BLOCK, laser) / laser.metres_per()
+        volts[part] = np.rint((exact + NOISE_V * draw.standard_normal(exact.size)) / COUNT_V) * COUNT_V
+    return volts
+
+
+def runs_of(time_s, volts, lasers=LASERS[:1]):
+    """Runs of one laser or two, and the time, θ and σ_θ they were found in."""
+    found = find_rotation(time_s, volts, lasers, BLOCK)
+    t, theta, sigma, flags = (found[name].values for name in ("time", "theta", "sigma_theta", "flags"))
+    runs = find_runs(t, theta, sigma, flags, BLOCK, signal_quality(found))
+    return runs, (t, theta, sigma)
+
+
+def impacts_of(runs, series):
+    """The number of impacts in all runs."""
+    number = 0
+    for run in runs:
+        during = slice(*np.searchsorted(series[0], (run.release_s, run.end_s)))
+        held = {"theta0": run.theta0, "theta0_stderr": run.theta0_stderr}
+        number += find_impacts(*(each[during] for each in series), block=BLOCK, **held).time_s.size
+    return number
+
+
+def speed(rate_hz=10_000.0, minutes=10, channels=4):
+    draw = np.random.RandomState(1)
+    theta, _ = motion(draw, rate_hz, 60)
+    n = round(60 * minutes * rate_hz)
+    theta = np.concatenate([theta, np.zeros(max(0, n - theta.size))])[:n]
+    time_s = np.arange(n) / rate_hz
+    runs_of(time_s[: n // 50], volts_of(theta[: n // 50], draw))  # imports, caches
+    for kind, lasers in (("single lasers", LASERS[:1]), ("pairs of lasers", LASERS)):
+        wall = busy = 0.0
+        for _ in range(channels // len(lasers)):
+            volts = [volts_of(theta, draw, laser) for laser in lasers]
+            started, busy_before = time.perf_counter(), time.process_time()
+            runs, series = runs_of(time_s, volts, lasers)
+            number = impacts_of(runs, series)
+            wall += time.perf_counter() - started
+            busy += time.process_time() - busy_before
+            n_runs = len(runs)
+            del volts, runs, series
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+        print(
+            f"{channels} channels of {n} samples, {kind}: each {n_runs} runs, {number} impacts; in all "
+            f"{wall:.2f} s, {busy:.2f} s of processor (aim 4 s), memory {peak:.2f} GB (aim 0.7 GB)",
+            flush=True,
+        )
+
+
+def segmentation(records=1000, rate_hz=1000.0):
+    missed = invented = late = runs_in_all = 0
+    worst = 0.0
+    for seed in range(records):
+        draw = np.random.RandomState(seed)
+        theta, releases = motion(draw, rate_hz, draw.randint(1, 13))
+        runs, _ = runs_of(np.arange(theta.size) / rate_hz, volts_of(theta, draw))
+        runs_in_all += len(releases)
+        near = [min((abs(run.release_s - at) for run in runs), default=math.inf) for at in releases]
+        missed += sum(distance > 0.5 for distance in near)
+        invented += max(0, len(runs) - len(releases))
+        late += sum(2 / rate_hz < distance <= 0.5 for distance in near)
+        worst = max([worst, *(distance for distance in near if distance <= 0.5)])
+    print(f"{records} records, {runs_in_all} runs: {missed} missed, {invented} invented")
+    print(f"{late} released more than two samples off, the worst {worst * 1e3:.2f} ms")
+
+
+def errors(records=2000, sigma=math.radians(0.01)):
+    """Housner's motion in white noise at 1 to 10 kHz, down to peaks of ten standard deviations."""
+    scores, heights = [], []
+    for seed in range(records):
+        draw = np.random.RandomState(seed)
+        block = Block(draw.choice([0.14, 0.28, 0.42]), 0.07, 5.84)
+        r, theta0 = draw.uniform(0.75, 0.96), block.theta_cr * draw.uniform(0.5, 0.8)
+        rate_hz = draw.choice([1e3, 2e3, 5e3, 1e4])
+        swings = housner_swings(block, r, theta0, until=6.0)
+        time_s = (draw.uniform() + np.arange(round(6 * rate_hz))) / rate_hz
+        theta = housner_motion(swings, time_s, theta0, rates=False)[0] + sigma * draw.standard_normal(
+            time_s.size
+        )
+        found = find_impacts(time_s, theta, sigma, block, theta0=theta0)
+        scores.append((found.restitution - r) / found.restitution_stderr)
+        heights.append(swings.peak[1 : found.time_s.size + 1] / sigma)
+    score, height = np.concatenate(scores), np.concatenate(heights)
+    for low, high in ((0, np.inf), (0, 20), (20, 100), (100, np.inf)):
+        each = score[(height >= low) & (height < high) & np.isfinite(score)]
+        printed = (
+            f"bias {each.mean():+.3f} standard errors, coverage of 95 %: {np.mean(np.abs(each) < 1.96):.1%}"
+        )
+        print(f"{each.size} restitutions, peaks of {low} to {high} σ: {printed}", flush=True)
+
+    for laser in (*LASERS, Laser("vertical", -0.15, 0.1), Laser("vertical", 0.0, 0.1)):
+        scores, exact = [], 0.0
+        for seed in range(20):
+            draw = np.random.RandomState(seed)
+            theta, _ = motion(draw, 2000.0, 3)
+            time_s = np.arange(theta.size) / 2000
+            s = displacement_from_rotation(theta, BLOCK, laser)
+            exact = max(
+                exact, np.nanmax(np.abs(rotation_from_displacement(s, BLOCK, laser, np.sign(theta)) - theta))
+            )
+            mains = 5e-3 * np.sin(2 * np.pi * 50.02 * time_s)
+            found = find_rotation(time_s, volts_of(theta, draw, laser) + mains, laser, BLOCK)
+            away = np.abs(theta) > math.radians(0.2)
+            theta, measured = (np.abs(x) if is_unsigned(BLOCK, laser) else x for x in (theta, found.theta))
+            scores.append(((measured - theta) / found.sigma_theta).values[away])
+        score = np.concatenate(scores)
+        score = score[np.isfinite(score)]
+        where = f"{laser.beam} beam at {laser.position_m} m"
+        print(
+            f"θ of a {where}: variance {score.var():.4f} of {score.size} scores, geometry to {exact:.1e} rad"
+        )
+
+
+if __name__ == "__main__":
+    parts = {"speed": speed, "segmentation": segmentation, "errors": errors}
+    for part in sys.argv[1:] or parts:
+        parts[part]()

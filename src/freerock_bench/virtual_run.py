@@ -1,0 +1,216 @@
+"""Virtual runs with known truth for the Monte-Carlo studies of the identification.
+
+Every case is drawn from its own seed, so that a study's numbers do not depend on the number of processes.
+"""
+
+import math
+import multiprocessing
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.signal import lfilter
+
+from freerock.arrays import Floats
+from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES
+from freerock.models.published import TABLE_2
+from freerock.models.simulate import Solver, cores, simulate_theta
+from freerock.runs.motion import Motion
+from freerock.runs.noise import noise_at_rest
+from freerock.virtual_lab.palermo import CONFIGURATIONS
+
+SEED = 2017
+RATE_HZ = 2000.0
+HOLD_S = 1.0
+T0_STDERR_S = 2e-4
+LONGEST_S = 8.0
+Row = dict[str, Any]
+CORRELATED_S = {"2 ms": 2e-3, "20 ms": 2e-2, "200 ms": 0.2}  # correlation times of noise
+STEP_SIGMAS = {"step 0.5 σ": 0.5, "step 2 σ": 2.0, "step 5 σ": 5.0}  # of a converter
+REST_SIGMAS = 1.0  # a run lasts until the swings are lost in the noise
+
+
+@dataclass(frozen=True)
+class Truth:
+    """One virtual run: block, law, release and noise.
+
+    Parameters
+    ----------
+    model : str
+        A key of `freerock.models.laws.CANDIDATES`.
+    block : Block
+        With its true contact width.
+    parameters : mapping of str to float
+        SI units.
+    theta0 : float
+        Angle of release [rad].
+    sigma_theta : float
+        Standard deviation of the white noise of θ [rad].
+    noise : str
+        "white"; "2 ms" and other keys of `CORRELATED_S`, all of it correlated over that time; "mains", white
+        with mains interference of 0.5 σ; "coloured", half of its variance correlated over 5 ms; "mains and
+        drift", white with mains interference of 0.5 σ and a drift of 0.5 σ correlated over 2 s; "white and
+        slow", white with 0.25 σ correlated over 50 ms; keys of `STEP_SIGMAS`, white before a converter.
+    rtol : float
+        Of the integrator that gives the true motion.
+    """
+
+    model: str
+    block: Block
+    parameters: Mapping[str, float]
+    theta0: float
+    sigma_theta: float
+    noise: str = "white"
+    rtol: float = 1e-10
+
+    @property
+    def nominal(self) -> Block:
+        """The block as it was measured: of its full width."""
+        return replace(self.block, contact_width_m=None)
+
+    def motion(self, time_s: Floats) -> tuple[Floats, str]:
+        """True θ at instants since the release [s], and its outcome as in `simulate_theta`."""
+        candidate = CANDIDATES[self.model]
+        return simulate_theta(
+            candidate.law,
+            self.block,
+            self.parameters,
+            time_s,
+            theta0=self.theta0,
+            rules=candidate.rules(),
+            solver=Solver(self.rtol),
+        )
+
+
+def correlated(n: int, time_s: float, rate_hz: float, generator: np.random.Generator) -> Floats:
+    """Noise of variance 1, autoregressive of the first order, shape (n,)."""
+    a = math.exp(-1 / (rate_hz * time_s))
+    drive = math.sqrt(1 - a * a) * generator.standard_normal(n)
+    return np.asarray(lfilter([1.0], [1.0, -a], drive, zi=[a * generator.standard_normal()])[0])
+
+
+def noise(truth: Truth, n: int, generator: np.random.Generator) -> Floats:
+    """Noise of θ at RATE_HZ, shape (n,) [rad]."""
+    if truth.noise in CORRELATED_S:
+        return truth.sigma_theta * correlated(n, CORRELATED_S[truth.noise], RATE_HZ, generator)
+    white = generator.standard_normal(n)
+    if truth.noise == "coloured":
+        white = math.sqrt(0.5) * (white + correlated(n, 5e-3, RATE_HZ, generator))
+    elif truth.noise == "white and slow":
+        white = white + 0.25 * correlated(n, 0.05, RATE_HZ, generator)
+    elif truth.noise in ("mains", "mains and drift"):
+        phase = generator.uniform(0, 2 * math.pi)
+        mains = np.sin(2 * math.pi * 50 * np.arange(n) / RATE_HZ + phase)
+        white = white + 0.5 * math.sqrt(2) * mains
+        if truth.noise == "mains and drift":
+            white = white + 0.5 * correlated(n, 2.0, RATE_HZ, generator)
+    return truth.sigma_theta * white
+
+
+def virtual_motion(
+    truth: Truth,
+    generator: np.random.Generator,
+    exact: tuple[Floats, Floats] | None = None,
+    still_s: tuple[float, float] | None = None,
+) -> Motion | None:
+    """A measured run: θ(t) with noise, and what the rests beside it give; None where the block overturns.
+
+    Parameters
+    ----------
+    truth : Truth
+    generator : numpy.random.Generator
+    exact : (ndarray, ndarray), shape (n_time,), optional
+        The true motion, time and θ [s, rad], where another than the law's is wanted.
+    still_s : (float, float), optional
+        Lengths of the hold before the run and of the rest after it [s], which show the noise at rest; none
+        follows a run that is not over after LONGEST_S. By default a hold of HOLD_S, which shows its spread
+        only.
+    """
+    time_s = np.arange(0.0, LONGEST_S, 1 / RATE_HZ)
+    if exact is not None:
+        time_s, theta = exact
+    else:
+        theta, outcome = truth.motion(time_s)
+        if outcome == "overturned":
+            return None
+    hold, rest = (int(span * RATE_HZ) for span in still_s or (HOLD_S, 0.0))
+    error = noise(truth, hold + len(theta) + rest, generator)
+    moving = np.flatnonzero(np.abs(theta) > REST_SIGMAS * truth.sigma_theta)
+    n = min(len(theta), moving[-1] + 200)
+    t0 = T0_STDERR_S * generator.standard_normal()
+    step = truth.sigma_theta * STEP_SIGMAS.get(truth.noise, 0.0)
+    record = np.concatenate([np.full(hold, truth.theta0), theta[:n], np.zeros(rest if n < len(theta) else 0)])
+    record = converted(record + error[: len(record)], step, generator)
+    held, after = record[:hold], record[hold + n :]
+    return Motion(
+        time_s=time_s[:n] + t0,
+        theta=record[hold : hold + n],
+        sigma_theta=float(np.std(held)),
+        theta0=float(np.mean(held)),
+        theta0_stderr=max(truth.sigma_theta * _stderr_of_mean(truth.noise, hold), step / math.sqrt(12)),
+        t0_stderr=T0_STDERR_S,
+        fit_start_s=0.0,
+        noise=noise_at_rest([held, after], RATE_HZ, step) if still_s else None,
+    )
+
+
+def converted(theta: Floats, step: float, generator: np.random.Generator) -> Floats:
+    """θ through a converter of a step, its zero anywhere within a step [rad]."""
+    if not step:
+        return theta
+    offset = generator.uniform()
+    return np.asarray(step * (np.round(theta / step + offset) - offset))
+
+
+def _stderr_of_mean(kind: str, n: int) -> float:
+    """Of n samples of noise, in standard deviations of one, with a margin for its colour."""
+    if kind == "mains and drift":
+        return 1.0
+    if kind == "white and slow":
+        return max(3.0, 0.25 * math.sqrt(2 * RATE_HZ * 0.05)) / math.sqrt(n)
+    correlated = 2 * RATE_HZ * CORRELATED_S.get(kind, 0.0)
+    return min(1.0, max(3.0, math.sqrt(correlated)) / math.sqrt(n))
+
+
+def draw_truth(model: str, noises: Sequence[str], generator: np.random.Generator) -> Truth:
+    """A random law, block and noise, over the whole range the models are made for."""
+    block, theta0, _ = list(CONFIGURATIONS.values())[generator.integers(3)]
+    k = 10 ** generator.uniform(6, 8)
+    parameters = {
+        "housner": {"r": generator.uniform(0.85, 0.995)},
+        "winkler": {"k": k, "c": k * 10 ** generator.uniform(-3, math.log10(2e-2))},
+        "hunt_crossley": {"k": k, "lambda": k * generator.uniform(5, 50)},
+    }[model]
+    sigma = math.radians(10 ** generator.uniform(math.log10(0.005), math.log10(0.05)))
+    return Truth(model, block, parameters, theta0, sigma, noises[int(generator.integers(len(noises)))])
+
+
+def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
+    """Rows of all cases, on all cores."""
+    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
+        return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
+
+
+Draw = Callable[[str, Sequence[str], np.random.Generator], Truth]
+
+
+def drawn_run(
+    model: str, noises: Sequence[str], key: Sequence[int], draw: Draw = draw_truth
+) -> tuple[Truth, Motion, int]:
+    """A random truth whose block does not overturn, its measured run, and how many overturned before it."""
+    generator, overturned = np.random.default_rng([SEED, *key]), 0
+    while True:
+        truth = draw(model, noises, generator)
+        motion = virtual_motion(truth, generator)
+        if motion is not None:
+            return truth, motion, overturned
+        overturned += 1
+
+
+def published_truth(block: str, foundation: str, model: str, noise: str = "white") -> Truth:
+    """A law of table 2 under a block of table 1, with the noise of a laser."""
+    shape, theta0, _ = CONFIGURATIONS[block]
+    return Truth(model, shape, TABLE_2[foundation][model], theta0, math.radians(0.01), noise)

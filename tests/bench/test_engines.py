@@ -1,0 +1,191 @@
+"""The tools of a laboratory: how they are asked, timed and compared."""
+
+import math
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from freerock_bench import engines, numerics, peers
+from freerock_bench.document import renew
+from freerock_bench.engines import Scale, problem_of, table
+from freerock_bench.figures import engines as engines_figure
+from freerock_bench.figures import numerics as numerics_figure
+from freerock_bench.methods.by_name import TIME_STEPPING, freerock
+from freerock_bench.methods.foundation import ode45, stepped_states
+from freerock_bench.methods.housner import housner_eventless
+
+pytestmark = pytest.mark.slow
+
+TIME = np.arange(0, 0.605, 0.01)
+DRIVER = """
+from driver import answer, places, steps, substeps
+
+def prepare(scene, setting):
+    assert places(scene, 2)[0] == [-scene["b"] / 2, scene["b"] / 2]
+    if setting["step_s"] > 1:
+        raise ValueError("too long a step")
+    return lambda: [scene["theta0"] - i * substeps(scene, setting["step_s"]) for i in range(steps(scene) + 1)]
+
+answer(prepare)
+"""
+
+
+@pytest.fixture(scope="module")
+def own():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(peers, "installed", lambda: False)
+        return engines.run("small")
+
+
+@pytest.fixture
+def fake(tmp_path, monkeypatch):
+    """A driver in this environment."""
+    (tmp_path / "driver.py").write_text((peers.DRIVERS / "driver.py").read_text(encoding="utf-8"))
+    (tmp_path / "fake.py").write_text(DRIVER)
+    monkeypatch.setattr(peers, "DRIVERS", tmp_path)
+    monkeypatch.setattr(peers, "PYTHON", type(tmp_path)(sys.executable))
+
+
+def test_a_driver_answers_each_setting(fake):
+    problem = problem_of("winkler", "geometric")
+    fine, failed = peers.solve("fake", problem, [{"step_s": 0.005}, {"step_s": 2.0}], TIME[:4], 2)
+    assert fine.theta == pytest.approx(problem.theta0 - 2 * np.arange(4))
+    assert 0 <= fine.seconds < 1
+    assert (failed.theta.size, failed.message) == (0, "ValueError: too long a step")
+    assert math.isnan(failed.seconds)
+
+
+def test_a_driver_that_dies_says_why(fake):
+    (peers.DRIVERS / "fake.py").write_text("raise ImportError('no engine')")
+    (answer,) = peers.solve("fake", problem_of("winkler", "geometric"), [{}], TIME[:4], 1)
+    assert answer.message == "ImportError: no engine"
+
+
+def test_freerock_is_within_its_tolerance_of_the_golden_solutions(own):
+    rows = own[own["method"] == "freerock"]
+    assert list(rows["model"].unique()) == ["housner", "winkler", "hunt_crossley"]
+    assert rows[rows["setting"].isin(["rtol 1e-08", "closed form"])]["epsilon"].max() < 1e-15
+    assert (own["outcome"] == "completed").all()
+    assert set(own["kind"]) == {"freerock", "library", "time stepping"}
+
+
+@pytest.mark.parametrize("model", ["winkler", "hunt_crossley"])
+def test_an_error_is_the_shift_that_it_makes_in_a_fit(model):
+    scale = Scale(problem_of(model, "geometric"), TIME)
+    share = 1e-4
+    k = scale.problem.parameters["k"]
+    as_if = scale._theta({"k": k * (1 + share)}, 0.0) - scale.true
+    unit = scale.stderrs(scale.jacobian[:, 0])  # of 1 N/m²
+    assert scale.stderrs(as_if) == pytest.approx(unit * share * k, rel=2e-3)
+    # what another freed number makes up for shifts nothing
+    assert scale.stderrs(1e-4 * scale.jacobian[:, 2]) < 1e-6 * scale.stderrs(as_if)
+    assert 30 < scale.runs < 2000
+
+
+def test_the_table_has_a_row_for_every_tool(own, tmp_path):
+    lines = table(own).splitlines()
+    assert len(lines) == 2 + own.groupby(["model", "method"]).ngroups
+    path = tmp_path / "benchmark.md"
+    path.write_text("before " + engines.MARK[0] + "old" + engines.MARK[1] + " after")
+    renew(path, engines.MARK, table(own))
+    assert path.read_text().startswith("before " + engines.MARK[0] + "| law | tool |")
+    assert path.read_text().endswith(engines.MARK[1] + " after")
+
+
+def test_a_tool_that_fails_is_told(own):
+    failed = own[own["method"] == "RK4"].assign(outcome="it exploded", method="Engine")
+    assert "| Winkler | Engine | none: it exploded | | | | | |" in table(failed)
+
+
+def test_the_figures_are_drawn(own):
+    pages, rows = engines_figure.draw(own)
+    assert len(pages) == 3
+    assert len(rows) == len(own)
+    figure, rows = numerics_figure.draw(numerics.run("small"))
+    assert len(figure.axes) == 4
+    assert set(rows["part"]) == set(numerics.X)
+
+
+def test_what_an_engine_cannot_do_stands_within_its_panel():
+    """Wherever its slowest point lies."""
+    for epsilon in (1e-12, 1e-7, 1e-5, 1e-3, 1e-1, 1.9):
+        rows = [
+            (
+                law,
+                engine,
+                "engine",
+                epsilon,
+                seconds,
+                4e-6,
+                "k",
+                1.0,
+                seconds,
+                "another law: takes no r; more",
+            )
+            for law, engine, seconds in (
+                ("housner", "MuJoCo, box", 0.1),
+                ("winkler", "OpenSees, gap springs", 20.0),
+                ("hunt_crossley", "Drake, points, RK3", 1.0),
+            )
+        ]
+        columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
+        columns += ["error_stderr", "fit_s", "note"]
+        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0][0]
+        figure.draw_without_rendering()
+        for ax in figure.axes:
+            (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]
+            box, panel = note.get_window_extent(), ax.get_window_extent()
+            assert panel.x0 <= box.x0 and box.x1 <= panel.x1 and box.y1 <= panel.y1
+
+
+# Methods
+
+
+def error(found, true):
+    return float(np.linalg.norm(found.theta - true) / np.linalg.norm(true))
+
+
+@pytest.mark.parametrize("method", TIME_STEPPING)
+def test_time_stepping_converges(method):
+    problem = problem_of("hunt_crossley", "geometric")
+    true = freerock(problem, TIME, 1e-12).theta
+    one, other = (error(TIME_STEPPING[method](problem, TIME, step), true) for step in (4e-4, 1e-4))
+    assert other < 1e-3
+    order = math.log(one / other) / math.log(4)
+    assert order > (2.5 if method == "RK4" else 1.7)
+
+
+def test_impacts_that_are_not_sought_cost_the_order():
+    problem = problem_of("housner", "")
+    true = freerock(problem, TIME, 1e-8).theta
+    errors = [error(housner_eventless(problem, TIME, step), true) for step in (1e-3, 1e-4, 1e-5)]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] > 1e-6
+
+
+def test_ode45_at_its_defaults_and_at_tighter_ones():
+    problem = problem_of("winkler", "geometric")
+    true = freerock(problem, TIME, 1e-12).theta
+    assert 1e-6 < error(ode45(problem, TIME), true) < 0.05
+    assert error(ode45(problem, TIME, 1e-9), true) < 1e-6
+
+
+@pytest.mark.parametrize("method", TIME_STEPPING)
+def test_states_after_whole_steps_are_those_of_the_run(method):
+    problem = problem_of("hunt_crossley", "geometric")
+    states = stepped_states(method, problem, 1e-4, 100, 60)
+    assert states.shape == (4, 61)
+    found = TIME_STEPPING[method](problem, TIME, 1e-4)
+    assert np.abs(states[2] - found.theta).max() < 1e-4
+
+
+def test_energy_of_an_undamped_block():
+    frame = numerics.run("small")
+    last = frame[frame["part"] == "energy"].groupby(["method", "setting"])["y"].last()
+    assert last["freerock", "rtol 1e-10"] < 1e-8
+    assert last["freerock", "rtol 1e-10"] < last["freerock", "rtol 1e-06"] < 1e-3
+    orders = frame[frame["part"] == "order"].groupby(["model", "method"])["order"].first()
+    assert orders["hunt_crossley", "freerock"] > 4
+    assert isinstance(frame, pd.DataFrame)

@@ -1,0 +1,251 @@
+"""lmfit is the door: its words for parameters, its result, its models."""
+
+import math
+from dataclasses import replace
+
+import lmfit
+import numpy as np
+import pytest
+
+import freerock
+from freerock.errors import FreerockError
+from freerock.identification.fit import fit_run
+from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
+from freerock.identification.problem import posed
+from freerock.identification.settings import FitSettings
+from freerock.models.block import Block
+from freerock.models.given import Given, faults
+from freerock.models.simulate import Solver, simulate_theta
+from freerock.products.netcdf import open_fits, write_fits
+from freerock.runs.motion import Motion
+from freerock.selection.hypotheses import BY_DEFAULT
+
+BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
+TRUTHS = {
+    "housner": {"r": 0.93},
+    "winkler": {"k": 6.77e6, "c": 2.17e4},
+    "hunt_crossley": {"k": 6.88e6, "lambda": 1.30e8},
+}
+SIGMA = 1e-4
+ALPHA = 0.17
+
+
+def released(law, seed=1, span=2.0):
+    time_s = np.arange(0, span, 2e-3)
+    theta, _ = simulate_theta(law, BLOCK, TRUTHS[law], time_s, theta0=ALPHA, solver=Solver(1e-10))
+    theta += SIGMA * np.random.default_rng(seed).standard_normal(time_s.size)
+    return Motion(time_s, theta, SIGMA, ALPHA, 2e-5, 5e-4)
+
+
+def fitted(law, given, motion=None, **options):
+    settings = FitSettings(parameters={law: given}, **options)
+    return fit_run(law, BLOCK, motion or released(law), settings)
+
+
+def chi_square(law, motion, values):
+    theta, _ = simulate_theta(
+        law,
+        BLOCK,
+        {name: values[name] for name in TRUTHS[law]},
+        motion.time_s - values.get("t0", 0.0),
+        theta0=values.get("theta0", ALPHA),
+        solver=Solver(1e-9),
+    )
+    return np.sum((theta - motion.theta) ** 2) / SIGMA**2
+
+
+def test_the_result_is_lmfits_in_the_parameters_of_the_law():
+    fit = fit_run("hunt_crossley", BLOCK, released("hunt_crossley"))
+    result = fit.result
+    assert isinstance(result, lmfit.minimizer.MinimizerResult)
+    assert [*result.params] == ["k", "lambda_", "theta0", "t0"] == result.var_names
+    for i, each in enumerate(result.params.values()):
+        assert (each.value, each.stderr) == (fit.value[i], fit.stderr[i])
+        assert each.min < each.value < each.max and math.isfinite(each.init_value)
+    between = fit.covariance[0, 1] / fit.stderr[0] / fit.stderr[1]
+    assert result.params["k"].correl["lambda_"] == pytest.approx(between)
+    report = lmfit.fit_report(result)
+    assert "lambda_:" in report and "C(k, lambda_)" in report and "least_squares" in report
+    assert f"+/- {fit.stderr[0]:.7g}"[:9] in report.replace("+/-", "+/- ").replace("  ", " ")
+
+
+@pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])
+def test_a_fixed_parameter_stays_and_the_others_are_the_best_beside_it(law):
+    other = [*TRUTHS[law]][1]
+    motion, k = released(law), 1.002 * TRUTHS[law]["k"]
+    fit = fitted(law, {"k": {"value": k, "vary": False}}, motion)
+    assert fit.success and fit.values["k"] == k and fit.stderr[0] == 0 and fit.n_parameters == 3
+    best = chi_square(law, motion, fit.values)
+    for name, stderr in zip(fit.parameters[1:], fit.stderr[1:], strict=True):
+        for side in (-1, 1):
+            assert chi_square(law, motion, fit.values | {name: fit.values[name] + side * stderr}) > best
+    free = fit_run(law, BLOCK, motion)
+    assert fit.stderr[1] < free.stderr[1]
+    assert not fit.result.params["k"].vary and fit.result.params["k"].stderr is None
+    assert abs(fit.values[other] / free.values[other] - 1) < 0.02
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_at_the_truth_a_tie_gives_the_truth_with_less_uncertainty(seed):
+    motion = released("hunt_crossley", seed)
+    ratio = TRUTHS["hunt_crossley"]["lambda"] / TRUTHS["hunt_crossley"]["k"]
+    one = fitted("hunt_crossley", {"lambda": {"expr": f"{ratio!r} * k"}}, motion)
+    other = fitted("hunt_crossley", {"k": {"expr": f"lambda/{ratio!r}"}}, motion)
+    free = fit_run("hunt_crossley", BLOCK, motion)
+    for fit in (one, other):
+        assert fit.success and fit.n_parameters == 3
+        assert fit.values["lambda"] == pytest.approx(ratio * fit.values["k"], rel=1e-12)
+        assert fit.stderr[1] == pytest.approx(ratio * fit.stderr[0], rel=1e-4)
+        assert abs(fit.values["k"] - TRUTHS["hunt_crossley"]["k"]) < 4.5 * fit.stderr[0]
+        assert fit.stderr[0] < 0.5 * free.stderr[0]
+    assert one.values["k"] == pytest.approx(other.values["k"], abs=0.2 * one.stderr[0])
+    assert one.result.params["lambda_"].expr and not one.result.params["lambda_"].vary
+
+
+def test_bounds_hold_and_a_fit_that_ends_at_one_is_not_used():
+    motion = released("winkler")
+    inside = fitted("winkler", {"k": {"min": 5e6, "max": 9e6}, "c": {"min": 1e4, "max": 4e4}}, motion)
+    free = fit_run("winkler", BLOCK, motion)
+    assert np.all(np.abs(inside.value - free.value) < 0.2 * free.stderr)
+    np.testing.assert_allclose(inside.stderr, free.stderr, rtol=0.05)
+    assert inside.result.params["c"].max == pytest.approx(4e4)
+    for given, named in (({"k": {"max": 6e6}}, "k"), ({"c": {"min": 3e4}}, "c")):
+        at_bound = fitted("winkler", given, motion)
+        assert not at_bound.success and at_bound.message == f"{named} lies at its bound of fits.parameters"
+        limit = next(iter(given[named].values()))
+        assert at_bound.values[named] == pytest.approx(limit, rel=1e-3)
+
+
+def test_a_bad_start_does_no_harm():
+    far = fitted("winkler", {"k": {"value": 2e9}, "c": {"value": 10.0}})
+    near = fitted("winkler", {"k": {"value": 6.7e6}, "c": {"value": 2e4}})
+    free = fit_run("winkler", BLOCK, released("winkler"))
+    for fit in (far, near):
+        assert np.all(np.abs(fit.value - free.value) < 0.2 * free.stderr)
+
+
+def test_r_may_be_given():
+    motion = released("housner")
+    fixed = fitted("housner", {"r": {"value": 0.93, "vary": False}}, motion)
+    assert fixed.values["r"] == 0.93 and fixed.n_parameters == 2 and fixed.success
+    bounded = fitted("housner", {"r": {"min": 0.9, "max": 0.95, "value": 0.91}}, motion)
+    free = fit_run("housner", BLOCK, motion)
+    assert bounded.values["r"] == pytest.approx(free.values["r"], abs=0.2 * free.stderr[0])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (
+            {"lambda": {"value": 1e8}},
+            "winkler.lambda: is not a parameter of winkler; use k or c",
+        ),
+        ({"c": {"vary": False}}, "winkler.c: does not vary and has no value; give its value"),
+        (
+            {"c": {"expr": "k", "value": 1.0}},
+            "an expr and more; leave out value, min, max and vary, or expr",
+        ),
+        ({"c": {"expr": "c"}}, "expr 'c' 'c' is not another parameter of the law"),
+        ({"c": {"expr": "k"}, "k": {"expr": "c"}}, "is tied in a circle; free or fix one of them"),
+        ({"c": {"value": 0.0, "vary": False}}, "value is 0; give a value above 0"),
+        ({"c": {"min": -1.0}}, "min is -1; give 0 to inf"),
+        ({"k": {"value": 1e12}}, r"value is 1e\+12; give 10000 to 1e\+11"),
+        ({"k": {"min": 2e6, "max": 1e6}}, r"min 2e\+06 is not below max 1e\+06; correct one of the two"),
+        ({"k": {"value": 3e6, "max": 1e6}}, r"value 3e\+06 is not between min and max; correct one of them"),
+    ],
+)
+def test_mistakes_are_told_in_a_line(given, message):
+    with pytest.raises(FreerockError, match=message) as caught:
+        fitted("winkler", given)
+    assert "\n" not in str(caught.value)
+
+
+def test_where_nothing_is_left_to_fit_that_is_said():
+    with pytest.raises(FreerockError, match="nothing is left to fit; free a number"):
+        fitted("housner", {"r": {"value": 0.9, "vary": False}}, free=())
+
+
+def test_a_tie_that_leaves_the_possible_is_an_error_of_that_fit():
+    with pytest.raises(FreerockError, match="fits"):
+        fitted("winkler", {"c": {"expr": "k - 1e12"}})
+
+
+def test_what_is_given_does_not_count_as_freed():
+    for given, n in (({}, 4), ({"c": {"expr": "3e-3*k"}}, 3), ({"k": {"min": 1e6}}, 4)):
+        ladder = replace(BY_DEFAULT, options={"parameters": {"winkler": given}})
+        assert ladder.n_freed("winkler") == n
+        assert ladder.n_freed("winkler_width") == n + 1
+        assert ladder.n_freed("hunt_crossley") == 4
+        assert (
+            int(posed("winkler", [BLOCK], [released("winkler")], ladder.settings("winkler")).varied.sum())
+            == n
+        )
+
+
+def test_no_law_has_a_fault_where_nothing_is_given():
+    assert not list(faults("winkler", {})) and not list(faults("winkler", {"k": Given()}))
+
+
+def test_parameters_come_back_from_the_product(tmp_path):
+    motion = released("winkler")
+    fits = {
+        "winkler": fitted("winkler", {"c": {"expr": "3.2e-3 * k"}, "k": {"min": 1e6, "max": 2e7}}, motion),
+        "hunt_crossley": fit_run("hunt_crossley", BLOCK, motion),
+    }
+    attrs = {key: "x" for key in ("campaign", "test", "block", "foundation")}
+    attrs |= {"origin": "simulated", "verdict": "ok", "reasons": []}
+    write_fits(tmp_path / "fits.nc", {1: fits}, attrs)
+    tree = open_fits(tmp_path / "fits.nc")
+    for model, fit in fits.items():
+        group = tree[f"run_1/{model}"]
+        found, told = freerock.parameters_in(group.dataset), fit.result.params
+        assert [*found] == [*told]
+        for name in found:
+            for key in ("value", "stderr", "min", "max", "vary", "expr", "init_value"):
+                assert getattr(found[name], key) == getattr(told[name], key), (model, name, key)
+            assert (found[name].correl or {}) == pytest.approx(told[name].correl or {})
+        assert group.attrs["method"] == fit.result.method == "least_squares"
+        assert group.attrs["nfev"] == fit.result.nfev
+    damaged = tree["run_1/winkler"].to_dataset()
+    damaged["expr"] = "parameter", np.array(["", "__import__('os').getcwd()", "", ""])
+    with pytest.raises(FreerockError, match="is no arithmetic"):
+        freerock.parameters_in(damaged)
+
+
+@pytest.mark.parametrize("model", [HousnerModel, WinklerModel, HuntCrossleyModel])
+def test_a_model_of_lmfit_finds_the_truth_from_its_guess_and_from_afar(model):
+    law, motion = model.law, released(model.law)
+    own = model(BLOCK)
+    params = own.guess(motion.theta, time=motion.time_s)
+    result = own.fit(motion.theta, params, time=motion.time_s, weights=1 / SIGMA)
+    fit = fit_run(law, BLOCK, motion)
+    truth = {**TRUTHS[law], "theta0": ALPHA, "t0": 0.0}
+    for name, legal in own.sources.items():
+        each = result.params[name]
+        assert abs(each.value - truth[legal]) < 4 * each.stderr
+        assert each.value == pytest.approx(fit.values[legal], abs=each.stderr)
+    assert result.redchi == pytest.approx(1.0, abs=0.15)
+    away = own.make_params(**{name: 1.002 * each.value for name, each in result.params.items()})
+    again = own.fit(motion.theta, away, time=motion.time_s, weights=1 / SIGMA)
+    for name, each in result.params.items():
+        assert again.params[name].value == pytest.approx(each.value, abs=0.1 * each.stderr)
+    assert "[[Model]]" in result.fit_report() and result.plot() is not None
+
+
+def test_intervals_of_a_model_are_its_standard_errors_where_it_is_linear():
+    """They ask for derivatives of the right sign beside a fixed parameter."""
+    motion, model = released("winkler", span=1.0), WinklerModel(BLOCK)
+    noisy = motion.theta + 1e-3 * np.random.default_rng(2).standard_normal(motion.theta.size)
+    params = model.guess(noisy, time=motion.time_s)
+    result = model.fit(noisy, params, time=motion.time_s, weights=1e3)
+    ((_, low), _, (_, high)) = result.conf_interval(p_names=["c"], sigmas=[1])["c"]
+    assert (high - low) / 2 == pytest.approx(result.params["c"].stderr, rel=0.1)
+
+
+def test_a_model_may_fix_tie_and_prefix_its_parameters():
+    motion, model = released("winkler"), WinklerModel(BLOCK, prefix="w_")
+    params = model.guess(motion.theta, time=motion.time_s)
+    params["w_c"].set(expr=f"w_k*{2.17e4 / 6.77e6!r}")
+    result = model.fit(motion.theta, params, time=motion.time_s, weights=1 / SIGMA)
+    k = result.params["w_k"]
+    assert result.nvarys == 3 and abs(k.value - 6.77e6) < 4 * k.stderr
