@@ -64,9 +64,36 @@ def test_table2_prints_value_and_published_side_by_side(datasets):
         "Published",
     ]
     assert text["Foundation"].tolist() == ["Marble", "", "", "", "", "Mat", "", "", "", ""]
-    assert text.iloc[0].tolist() == ["Marble", "Housner", "r", "0.957", "0", "0.957 … 0.957", "2", "0.958"]
-    assert text.iloc[4].tolist() == ["", "", "λ / (N s m⁻³)", "1.30·10⁸", "0", "(1.30 … 1.30)·10⁸", "2", "–"]
-    assert text.iloc[5].tolist() == ["Mat", "Housner", "r", "0.957", "0", "0.957 … 0.957", "2", "–"]
+    assert text.iloc[0].tolist() == [
+        "Marble",
+        "Housner",
+        "r",
+        "0.95700 ± 0.00085",
+        "0",
+        "0.957 … 0.957",
+        "2",
+        "0.958",
+    ]
+    assert text.iloc[4].tolist() == [
+        "",
+        "",
+        "λ / (N s m⁻³)",
+        "(1.3000 ± 0.0028)·10⁸",
+        "0",
+        "(1.30 … 1.30)·10⁸",
+        "2",
+        "–",
+    ]
+    assert text.iloc[5].tolist() == [
+        "Mat",
+        "Housner",
+        "r",
+        "0.95700 ± 0.00085",
+        "0",
+        "0.957 … 0.957",
+        "2",
+        "–",
+    ]
 
 
 def second(parameters, *others):
@@ -119,7 +146,7 @@ def test_table2_shows_the_mean_of_the_runs_and_how_far_they_differ():
     assert text["Identified"].tolist() == [
         "102.0 ± 1.2",
         "90.000 ± 0.090",
-        "100.000 ± 0.029",
+        "100.000 ± 0.058",
         "7.00 (failed fit)",
     ]
     assert text["τ / %"].tolist() == ["2.0", "–", "< 0.30", "–"]

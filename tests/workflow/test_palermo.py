@@ -23,9 +23,9 @@ CONTRACT = {
     "runs": "campaign test run block foundation origin theta0_deg theta0_u_deg release_s duration_s "
     "n_impacts n_restitution sigma_theta_deg verdict reasons excluded",
     "parameters": "campaign test run block foundation model parameter value stderr ci95_low ci95_high "
-    "discrepancy u_total unit success",
+    "discrepancy u_total unit success given in_phase",
     "epsilon": "campaign test run block foundation model epsilon_theta final_time_s epsilon_holdout "
-    "n_parameters aic bic selected success",
+    "n_parameters aic bic selected success epsilon_in_phase",
     "choice": "campaign test run block foundation model status explains n_freed epsilon_theta "
     "epsilon_holdout epsilon_holdout_runs bic noise_p noise_ratio noise_low_hz noise_high_hz added_damping "
     "reason",

@@ -35,8 +35,8 @@ SELECTED_NOTE = (
     "nearest where none does."
 )
 STOPS_NOTE = (
-    "Stops rocking: at the minimum of ε_θ the rigid block comes to rest too soon; in phase: the nearest "
-    "minimum at which it rocks for at least half the time. Neither is used further."
+    "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
+    "rocks for at least half the time. Neither is used further."
 )
 GIVEN_NOTE = "Fixed and tied parameters are as the configuration has them (fits.parameters)."
 PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
@@ -94,7 +94,7 @@ def _given(name: str) -> Callable[[Any], Cell]:
 def _failed(row: Any, times: float = 1.0) -> str:
     """What is printed after a number of a fit that may not be used, or that was given."""
     if not row.success and math.isfinite(row.in_phase):
-        return f" (stops rocking; {quantity(times * row.in_phase)} in phase)"
+        return f" (stops; {quantity(times * row.in_phase)})"
     if not row.success:
         return " (failed fit)"
     given = getattr(row, "given", "")  # empty cells of a file are NaN
