@@ -156,7 +156,7 @@ def test_table2_shows_the_mean_of_the_runs_and_how_far_they_differ():
     assert rejected["τ / %"].tolist() == ["2.0", "–", "–", "–"]
     assert rejected["Next run"].tolist() == ["93 … 112", "–", "–", "–"]
     one = table2_text(table[table["test"] == "alone"])
-    assert list(one) == ["Foundation", "Model", "Parameter", "Identified", "Runs", "Published"]
+    assert list(one) == ["Foundation", "Model", "Parameter", "Identified", "Runs"]
 
 
 def test_table3_prints_percent_and_final_time(datasets):
@@ -170,7 +170,7 @@ def test_table3_prints_percent_and_final_time(datasets):
 def test_several_blocks_stand_under_their_names(datasets):
     text = table3_text(table3(epsilon_table(datasets[1])), {"b2": "Squat block"})
     assert text["Foundation"].tolist()[::7] == ["b1", "Squat block"]
-    assert text.iloc[7].tolist() == ["Squat block", *[""] * 6]
+    assert text.iloc[7].tolist() == ["Squat block", *[""] * 5]
 
 
 def test_second_record_of_a_scene_is_told_apart():
@@ -188,7 +188,6 @@ def test_no_fit_at_all_makes_empty_tables(datasets):
         "Parameter",
         "Identified",
         "Runs",
-        "Published",
     ]
     assert r"\begin{tabular}{llllll}" in latex(table2_text(nothing), "Nothing")
     assert table3(epsilon_table(datasets[1])[:0]).empty

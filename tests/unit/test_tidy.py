@@ -78,7 +78,7 @@ def test_parameters_per_run(datasets):
     table = parameters_table(datasets[1])
     assert ",".join(table) == (
         "campaign,test,run,block,foundation,model,parameter,value,stderr,ci95_low,ci95_high,discrepancy,"
-        "u_total,unit,given,in_phase,success"
+        "u_total,unit,success,given,in_phase"
     )
     own = table[(table["test"] == "b1_marble") & (table["model"] == "hunt_crossley")]
     assert own["run"].tolist() == [1] * 3 + [2] * 3
@@ -103,7 +103,7 @@ def test_epsilon_selects_the_lowest_bic_of_the_successful_fits(datasets):
     table = epsilon_table(datasets[1])
     assert ",".join(table) == (
         "campaign,test,run,block,foundation,model,epsilon_theta,final_time_s,epsilon_holdout,n_parameters,"
-        "aic,bic,epsilon_in_phase,selected,success"
+        "aic,bic,selected,success,epsilon_in_phase"
     )
     assert set(table[table["selected"]]["model"]) == {"hunt_crossley"}
     assert table.groupby(["test", "run"])["selected"].sum().eq(1).all()

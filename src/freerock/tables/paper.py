@@ -143,13 +143,14 @@ TABLE1 = (
         lambda row: number(quantity(row.release_angle_deg, row.release_angle_std_deg), row.release_angle_deg),
     ),
 )
+_PUBLISHED = "Published"
 TABLE2 = (
     _MODEL,
     PARAMETER,
     Column("Identified", lambda row: number(quantity(row.mean, row.u_total) + _failed(row), row.mean)),
     *_BETWEEN_RUNS,
     _RUNS,
-    Column("Published", lambda row: number(quantity(row.published), row.published)),
+    Column(_PUBLISHED, lambda row: number(quantity(row.published), row.published)),
 )
 TABLE3 = (
     _MODEL,
@@ -193,7 +194,6 @@ def printed_tables(
     simulated = [SIMULATED_NOTE] if "simulated" in origin else []
     seen = "simulated" if simulated else "measured"
     notes = [*simulated, PUBLISHED_NOTE.format(doi=doi)] if doi else simulated
-    columns = table2_columns(second)
     return {
         "table1": Printed(
             first,
@@ -204,14 +204,14 @@ def printed_tables(
         ),
         "table2": Printed(
             second,
-            columns,
+            table2_columns(second),
             table2_text(second, labels),
             "Identified parameters, record by record",
             [*_marked_notes(second), *_given_notes(second), *_runs_note(second), *notes],
         ),
         "table3": Printed(
             third,
-            TABLE3,
+            table3_columns(third),
             table3_text(third, labels),
             f"Discrepancy ε_θ between {seen} and modelled rotation up to t_f, median and range of the runs",
             [*_marked_notes(third), *_given_notes(third), *notes],
@@ -240,7 +240,18 @@ def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
 def table2_columns(frame: pd.DataFrame) -> Sequence[Column]:
     """Columns of `summary.table2`; those of how runs differ where a record has several."""
     several = (frame["n_runs"] > 1).any()
-    return [column for column in TABLE2 if several or column not in _BETWEEN_RUNS]
+    return [column for column in _beside(TABLE2, frame) if several or column not in _BETWEEN_RUNS]
+
+
+def table3_columns(frame: pd.DataFrame) -> Sequence[Column]:
+    """Columns of `summary.table3`."""
+    return _beside(TABLE3, frame)
+
+
+def _beside(columns: Sequence[Column], frame: pd.DataFrame) -> Sequence[Column]:
+    """Columns without that of the published values, where there are none."""
+    known = frame["published"].notna().any()
+    return [column for column in columns if known or not column.head.startswith(_PUBLISHED)]
 
 
 def table2_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
@@ -250,7 +261,7 @@ def table2_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFra
 
 def table3_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table3` as printed: a row per foundation and model, grouped by block."""
-    return _grouped(frame, labels, TABLE3)
+    return _grouped(frame, labels, table3_columns(frame))
 
 
 def _marked_notes(frame: pd.DataFrame) -> list[str]:

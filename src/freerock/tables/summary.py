@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, MODELS
+from freerock.models.laws import CANDIDATES, LAWS, MODELS
 from freerock.products.groups import usable_runs
 
 STATUSES = ["selected", "rejected"]  # of a model in the choice, which the tables mark
@@ -69,7 +69,9 @@ def table2(
     published: Published = None,
     choice: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Identified parameters of the laws, record by record, beside the published ones; without their rivals.
+    """Identified parameters, record by record, beside the published ones.
+
+    The rows of a record are those of the laws, and of the candidate that most of its runs name.
 
     Parameters
     ----------
@@ -88,8 +90,8 @@ def table2(
         parameters, the mean of the runs), success, selected and rejected (by the choice of most of the fitted
         runs); SI units. A law of which no fit may be used has n_runs 0 and the mean of what these gave.
     """
-    of_law = [row.model in LAWS and row.parameter in MODELS[row.model] for row in parameters.itertuples()]
-    of_laws = parameters[np.array(of_law, bool)]
+    of_model = [row.parameter in _numbers_of(row.model) for row in parameters.itertuples()]
+    of_laws = parameters[_shown(parameters, choice) & np.array(of_model, bool)]
     named = ["test", "block", "foundation", "model", "parameter", "unit"]
     of_records = populations[populations["level"] == "record"]
     numbers = ["n_runs", "mean", "stderr", "u_total", "tau", "tau_high", "next_low", "next_high", "scatter_p"]
@@ -113,14 +115,14 @@ def table2(
 def table3(
     epsilon: pd.DataFrame, published: Published = None, choice: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Discrepancy ε_θ of the laws, record by record, beside the published one, from the tidy table.
+    """Discrepancy ε_θ, record by record, beside the published one, from the tidy table.
 
-    Columns test, block, foundation, model, n_runs, epsilon_theta (median of the runs, each under its own
+    Rows are those of the laws, and of the candidate that most runs of a record name. Columns test, block, foundation, model, n_runs, epsilon_theta (median of the runs, each under its own
     parameters), epsilon_low, epsilon_high (their range), published (fractions), final_time_s (the longest),
     in_phase (median of epsilon_in_phase), success, selected, rejected. A law of which no fit may be used has
     n_runs 0 and the numbers of those.
     """
-    of_laws = epsilon[epsilon["model"].isin(LAWS)]
+    of_laws = epsilon[_shown(epsilon, choice)]
     named = ["test", "block", "foundation", "model"]
     any_use = of_laws.groupby(named, sort=False)["success"].transform("any")
     used = of_laws[of_laws["success"] | ~any_use]
@@ -152,6 +154,16 @@ def largest_shift_m(runs: pd.DataFrame, blocks: Mapping[str, Block]) -> float:
     released = runs.dropna(subset=["theta0_deg"]).itertuples()
     shifts = (blocks[run.block].b * (1 - math.cos(math.radians(run.theta0_deg))) for run in released)
     return max(shifts, default=math.nan)
+
+
+def _numbers_of(model: str) -> tuple[str, ...]:
+    """Parameters of a candidate's law, and the contact width where it frees that."""
+    return (*MODELS[model], *["width"] * CANDIDATES[model].width)
+
+
+def _shown(rows: pd.DataFrame, choice: pd.DataFrame | None) -> "pd.Series[bool]":
+    """Whether a row is of a law, or of the candidate that most runs of its record name."""
+    return rows["model"].isin(LAWS) | np.array(_mostly("selected", rows, choice), bool)
 
 
 def _mostly(status: str, rows: pd.DataFrame, choice: pd.DataFrame | None) -> list[bool]:
