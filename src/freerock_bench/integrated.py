@@ -25,6 +25,7 @@ RATE_HZ = 2000.0
 V_PER_M, ZERO_V = 100.0, 5.0
 TILT_S, REST_S, LONGEST_S = 1.2, 2.0, 12.0
 AT_REST = 2e-5  # [rad]
+LARGEST_LEAN = 0.01  # of a block at rest [rad]
 STEP_S = 5e-5  # at most, of the integration
 KINDS = ("guided", "pivoting", "worn")
 BLOCKS, FOUNDATIONS = tuple(CONFIGURATIONS), tuple(TABLE_2)
@@ -163,18 +164,19 @@ def recorded(scene: Scene, laser: Laser, rate_hz: float) -> Truth:
     every = math.ceil(1 / (rate_hz * STEP_S))
     step_s = 1 / (rate_hz * every)
     path = (_rigid_path if math.isfinite(scene.r) else _path)(scene, step_s)
-    last = int(np.flatnonzero(np.abs(path[1, ::every]) > AT_REST)[-1])
+    depth, stands = _standing(scene)
+    last = int(np.flatnonzero(np.abs(path[1, ::every] - stands) > AT_REST)[-1])
     path = path[:, : every * last + 1]
     states = path[:, ::every]
     at = REST_S + TILT_S + scene.held_s
     before = np.arange(0.0, at - 0.5 / rate_hz, 1 / rate_hz)
     share = np.clip((before - REST_S) / TILT_S, 0, 1)
-    tilted = scene.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
-    grid = np.linspace(0, abs(scene.theta0), 200)
+    tilted = stands + (scene.theta0 - stands) * share**3 * (10 - 15 * share + 6 * share**2)
+    grid = np.linspace(0, max(abs(scene.theta0), abs(stands)), 200)
     depths = np.interp(np.abs(tilted), grid, [_depth(float(each), scene) for each in grid])
     rests = np.zeros(int(scene.held_s * rate_hz))
-    theta = np.concatenate([tilted, states[1], rests])
-    z = np.concatenate([depths, states[0], rests + depths[0]])
+    theta = np.concatenate([tilted, states[1], rests + stands])
+    z = np.concatenate([depths, states[0], rests + depth])
     return Truth(
         scene,
         laser,
@@ -199,6 +201,21 @@ def _depth(theta: float, scene: Scene) -> float:
 
     weight = scene.body[0] * GRAVITY * math.cos(scene.tilt)
     return float(brentq(excess, -scene.b, scene.b, xtol=1e-14))
+
+
+def _standing(scene: Scene) -> tuple[float, float]:
+    """Depth [m] and rotation [rad] at rest: on a bed, a block on a base off level leans."""
+    from scipy.optimize import brentq
+
+    if math.isfinite(scene.r) or not scene.tilt:
+        return _depth(0.0, scene), 0.0
+    given = (*scene.body, scene.b, *scene.law, scene.pivoting, scene.tilt)
+
+    def turn(theta: float) -> float:
+        return float(rates(np.array([_depth(theta, scene), theta, 0.0, 0.0]), 0.0, *given)[3])
+
+    leans = float(brentq(turn, -LARGEST_LEAN, LARGEST_LEAN, xtol=1e-14))
+    return _depth(leans, scene), leans
 
 
 def _path(scene: Scene, step_s: float) -> Floats:
