@@ -7,8 +7,9 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
+from freerock.identification.levels import RESIDUAL
 from freerock.identification.likelihood import likelihood
-from freerock.identification.noise import LEVEL, against_rest, noise_of
+from freerock.identification.noise import against_rest, noise_of
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
 from freerock.runs.noise import averaged, noise_at_rest, slow_and_white, white_noise
@@ -81,7 +82,7 @@ def judged(kind, seed, added=0.0):
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_as_at_rest_passes(kind):
     """docs/identification.md has the same over thousands of cases."""
-    assert min(judged(kind, seed).p for seed in range(12)) > LEVEL
+    assert min(judged(kind, seed).p for seed in range(12)) > RESIDUAL
 
 
 @pytest.mark.parametrize("kind, amplitude", [("white", 0.5), ("correlated 2 ms", 2.0), ("converter 5", 4.0)])

@@ -10,8 +10,9 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.identification.as_measured import as_measured
-from freerock.identification.diagnosis import ASKED, asks_for, blur_of, off_zero
+from freerock.identification.diagnosis import asks_for, blur_of, off_zero
 from freerock.identification.fit import fit_record, fit_run
+from freerock.identification.levels import ASKED
 from freerock.identification.nuisances import at_end
 from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings, check

@@ -11,6 +11,7 @@ __all__ = [
     "estimate",
     "fit",
     "least_squares",
+    "levels",
     "lmfit_models",
     "model_discrepancy",
     "noise",

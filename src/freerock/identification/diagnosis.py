@@ -1,5 +1,6 @@
 """What speaks for or against a fit: its held-out discrepancy, the damping it lacks, and why it may fail."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ from freerock.arrays import Floats
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.levels import ASKED, ASKED_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import Problem
@@ -17,14 +19,6 @@ from freerock.identification.search import LEFT, is_poor
 from freerock.identification.settings import is_rounded
 from freerock.models.laws import PARAMETERS, extended_by, law_of
 
-# Standard errors off zero, from which a number that was taken for granted is freed. Set on 120 level runs, of
-# which none had a tilt of more than 3.3; nor had any of 200 others.
-ASKED = 4.0
-TRACE = 3.0  # standard errors of a damping at which a law is said to lack it
-# The derivative sees a quarter to all of what a fit with rounded edges gains, which move k by percents. So it
-# asks early, and the BIC decides. Set on 40 short runs of 0.7 mm (3.3 and more); of 160 others one has less.
-# Two of 600 clean runs turn to edges, of 0.17 and 0.18 mm.
-ASKED_EDGES = 2.0
 BLUR_S = 5e-4  # of the difference quotient of what a slow sensor does
 EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
@@ -102,14 +96,16 @@ def asks_for(best: Posterior) -> tuple[str, ...]:
 
     What they ask for most comes first. By the ratio of likelihoods under the noise at rest, with the
     derivative by the tilt of the base or by the contact width, with what edges of a small radius would
-    change, or with a free release, beside those by all that the fit frees and by its inputs.
+    change, or with a free release, beside those by all that the fit frees and by its inputs. A width asks
+    from where its gain is what the BIC charges for a number: worn corners are common.
 
     Parameters
     ----------
     best : Posterior
         Of one run, at the tolerance of the fit.
     """
-    off, least = off_zero(best), {"edges": ASKED_EDGES}
+    charged = math.sqrt(math.log(best.whitened.likelihood().effective))
+    off, least = off_zero(best), {"edges": ASKED_EDGES, "width": charged}
     asked = [name for name in off if abs(off[name]) > least.get(name, ASKED)]
     return tuple(sorted(asked, key=lambda name: -abs(off[name])))
 

@@ -11,13 +11,14 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.diagnosis import TRACE, added_damping, failure, first_half
+from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty, with_inputs, with_profile
 from freerock.identification.least_squares import Solution, in_si_units, reported
+from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
-from freerock.identification.noise import LEVEL, AgainstRest, against_rest, noise_of
+from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.nuisances import Posterior, settled
 from freerock.identification.problem import Problem, posed
 from freerock.identification.resolution import Resolution
@@ -245,7 +246,7 @@ class _Moved:
     def explains(self) -> bool:
         """Whether residual and pulls pass for noise."""
         passes = self.rest.is_noise and (self.has_rest or self.white)
-        return passes and self.contributions.p_of_pulls > LEVEL
+        return passes and self.contributions.p_of_pulls > REJECTS
 
 
 def _moved(best: Posterior) -> _Moved:
@@ -275,7 +276,7 @@ class _End:
     likely: Likelihood
     rest: AgainstRest
     white: bool
-    explained: bool
+    doubt: float
     holdout: float
     charge: float = 0.0
     notes: tuple[str, ...] = ()
@@ -307,7 +308,7 @@ def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Re
         moved.likely,
         moved.rest,
         moved.white,
-        explained=True,
+        doubt=doubt(moved.rest.p, RESIDUAL),
         holdout=holdout,
         charge=best.charge,
     )
@@ -356,7 +357,7 @@ def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: _
         linear.likelihood(),
         moved.rest if moved else rest,
         white,
-        explained,
+        doubt(rest.p, RESIDUAL) if None not in noises or white else 1.0,
         holdout,
         notes=tuple(f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)),
     )
@@ -373,16 +374,19 @@ def _told(end: _End, resolution: Resolution, moved: _Moved | None) -> Fit:
     diagnostics = _diagnostics(problem, end.solution, resolution, end.residual, known)
     diagnostics |= {"white": float(end.white), **_against_noise(end.rest, end.likely)}
     diagnostics |= {"pulls_p": moved.contributions.p_of_pulls} if moved else {}
-    parts, explained = tuple[Part, ...](), end.explained
+    parts, doubts = tuple[Part, ...](), [end.doubt]
+    if moved and end.doubt < 1:
+        doubts.append(doubt(moved.contributions.p_of_pulls, REJECTS))
     if failed:
         known = known.unknown()
     else:
         parts = tuple(fitted_parts(problem, x, end.residual, end.jacobian))
         lacking = added_damping(problem, x, end.curve, end.linear, end.likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
-        explained &= lacking is None or lacking <= TRACE
+        doubts += [] if lacking is None else [doubt(chance_of(lacking), REJECTS)]
     value, fixed = problem.physical(x), known.stderr == 0
-    law = np.zeros(len(x)) if explained else np.where(fixed, 0.0, model_discrepancy(value, parts))
+    law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(doubts) else np.zeros(len(x))
+    law *= max(doubts)
     if problem.settings.profile and not failed:
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}

@@ -178,11 +178,11 @@ def _widened(covariance_x: Floats, apart: Floats) -> tuple[Floats, float]:
     """Covariance that covers the difference of the first half of a run from the whole, and the factor.
 
     Under a law that is not the whole truth, parts of a run disagree by more than the correlation of the
-    residual explains. Where they do so by more than three standard errors, the difference is the standard
-    error.
+    residual explains. What is beyond three standard errors counts: √(1 + d² - 3²) of d standard errors apart.
     """
     stderr = np.sqrt(np.diag(covariance_x))
-    factor = np.where(np.abs(apart) > SURPRISE * stderr, np.abs(apart) / stderr, 1.0)
+    beyond = np.maximum((apart / stderr) ** 2 - SURPRISE**2, 0.0)
+    factor = np.where(np.isfinite(beyond), np.sqrt(1 + beyond), 1.0)
     return covariance_x * np.outer(factor, factor), float(np.nanmax(factor, initial=1.0))
 
 

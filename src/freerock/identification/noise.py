@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import fdtrc
 
 from freerock.arrays import Complexes, Floats, Indices
+from freerock.identification.levels import RESIDUAL
 from freerock.rotation.tapers import frequencies, tapered, tapered_power
 from freerock.runs.motion import Motion
 from freerock.runs.noise import (
@@ -21,7 +22,6 @@ from freerock.runs.noise import (
     white_noise,
 )
 
-LEVEL = 1e-3  # chance of noise as at rest to be taken for more
 LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
 HOPELESS = 30.0  # times the power of the noise: a quick fit beyond it tells that a full one won't do
 LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest
@@ -58,7 +58,7 @@ class AgainstRest:
     @property
     def is_noise(self) -> bool:
         """Whether the residual passes for noise."""
-        return self.p > LEVEL
+        return self.p > RESIDUAL
 
 
 def noise_of(motion: Motion) -> Noise:
@@ -110,7 +110,7 @@ def against_rest(
         min(bands, key=lambda band: (band.p, -band.ratio))
         for bands in ([band for run in found for band in run[:-1]], [run[-1] for run in found])
     )
-    most = octave if n * octave.p <= LEVEL or octave.p <= every.p else every
+    most = octave if n * octave.p <= RESIDUAL or octave.p <= every.p else every
     p, together = min(1.0, n * min(octave.p, every.p)), tuple(map(_together, seen))
     return replace(most, p=p, noises=together, averages=averages)
 

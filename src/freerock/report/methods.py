@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup, escape
 
-from freerock.identification.diagnosis import TRACE
+from freerock.identification.levels import TRACE
 from freerock.models.laws import LAWS
 from freerock.report.references import REFERENCES, bibtex
 from freerock.report.text import Pairs
@@ -194,8 +194,8 @@ def _choice() -> str:
     return (
         "A candidate explains a run if its residual passes for the noise of the sensor at rest in every "
         "octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F), if it shows no trace of a "
-        f"damping that the law lacks ({TRACE:g} standard errors), and if it predicts the second half of the "
-        "run from the first, and the run from the others of its record, with ε_θ below 1. "
+        f"damping that the law lacks ({TRACE:.1f} standard errors), and if it predicts the second half of "
+        "the run from the first, and the run from the others of its record, with ε_θ below 1. "
         f"Of those within {TELLS:g} of the lowest Bayesian information criterion [@schwarz1978] the one "
         "with the fewest free numbers is named; the others are named beside it as also possible. Where "
         "none explains a run, the nearest is named and called so."

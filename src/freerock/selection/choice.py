@@ -10,9 +10,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from freerock.identification.diagnosis import TRACE
 from freerock.identification.fit import Fit
-from freerock.identification.noise import LEVEL
+from freerock.identification.levels import REJECTS, RESIDUAL, TRACE
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, law_of
 
 TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
@@ -21,7 +20,7 @@ NEAR = (
     0.05  # ε_θ up to which publications take a model for near: table 3 of Spanos et al. 2017 has 1.4 to 4.6 %
 )
 
-RESIDUAL = (
+OF_RESIDUAL = (
     "noise_p",
     "noise_ratio",
     "noise_low_hz",
@@ -95,10 +94,10 @@ class Evidence:
             return self.message or "the fit may not be used"
         if self.held_out > 1:
             return f"held-out ε_θ = {plainly(100 * self.held_out)} %: worse than a block at rest"
-        if not self.noise_p > LEVEL:
+        if not self.noise_p > RESIDUAL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
             return f"more than noise is left: {plainly(self.noise_ratio)} times the power at rest, {where}"
-        if not self.pulls_p > LEVEL:
+        if not self.pulls_p > REJECTS:
             return f"requires {self.pulled}"
         if self.added_damping > TRACE:
             return f"a trace of the damping that it lacks, {self.added_damping:.1f} standard errors"
@@ -153,7 +152,7 @@ class Choice:
 def evidence(fit: Fit) -> Evidence:
     """What `choose` takes of a fit."""
     of_residual: dict[str, Any] = {
-        name: fit.diagnostics[name] for name in RESIDUAL if name in fit.diagnostics
+        name: fit.diagnostics[name] for name in OF_RESIDUAL if name in fit.diagnostics
     }
     return Evidence(
         model=fit.model,
@@ -177,7 +176,7 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     differs by `TELLS` in the BIC: of two candidates of as many numbers the wrong one is then named alone with
     a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are. Of what is left, the least numbers
     win, then the lowest BIC. A candidate that holds the selected one as a case is needless and not listed
-    beside it.
+    beside it, unless its BIC is lower.
 
     Where none explains the run, the lowest held-out ε_θ, and among those within a tenth of it the lowest
     BIC, is named, and said not to explain it. A candidate with a held-out ε_θ above 1 is never named.
@@ -224,7 +223,7 @@ def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: fl
         return Judged(each, "rejected", each.objection)
     if each not in left:
         return Judged(each, "rejected", f"leaves only noise, but the BIC is {each.bic - best:.0f} higher")
-    if holds(each.model, chosen.model):
+    if holds(each.model, chosen.model) and each.bic >= chosen.bic:
         more = each.n_freed - chosen.n_freed
         return Judged(each, "rejected", f"needless: {chosen.model} with {more} more number{'s' * (more > 1)}")
     apart = each.bic - chosen.bic

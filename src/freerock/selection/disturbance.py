@@ -16,7 +16,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
-from freerock.identification.noise import HOPELESS, LEVEL, against_rest, hopeless_from, noise_of
+from freerock.identification.noise import HOPELESS, against_rest, hopeless_from, noise_of
 from freerock.identification.nuisances import settled
 from freerock.identification.problem import posed
 from freerock.identification.search import approach, follow, growing_horizons
@@ -118,8 +118,8 @@ def leaves_noise(
     x = least_squares(problem, quick.x, samples).x
     best = settled(problem, x) if len(parts) == 1 else None
     if best is not None:
-        return best.against_rest.p > LEVEL
+        return best.against_rest.is_noise
     free = ~problem.held(x)
     jacobian: Floats = problem.jacobian(x, samples)[:, free]
     rest = against_rest(problem.residual(x, samples), jacobian, samples.lengths, list(map(noise_of, parts)))
-    return rest.p > LEVEL
+    return rest.is_noise

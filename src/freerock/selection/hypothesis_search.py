@@ -154,12 +154,12 @@ class _Search:
     def _one_more(self, named: Hypothesis, untried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Hypotheses with one number more that the derivatives of the named one require.
 
-        Where a rival is named, or a width is required, these are all that free one number more: beside
-        pivoting corners a tilt has been required where the contact was narrower.
+        Where a rival is named, or a width or a damping is required, these are all that free one number more:
+        beside pivoting corners a tilt has been required where the contact was narrower.
         """
         one_more = [each for each in untried if self.rank(each) == self.rank(named) + 1]
         required = self._required(named) if one_more else ()
-        if not required or "width" in required or named.model not in self.hypotheses.laws:
+        if not required or {"width", "damping"} & {*required} or named.model not in self.hypotheses.laws:
             return one_more if required else []
         wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
         return [each for each in one_more if each == wider]
@@ -169,7 +169,10 @@ class _Search:
         if not {*PER_RUN} <= {*fit.parameters}:
             return ()
         settings = self.hypotheses.settings(*named)
-        return asks_for(at_end_of(fit, self.block, self.motion, settings))
+        required = asks_for(at_end_of(fit, self.block, self.motion, settings))
+        lacking = fit.diagnostics.get("added_damping", 0.0)
+        charged = math.log(fit.diagnostics["effective_samples"])
+        return required if lacking <= 0 or lacking**2 < charged else (*required, "damping")
 
     def _extended(self) -> list[Hypothesis]:
         """Hypotheses whose neighbours are tried: the laws, and what took most of its parents' misfit."""

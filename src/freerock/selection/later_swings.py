@@ -11,9 +11,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from freerock.errors import FreerockError
-from freerock.identification.diagnosis import ASKED, off_zero
+from freerock.identification.diagnosis import off_zero
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
+from freerock.identification.levels import ASKED, SURE_EDGES
 from freerock.identification.nuisances import at_end, settled
 from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
@@ -28,7 +29,6 @@ from freerock.selection.hypotheses import Hypotheses, Hypothesis
 # At the first tops a squat block on a soft bed still bounces, which looks like a tilt of one sign at
 # the first and of the other at the second.
 TOPS = 2
-SURE_EDGES = 3.5  # standard errors; beside a freed release no BIC decides of edges
 
 
 def asked_later(block: Block, motion: Motion, settings: FitSettings, fit: Fit) -> set[str]:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from freerock.identification.diagnosis import blur_of
 from freerock.identification.fit import Fit
+from freerock.identification.levels import PULLED, SLOWER, WARNS
 from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
@@ -22,11 +23,6 @@ PUSHED = 0.02  # share of the release angle from which another one is a warning,
 # From which a block held back was braked. Eight fingers that left over 80 ms were late by 5 to 9 ms,
 # seven brakes by a fifth that such a release seemed to explain, k up to 4.2 standard errors off, by 12 to 21.
 LATE_MS = 10.0
-# Standard errors from which a sensor is told to be slower than stated: noise alone does so in one of two
-# thousand. Set on 24 clean records, of which none had more than 1.7.
-SLOWER = 3.3
-PULLED = 2.0  # standard deviations from which the shift of an input is noted
-SURPRISING = 5e-3  # chance of so large a pull of any input from which it is a warning; 1e-3 rejects the law
 
 
 def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
@@ -76,7 +72,7 @@ def pulled_inputs(fit: Fit) -> Iterator[Reason]:
     found = fit.contributions
     if found is None:
         return
-    beyond = found.p_of_pulls < SURPRISING
+    beyond = found.p_of_pulls < WARNS
     for source, moved, pull in zip(found.inputs, found.moved, found.pulls, strict=True):
         if abs(pull) > PULLED:
             by = f"{moved * source.u:+.2g}" + (f" {source.unit}" if source.unit != "1" else "")
