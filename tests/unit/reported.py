@@ -80,8 +80,11 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
     frames["foundations"] = shared_foundation(estimates_of(fitted))
-    frames |= {"table1": table1(records, shapes), "table2": table2(tidy["populations"], tidy["parameters"])}
-    frames["table3"] = table3(tidy["epsilon"])
+    frames |= {
+        "table1": table1(records, shapes),
+        "table2": table2(tidy["populations"], tidy["parameters"], choice=tidy["choice"]),
+    }
+    frames["table3"] = table3(tidy["epsilon"], choice=tidy["choice"])
     for name, frame in frames.items():
         write_csv(frame, folder / f"{name}.csv")
     return list(frames)

@@ -12,7 +12,7 @@ from freerock.models.block import Block
 from freerock.tables.paper import PUBLISHED_NOTE, table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import epsilon_table, parameters_table
+from freerock.tables.tidy import choice_table, epsilon_table, parameters_table
 
 HOSTILE = "<script>alert(1)</script>&\"'"
 
@@ -78,14 +78,14 @@ def test_every_row_of_every_table_leads_to_its_run_or_record(page):
     assert links <= places
     assert {"run-b1_marble-1", "run-b1_marble-2", "run-b1_marble-3", "record-b1_broken"} <= links
     tables = re.findall(r'<table class="sorts">.*?<tbody>(.*?)</tbody>', page.html, re.S)
-    assert len(tables) == 7
+    assert len(tables) == 8
     for row in "".join(tables).split("<tr>")[1:]:
         assert re.search('href="#(run|record|config)-', row)
 
 
 def test_a_number_of_table_2_leads_to_file_samples_and_settings(page):
     body = re.search(r"Table 2\..*?<tbody>(.*?)</tbody>", page.html, re.S)[1]
-    row = next(row for row in body.split("<tr>") if "b1_marble" in row and "0.957" in row)
+    row = next(row for row in body.split("<tr>") if "b1_marble" in row and "6.88" in row)
     target = re.search('href="#(record-b1_marble)"', row)[1]
     section = re.search(f'<section class="record" id="{target}">(.*?)</section>', page.html, re.S)[1]
     assert "raw/b1_marble.tdms" in section and "0a1b" in section
@@ -226,7 +226,7 @@ def test_report_says_how_a_held_angle_is_read(page):
 
 def test_report_says_whose_the_published_values_are(page, tmp_path):
     told = PUBLISHED_NOTE.format(doi="10.1016/j.proeng.2017.09.024")
-    assert page.text.count(told) == 2
+    assert page.text.count(told) == 3
     assert "Published values: doi" not in make(tmp_path, campaign(), published=None).text
 
 
@@ -291,10 +291,12 @@ def test_a_laser(tmp_path):
 
 def test_numbers_of_the_report_are_those_of_the_printed_tables(page):
     records, fitted = campaign()
-    parameters, epsilon = parameters_table(fitted), epsilon_table(fitted)
+    parameters, epsilon, choice = parameters_table(fitted), epsilon_table(fitted), choice_table(fitted)
+    every = table2(populations_table(parameters), parameters, choice=choice)
     for caption, text, head in (
-        ("Table 2.", table2_text(table2(populations_table(parameters), parameters)), "Identified"),
-        ("Table 3.", table3_text(table3(epsilon)), "ε_θ / %"),
+        ("Table 2.", table2_text(every[every["selected"]]), "Identified"),
+        ("Table 3.", table3_text(table3(epsilon, choice=choice)), "ε_θ / %"),
+        ("Parameters of every law", table2_text(every), "Identified"),
     ):
         body = re.search(rf"{caption}.*?<tbody>(.*?)</tbody>", page.html, re.S)[1]
         rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in body.split("<tr>")[1:]]

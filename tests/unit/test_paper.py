@@ -189,7 +189,7 @@ def test_no_fit_at_all_makes_empty_tables(datasets):
         "Identified",
         "Runs",
     ]
-    assert r"\begin{tabular}{llllll}" in latex(table2_text(nothing), "Nothing")
+    assert r"\begin{tabular}{lllll}" in latex(table2_text(nothing), "Nothing")
     assert table3(epsilon_table(datasets[1])[:0]).empty
 
 

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from freerock.figures import style
 from freerock.figures.style import Labels, printed
-from freerock.models.laws import LAWS
+from freerock.models.laws import CANDIDATES, LAWS
+from freerock.products.choices import GROUP
 from freerock.products.groups import runs_of
 from freerock.tables.text import fixed, quantity
 
@@ -24,7 +25,9 @@ INSIDE = 1.96  # σ, between which 95 % of white noise lies
 def draw(
     fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None
 ) -> tuple[Figure, pd.DataFrame]:
-    """θ(t) of the first fitted run of each dataset beside the laws fitted to it, residuals over σ below.
+    """θ(t) of the first fitted run of each dataset beside its models, residuals over σ below.
+
+    The models are the laws, and the candidate that the choice names for the run.
 
     Parameters
     ----------
@@ -62,7 +65,7 @@ def draw(
         measured = curves[curves["source"] == "measured"]
         motion.plot(measured["time_s"], measured["theta_deg"], **style.recorded(origin))
         residual.axhspan(-INSIDE, INSIDE, color="0.85", linewidth=0)
-        for model in LAWS:
+        for model in _models(run):
             own = curves[curves["source"] == model]
             if len(own):
                 look = style.MODEL_STYLES[model]
@@ -97,15 +100,17 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return style.drawn_runs(data)
 
 
+def _models(run: xr.DataTree) -> list[str]:
+    """The laws that were fitted to a run, and the candidate named for it."""
+    named = str(run.children[GROUP].attrs["selected"]) if GROUP in run.children else ""
+    return [model for model in CANDIDATES if model in run.children and (model in LAWS or model == named)]
+
+
 def _curves(tree: xr.DataTree, number: int, run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
     drawn = style.thin(run.sizes["time"])
     measured = run.dataset["theta"].values[drawn]
     sources = {"measured": measured}
-    sources |= {
-        model: run.children[model].dataset["theta_model"].values[drawn]
-        for model in LAWS
-        if model in run.children
-    }
+    sources |= {model: run.children[model].dataset["theta_model"].values[drawn] for model in _models(run)}
     return pd.concat(
         pd.DataFrame(
             {

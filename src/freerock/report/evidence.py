@@ -15,6 +15,7 @@ from freerock.tables.text import fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
+EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 LEAST_P = 1e-9  # below it a chance is not told
 
@@ -36,8 +37,9 @@ def scenes_of(
     Returns
     -------
     list of dict
-        name; sentences, a list; heads and rows of the table, one row per candidate that was asked; left_out,
-        a sentence on those that were not.
+        name; explained, cells of the scene in the table of all scenes, see `EXPLAINED`; sentences, a list;
+        heads and rows of the table of candidates, one row per candidate that was fitted; left_out, a sentence
+        on those that were not.
     """
     found = []
     for (block, foundation), own in choice.groupby(["block", "foundation"], sort=False):
@@ -51,6 +53,7 @@ def scenes_of(
         found.append(
             {
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
+                "explained": _explained(scene),
                 "sentences": sentences(scene),
                 "heads": [HEADS[i] for i in used],
                 "rows": [[row[i] for i in used] for row in rows],
@@ -58,6 +61,27 @@ def scenes_of(
             }
         )
     return found
+
+
+def _explained(scene: Scene) -> list[Cell]:
+    """How many runs are explained, by which candidates, with what numbers, and what explains them as well."""
+    n = len(scene.answers)
+    named = Counter(each.model for each in scene.explained)
+    others = Counter(model for each in scene.explained for model in each.others if model not in named)
+    nearest = Counter(each.model for each in scene.answers if not each.explained and each.model)
+
+    def listed(counted: "Counter[str]") -> str:
+        return "; ".join(
+            MODEL_LABELS[model] + f" ({counted[model]})" * (counted[model] < n) for model in counted
+        )
+
+    return [
+        number(f"{len(scene.explained)} of {n}", len(scene.explained)),
+        Cell(listed(named) or "none", kind="" if named else "warn"),
+        Cell("; ".join(scene.numbers(model) for model in named) or "–"),
+        Cell(listed(others) or "–"),
+        Cell(listed(nearest) or "–"),
+    ]
 
 
 def _row(scene: Scene, model: str) -> list[Cell]:

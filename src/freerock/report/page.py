@@ -20,7 +20,7 @@ from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.report import tables as made
-from freerock.report.evidence import scenes_of
+from freerock.report.evidence import EXPLAINED, scenes_of
 from freerock.report.findings import findings
 from freerock.report.key_figure import key_figure
 from freerock.report.methods import bib, markdown, methods
@@ -138,10 +138,11 @@ def _content(
     to_look_at = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
+        "named": made.of_named(printed["table2"], labels),
         "table2": made.of_records(printed["table2"], labels),
         "table3": made.of_records(printed["table3"], labels),
         "choice": made.choices(rows["choice"], labels),
-        "budget": made.budget(rows["budget"], labels),
+        "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
     }
     return {
@@ -165,6 +166,7 @@ def _content(
         "listings": {
             name: each._replace(notes=[*each.notes, *shown.notes(name)]) for name, each in listings.items()
         },
+        "explained_heads": EXPLAINED,
         "evidence": scenes_of(tables["choice"], tables["candidates"], blocks, labels),
         "unexplained": unexplained(tables["choice"]),
         "n_runs": int(runs["run"].notna().sum()),

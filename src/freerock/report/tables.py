@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
-from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
+from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.populations.means import LAW
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
@@ -59,6 +59,23 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collec
     ]
     heads = ["Block", *(column.head for column in table.columns), "Records"]
     return Sortable(heads, rows, table.caption, table.notes)
+
+
+def of_named(table: Printed, labels: Labels) -> Sortable:
+    """The rows of table 2 that are of the candidate named for their record, explained or nearest.
+
+    Parameters
+    ----------
+    table : Printed
+        Table 2.
+    labels : mapping of str to str
+        Printed names of blocks and foundations.
+    """
+    frame = table.frame
+    named = frame[frame["selected"].astype(bool)]
+    lost = [test for test in dict.fromkeys(frame["test"]) if test not in set(named["test"])]
+    none = [f"No candidate is named for most runs of {', '.join(lost)}: see the appendix."] if lost else []
+    return of_records(table._replace(frame=named, notes=[*none, *table.notes]), labels)
 
 
 def of_records(table: Printed, labels: Labels) -> Sortable:
@@ -150,16 +167,21 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
     return Sortable(heads, rows, caption, [note])
 
 
-def budget(frame: pd.DataFrame, labels: Labels) -> Sortable:
-    """What the total uncertainty of each foundation's parameters is made of, from the table budget.
+def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
+    """What the total uncertainty of each foundation's parameters is made of, from two tidy tables.
 
-    Of a foundation its mean over records, where it has several, else that of its record; r is a record's own.
+    Rows are of candidates that are named for a run on the foundation. Of a foundation its mean over records,
+    where it has several, else that of its record; r is a record's own.
     """
+    selected = choice[choice["status"] == "selected"]
+    named_on = set(selected[["foundation", "model"]].itertuples(index=False, name=None))
     rows = []
     several = set(frame[frame["level"] == "foundation"]["foundation"])
     named = ["level", "test", "foundation", "model", "parameter", "unit"]
-    for key, parts in frame[frame["model"].isin(LAWS)].groupby(named, sort=False, dropna=False):
+    for key, parts in frame.groupby(named, sort=False, dropna=False):
         level, test, foundation, model, parameter, unit = map(str, key)
+        if (foundation, model) not in named_on or parameter not in MODELS[model]:
+            continue
         if level == "record" and foundation in several and parameter != "r":
             continue
         first = parts.iloc[0]

@@ -271,7 +271,7 @@ def _marked_notes(frame: pd.DataFrame) -> list[str]:
 
 def _given_notes(frame: pd.DataFrame) -> list[str]:
     stops = (~frame["success"].astype(bool) & frame["in_phase"].notna()).any()
-    given = "given" in frame and (frame["given"].fillna("") != "").any()
+    given = "given" in frame and frame["given"].dropna().astype(str).ne("").any()
     return [STOPS_NOTE] * bool(stops) + [GIVEN_NOTE] * bool(given)
 
 

@@ -117,10 +117,11 @@ def table3(
 ) -> pd.DataFrame:
     """Discrepancy ε_θ, record by record, beside the published one, from the tidy table.
 
-    Rows are those of the laws, and of the candidate that most runs of a record name. Columns test, block, foundation, model, n_runs, epsilon_theta (median of the runs, each under its own
-    parameters), epsilon_low, epsilon_high (their range), published (fractions), final_time_s (the longest),
-    in_phase (median of epsilon_in_phase), success, selected, rejected. A law of which no fit may be used has
-    n_runs 0 and the numbers of those.
+    Rows are those of the laws, and of the candidate that most runs of a record name. Columns test, block,
+    foundation, model, n_runs, epsilon_theta (median of the runs, each under its own parameters), epsilon_low,
+    epsilon_high (their range), published (fractions), final_time_s (the longest), in_phase (median of
+    epsilon_in_phase), success, selected, rejected. A law of which no fit may be used has n_runs 0 and the
+    numbers of those.
     """
     of_laws = epsilon[_shown(epsilon, choice)]
     named = ["test", "block", "foundation", "model"]
