@@ -25,8 +25,8 @@ from freerock.errors import FreerockError
 from freerock.identification.estimate import NORMAL_95
 from freerock.identification.fit import Fit
 from freerock.identification.nuisances import at_end
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES, LAWS, Candidate
 from freerock.models.published import TABLE_2
 from freerock.rotation.laboratory import Input, Laboratory

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.identification.as_measured import as_measured
+from freerock.identification.discrepancy import as_measured
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.simulate import Solver

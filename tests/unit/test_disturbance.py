@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from freerock.identification.settings import FitSettings
-from freerock.identification.swings import tops_of
+from freerock.identification.start import tops_of
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict

@@ -8,8 +8,9 @@ import pytest
 from scipy import optimize
 
 from freerock.identification.least_squares import least_squares
-from freerock.identification.problem import Problem, posed
+from freerock.identification.problem import Problem
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
 from freerock.runs.motion import Motion

@@ -11,8 +11,8 @@ import freerock
 from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.given import Given, faults
 from freerock.models.simulate import Solver, simulate_theta

@@ -15,8 +15,8 @@ from freerock.identification.model_discrepancy import (
     model_discrepancy,
     parts_of,
 )
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.imperfect import on_bed
 from freerock_bench.virtual_run import RATE_HZ, Truth, virtual_motion

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.problem import Samples, posed
+from freerock.identification.problem import Samples
 from freerock.identification.settings import FitSettings, check
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver, simulate_theta

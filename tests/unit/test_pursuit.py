@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from freerock.identification.fit import fit_run
-from freerock.identification.problem import FINE, posed
-from freerock.identification.pursuit import MOVED, WITHIN, pursue, resolved
+from freerock.identification.problem import FINE
+from freerock.identification.pursuit import PURSUIT, pursue, resolved
 from freerock.identification.search import as_exact, follow
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.laws import MODELS
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.virtual_run import Truth, virtual_motion
@@ -44,7 +45,7 @@ def test_a_motion_that_multiplies_errors_gets_steps_that_move_it_by_part_of_the_
         np.sqrt(np.mean((finer.curve(x + step, samples) - before) ** 2)) / problem.motions[0].sigma_theta
         for step in finer.directions.T
     ]
-    assert max(moved) < 1.5 * WITHIN * MOVED
+    assert max(moved) < 1.5 * PURSUIT.within * PURSUIT.moved
 
 
 def test_derivatives_along_directions_are_those_by_each_number():

@@ -11,11 +11,10 @@ from freerock.identification.diagnosis import failure
 from freerock.identification.fit import fit_run
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
-from freerock.identification.problem import posed
-from freerock.identification.pursuit import BEYOND, FINEST
-from freerock.identification.scan import scan
+from freerock.identification.pursuit import PURSUIT
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed, scan
 from freerock.models.block import Block
 from freerock.models.laws import MODELS
 from freerock.models.simulate import simulate_theta
@@ -118,7 +117,7 @@ def test_a_block_that_rattles_and_leaves_more_than_noise_has_no_standard_error()
     known = Uncertainty(np.eye(len(x)), *np.ones((3, len(x))), coloured=False, widened=1.0)
     assert failure(problem, end, known, 1e-3).endswith("possibly another minimum")
     assert failure(problem, replace(end, mean_square=other.sigma_theta**2), known, 1e-3) == ""
-    beyond = replace(problem, fine=FINEST)
+    beyond = replace(problem, fine=PURSUIT.finest)
     assert "beyond precision" in failure(beyond, replace(end, mean_square=other.sigma_theta**2), known, 1e-3)
 
 
@@ -143,5 +142,8 @@ def test_another_minimum_than_that_of_the_first_swings_is_not_believed():
     and so less than the minimum that longer horizons lose: the motion multiplies errors."""
     truth, run, _ = drawn_run("hunt_crossley", ("white", "coloured"), (1, 2, 151, 1), demanding)
     fit = fit_run("hunt_crossley", truth.block, run)
-    assert (fit.success, fit.message) == (False, f"not converged: {BEYOND}")
+    assert (fit.success, fit.message) == (
+        False,
+        "not converged: the motion multiplies errors beyond precision",
+    )
     assert np.all(np.isnan(fit.stderr))

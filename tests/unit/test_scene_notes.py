@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
 from freerock.identification.diagnosis import asks_for, blur_of, off_zero
+from freerock.identification.discrepancy import as_measured
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.levels import ASKED
 from freerock.identification.nuisances import at_end
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings, check
+from freerock.identification.start import posed
 from freerock.models.contact import Foundation, State, static_depth
 from freerock.models.laws import LAWS
 from freerock.rotation.response import moments

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.as_measured import as_measured
+from freerock.identification.discrepancy import as_measured
 from freerock.identification.fit import fit_run
 from freerock.identification.least_squares import least_squares
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.simulate import Solver
 from freerock.populations.sensitivity import contributions

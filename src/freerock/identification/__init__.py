@@ -1,11 +1,10 @@
 """One hypothesis on one run: its data, numbers, start, least squares, noise and intervals.
 
-A fit goes `settings` → `problem` → `scan` → `search` (`least_squares`, `pursuit`, `resolution`) →
-`nuisances` → `noise` → `likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
+A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances` → `noise` →
+`likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
 """
 
 __all__ = [
-    "as_measured",
     "diagnosis",
     "discrepancy",
     "estimate",
@@ -20,5 +19,5 @@ __all__ = [
     "pursuit",
     "search",
     "settings",
-    "swings",
+    "start",
 ]

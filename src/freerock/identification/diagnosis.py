@@ -14,13 +14,10 @@ from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import Problem
 from freerock.identification.pursuit import is_beyond, multiplies_errors
-from freerock.identification.scan import is_lively
-from freerock.identification.search import LEFT, is_poor
+from freerock.identification.search import SEARCH, is_poor
 from freerock.identification.settings import is_rounded
+from freerock.identification.start import is_lively
 from freerock.models.laws import PARAMETERS, extended_by, law_of
-
-BLUR_S = 5e-4  # of the difference quotient of what a slow sensor does
-EDGE_M = 3e-5  # radius of the difference quotient: what edges do grows with its square
 
 
 def first_half(
@@ -110,11 +107,11 @@ def asks_for(best: Posterior) -> tuple[str, ...]:
     return tuple(sorted(asked, key=lambda name: -abs(off[name])))
 
 
-def off_zero(best: Posterior) -> dict[str, float]:
+def off_zero(best: Posterior, edge_m: float = 3e-5) -> dict[str, float]:
     """By how many standard errors what `asks_for` may name would be off zero, with its sign.
 
-    Edges only where they would be rounded. Nothing of a motion that multiplies errors (`pursuit`): these are
-    no derivatives there.
+    Edges only where they would be rounded, by the difference quotient of a radius: what they do grows with
+    its square. Nothing of a motion that multiplies errors (`pursuit`): these are no derivatives there.
     """
     problem, x = best.problem, best.x
     if multiplies_errors(problem, x):
@@ -139,7 +136,7 @@ def off_zero(best: Posterior) -> dict[str, float]:
         width = 2 * problem.blocks[0].b
         found["width"] = best.whitened.adding(slope("width", width, width * PARAMETERS["width"].step))
     if "edge_radius" not in problem.names and is_rounded(problem.model, problem.settings.debonding):
-        edges = best.whitened.adding(beside(EDGE_M, "edge_radius") - best.curve)
+        edges = best.whitened.adding(beside(edge_m, "edge_radius") - best.curve)
         if edges.step[-1] > 0:
             found["edges"] = edges
     without = best.whitened.likelihood().minus_two_log
@@ -147,7 +144,7 @@ def off_zero(best: Posterior) -> dict[str, float]:
     return {name: float(np.copysign(np.sqrt(gain[name]), found[name].step[-1])) for name in found}
 
 
-def blur_of(best: Posterior) -> tuple[float, float]:
+def blur_of(best: Posterior, blur_s: float = 5e-4) -> tuple[float, float]:
     """How much slower the sensor is than stated, as a fit has it that takes its response for known.
 
     A mean over a time T about each sample adds T² θ̈/24; the derivative by T² is that of a mean of three
@@ -157,6 +154,8 @@ def blur_of(best: Posterior) -> tuple[float, float]:
     ----------
     best : Posterior
         As of `asks_for`.
+    blur_s : float
+        Step of the difference quotient [s].
 
     Returns
     -------
@@ -168,9 +167,9 @@ def blur_of(best: Posterior) -> tuple[float, float]:
     problem, x, own = best.problem, best.x, best.own
     beside = [
         problem.curve(x, replace(own, time_s=own.time_s + shift_s), problem.exact_rtol)
-        for shift_s in (BLUR_S, -BLUR_S)
+        for shift_s in (blur_s, -blur_s)
     ]
-    slower = best.whitened.adding((sum(beside) - 2 * best.curve) / (24 * BLUR_S**2))
+    slower = best.whitened.adding((sum(beside) - 2 * best.curve) / (24 * blur_s**2))
     gain = best.whitened.likelihood().minus_two_log - slower.minus_two_log
     step = float(slower.step[-1])
     return float(np.copysign(np.sqrt(max(gain, 0.0)), step)), float(np.sqrt(max(step, 0.0)))
@@ -190,7 +189,7 @@ def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: f
     if (
         len(problem.motions) == 1
         and is_lively(problem, solution.x)
-        and is_poor(problem, LEFT * solution.mean_square)
+        and is_poor(problem, solution.mean_square / SEARCH.left**2)
     ):
         return "the block is hardly damped and more than noise is left: possibly another minimum"
     if is_beyond(problem):

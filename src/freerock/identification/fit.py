@@ -20,10 +20,10 @@ from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
 from freerock.identification.noise import AgainstRest, against_rest, noise_of
 from freerock.identification.nuisances import Posterior, settled
-from freerock.identification.problem import Problem, posed
-from freerock.identification.resolution import Resolution
-from freerock.identification.search import search, stopped
+from freerock.identification.problem import Problem
+from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import FitSettings, check
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, law_of, unit_of
 from freerock.rotation.laboratory import Contributions, Laboratory

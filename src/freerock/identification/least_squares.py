@@ -6,7 +6,7 @@ with the problem's derivatives (`reported`, `minimised`).
 
 from collections.abc import Callable, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import lmfit
 import numpy as np
@@ -14,13 +14,35 @@ from scipy import optimize
 
 from freerock.arrays import Floats, Mask
 from freerock.identification.problem import Problem, Samples
-from freerock.identification.swings import R_CELL
 from freerock.models.given import arithmetic, legal
 
-ENOUGH = 0.3  # of the gain that was foretold: SciPy ends where it is a quarter
-XTOL = 1e-9  # relative step at which a search ends; less where the difference quotients' steps are less
-LEAST = np.finfo(float).eps  # that SciPy takes
-MOST = 60  # evaluations of the residual
+
+@dataclass(frozen=True)
+class EndSettings:
+    """When least squares end.
+
+    Parameters
+    ----------
+    xtol : float
+        Relative step; less where the difference quotients' steps are less.
+    least : float
+        Least relative change that SciPy takes.
+    most : int
+        Evaluations of the residual.
+    enough : float
+        Of the gain that was foretold: SciPy ends where it is a quarter.
+    r_cell : float
+        Half a cell of a line search in r, relative to 1 - r: the spacing of the scan's grid.
+    """
+
+    xtol: float = 1e-9
+    least: float = float(np.finfo(float).eps)
+    most: int = 60
+    enough: float = 0.3
+    r_cell: float = 0.06
+
+
+END = EndSettings()
 
 
 @dataclass(frozen=True)
@@ -40,6 +62,8 @@ class Solution:
         Why the search ended.
     result : lmfit.minimizer.MinimizerResult or None
         Of the least squares whose numbers are reported, in the fitted numbers.
+    lost : bool
+        Whether the motion multiplies errors so that the search could not follow it; `message` says how.
     """
 
     x: Floats
@@ -47,7 +71,12 @@ class Solution:
     evaluations: int
     success: bool
     message: str
+    lost: bool = False
     result: "lmfit.minimizer.MinimizerResult | None" = None
+
+    def losing(self, why: str) -> "Solution":
+        """The same of a search that could not follow the motion."""
+        return replace(self, success=False, lost=True, message=why)
 
 
 def least_squares(
@@ -74,9 +103,9 @@ def least_squares(
         bounds,
         x_scale="jac",
         ftol=ftol,
-        xtol=max(xtol, LEAST),
+        xtol=max(xtol, END.least),
         gtol=None,
-        max_nfev=MOST,
+        max_nfev=END.most,
     )
     mean_square = float(np.sum(result.fun**2) / len(result.fun))
     return Solution(at.whole(result.x), mean_square, result.nfev, result.success, result.message)
@@ -102,7 +131,7 @@ def reported(
     result = minimised(parameters, at.residual, at.jacobian, ftol, xtol)
     mean_square = float(np.mean(result.residual**2))
     x = at.whole(numbers_of(result))
-    return Solution(x, mean_square, evaluations + result.nfev, result.success, result.message, result)
+    return Solution(x, mean_square, evaluations + result.nfev, result.success, result.message, result=result)
 
 
 def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats, float]:
@@ -110,7 +139,7 @@ def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats,
     low, high = np.array(problem.bounds())[problem.varied].T
     shorter = min(problem.stride, 1.0)
     inside = 1e-3 * shorter * (high - low)
-    return (low, high), np.clip(x[problem.varied], low + inside, high - inside), XTOL * shorter
+    return (low, high), np.clip(x[problem.varied], low + inside, high - inside), END.xtol * shorter
 
 
 class _AtLast:
@@ -162,7 +191,7 @@ class _AtLast:
         change = jacobian @ (x - before)
         square = float(left @ left)
         gained, foretold = square - float(self.left @ self.left), -float(change @ (2 * left + change))
-        return 0 < ENOUGH * foretold < gained < self.ftol * square
+        return 0 < END.enough * foretold < gained < self.ftol * square
 
     def _jacobian(self, x: Floats) -> Floats:
         if self.at_start[0] is not None and np.array_equal(x, self.start):
@@ -185,7 +214,7 @@ def _line_search(problem: Problem, r: float, samples: Samples) -> Solution:
 
     r, moved, evaluations = float(np.clip(r, low, high)), True, 0
     while moved:
-        half = R_CELL * (1 - r)
+        half = END.r_cell * (1 - r)
         cell = max(low, r - half), min(high, r + half)
         found = optimize.minimize_scalar(error, bounds=cell, method="bounded", options={"xatol": 1e-6 * half})
         moved = abs(found.x - r) > 0.9 * half and low + 1e-6 < found.x < high - 1e-6
@@ -199,8 +228,8 @@ def minimised(
     residual: Callable[[Floats], Floats],
     jacobian: Callable[[Floats], Floats],
     ftol: float,
-    xtol: float = XTOL,
-    most: int = MOST,
+    xtol: float = END.xtol,
+    most: int = END.most,
 ) -> "lmfit.minimizer.MinimizerResult":
     """Least squares by the trust region within bounds of `lmfit.Minimizer.least_squares`.
 
@@ -228,8 +257,8 @@ def minimised(
     return minimizer.least_squares(
         jac=lambda p: jacobian(numbers(p)),
         x_scale="jac",
-        ftol=max(ftol, LEAST),
-        xtol=max(xtol, LEAST),
+        ftol=max(ftol, END.least),
+        xtol=max(xtol, END.least),
         gtol=None,
         max_nfev=most,
     )

@@ -8,10 +8,11 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.as_measured import as_measured
-from freerock.identification.problem import FINE, posed
+from freerock.identification.discrepancy import as_measured
+from freerock.identification.problem import FINE
 from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.given import legal
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, PARAMETERS, PER_RUN, Candidate, Rules

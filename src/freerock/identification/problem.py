@@ -13,16 +13,8 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
-from freerock.identification.settings import FitSettings, freed
-from freerock.identification.swings import (
-    R_GRID,
-    count_impacts,
-    moving_s,
-    rocking_for,
-    tilt_of_swings,
-    width_range,
-)
+from freerock.identification.discrepancy import as_measured
+from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.given import Given, evaluated, in_order
 from freerock.models.laws import (
@@ -42,12 +34,31 @@ from freerock.runs.noise import averaged
 from freerock.runs.release import lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
-LOOSE_SHARE, LOOSE_S = 0.1, 0.05  # of θ₀, and of t₀: how far from the measured a loose release may be
-DIFFERENCE = 1e-6  # step of the fitted numbers, for the derivatives of tied ones
-EDGE_M = 5e-4  # radius of the edges from which a fit starts that frees it
-NOTHING = Given()
-WALL = 6.0  # standard uncertainties to either side, within which a search keeps the release
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
+
+
+@dataclass(frozen=True)
+class ReleaseLimits:
+    """How far the release of a fit may be off what was measured.
+
+    Parameters
+    ----------
+    wall : float
+        Standard uncertainties to either side, within which a search keeps it.
+    least_share, least_s : float
+        Least uncertainty of the angle, as a share of it, and of the instant [s].
+    loose_share, loose_s : float
+        The same to either side of a release that is loose: a push, or a slow finger.
+    """
+
+    wall: float = 6.0
+    least_share: float = 0.002 / 6.0
+    least_s: float = 1e-3 / 6.0
+    loose_share: float = 0.1
+    loose_s: float = 0.05
+
+
+RELEASE = ReleaseLimits()
 
 
 @dataclass(frozen=True)
@@ -202,11 +213,14 @@ class Problem:
                 raise FreerockError(where, what, "tie it to what is above 0")
         return value
 
-    def gradient(self, x: Floats) -> Floats:
-        """Derivatives of the parameters in SI units by the fitted numbers, 0 by those that do not vary."""
+    def gradient(self, x: Floats, step: float = 1e-6) -> Floats:
+        """Derivatives of the parameters in SI units by the fitted numbers, 0 by those that do not vary.
+
+        `step` is that of the fitted numbers where some are tied.
+        """
         if not self.varied.all():
-            steps = DIFFERENCE * np.diag(self.varied.astype(float))
-            return np.array([self.physical(x + s) - self.physical(x - s) for s in steps]).T / (2 * DIFFERENCE)
+            steps = step * np.diag(self.varied.astype(float))
+            return np.array([self.physical(x + s) - self.physical(x - s) for s in steps]).T / (2 * step)
         gradient = np.eye(len(x))
         gradient[self.is_ratio, 0] = 1.0
         scale = np.where(self.is_logarithm, self.physical(x), 1.0)
@@ -224,7 +238,7 @@ class Problem:
     def start(self, common: Sequence[float]) -> Floats:
         """All fitted numbers to start from, of those of the law, in which dampings are ratios to k."""
         width = 2 * self.blocks[0].b / self.blocks[0].width_m
-        start = {"width": width, "tilt": self.tilt, "edge_radius": EDGE_M}
+        start = {"width": width, "tilt": self.tilt, "edge_radius": PARAMETERS["edge_radius"].trace}
         as_given = [start[name] for name in self.common[len(common) :]]
         own = [
             {"theta0": motion.theta0, "t0": 0.0}.get(name, common[0])  # else r of a further impact
@@ -279,11 +293,12 @@ class Problem:
         """Lower and upper bound of each fitted number."""
         least = 1e-4 if law_of(self.model).cases else 1.0  # one of its dampings may be a trace
         bounds: list[tuple[float, float]] = []
+        r_most, r_least = (1 - each for each in PARAMETERS["r"].grid[:2])
         for name in self.common:
-            low, high = (self.r_low, R_GRID[0]) if name == "r" else PARAMETERS[name].bounds
+            low, high = (self.r_low, r_most) if name == "r" else PARAMETERS[name].bounds
             if PARAMETERS[name].fitted_as == "ratio":
                 low *= least
-            given = self.given.get(name, NOTHING)
+            given = self.given.get(name, Given())
             if self.given and PARAMETERS[name].fitted_as == "ratio":
                 low, high = low * np.exp(bounds[0][0]), high * np.exp(bounds[0][1])
             if given.max is not None and given.max <= low:  # r may be said to stop the block
@@ -294,12 +309,12 @@ class Problem:
         for motion in self.motions:
             half = release_bounds(motion)
             if self.settings.loose_release or not self.walled:
-                half = {"theta0": LOOSE_SHARE * abs(motion.theta0), "t0": LOOSE_S}
+                half = {"theta0": RELEASE.loose_share * abs(motion.theta0), "t0": RELEASE.loose_s}
             centre = {"theta0": motion.theta0, "t0": 0.0}
             bounds += [
                 (centre[name] - half[name], centre[name] + half[name])
                 if name in PER_RUN
-                else (R_GRID[-1], R_GRID[0])
+                else (r_least, r_most)
                 for name in self.own
             ]
         return bounds
@@ -493,53 +508,17 @@ class Problem:
 
 def release_bounds(motion: Motion) -> dict[str, float]:
     """How far theta0 [rad] and t0 [s] of a search may be off what was measured."""
-    return {name: WALL * u for name, u in release_uncertainty(motion).items()}
+    return {name: RELEASE.wall * u for name, u in release_uncertainty(motion).items()}
 
 
 def release_uncertainty(motion: Motion) -> dict[str, float]:
     """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms."""
     return {
-        "theta0": max(motion.theta0_stderr, 0.002 / WALL * abs(motion.theta0)),
-        "t0": max(motion.t0_stderr, 1e-3 / WALL),
+        "theta0": max(motion.theta0_stderr, RELEASE.least_share * abs(motion.theta0)),
+        "t0": max(motion.t0_stderr, RELEASE.least_s),
     }
 
 
 def fitted(name: str, value: float) -> float:
     """The number that is fitted, of a value or of a ratio to k."""
     return float(np.log(value)) if PARAMETERS[name].is_logarithm else value
-
-
-def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settings: FitSettings) -> Problem:
-    """The problem of fitting a model to runs.
-
-    Raises
-    ------
-    FreerockError
-        A run has no more valid samples than there are parameters.
-    """
-    settings = replace(settings, free=freed(model, settings.free))
-    rigid = not law_of(model).is_foundation
-    problem = Problem(
-        model,
-        tuple(blocks),
-        tuple(motions),
-        settings,
-        r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if rigid else 0.0,
-    )
-    if "tilt" in settings.free:
-        low, high = PARAMETERS["tilt"].bounds
-        tilt = tilt_of_swings(blocks[0], motions[0])
-        problem = replace(problem, tilt=float(np.clip(tilt, 0.9 * low, 0.9 * high)))
-    if min(problem.samples().lengths, default=0) <= len(problem.names):
-        what = "fewer valid samples than parameters"
-        raise FreerockError("fit", what, "exclude the run or widen it by an override")
-    if "r_per_impact" in settings.free:
-        problem = replace(problem, n_impacts=count_impacts(motions[0]))
-    return problem
-
-
-def _least_r(block: Block, motion: Motion, any_width: bool) -> float:
-    """Least r with which the rigid block, or the narrowest that stands, rocks for half the measured time."""
-    if any_width:
-        block = replace(block, contact_width_m=block.width_m * width_range(block, motion)[0])
-    return rocking_for(block, motion, moving_s(motion) / 2)

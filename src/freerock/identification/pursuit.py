@@ -1,12 +1,12 @@
 """Fit of a motion that multiplies errors: horizons, steps and tolerances as fine as it asks for.
 
 The motion of a block that is hardly damped parts from its neighbours exponentially. Each horizon ends where
-what the last one left open of the numbers would move the curve by `REACH` times the noise: so the next fit
+what the last one left open of the numbers would move the curve by `reach` times the noise: so the next fit
 starts near its minimum.
 """
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,22 +14,61 @@ from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares, reported
 from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, STRIDE, Problem, Samples
-from freerock.identification.scan import is_lively
+from freerock.identification.start import is_lively
 from freerock.models.laws import parameter_of
 
-MOVED = 0.1  # times the noise: how far a step of a difference quotient moves the curve
-WITHIN = 3.0  # factor of that which will do
-ROUNDS = 8  # of finding these steps: too long a step moves the curve by less than its derivative says
-FINEST = 5e-13  # rtol: a motion that asks for less has minima beside minima
-NEAR = 2.0  # standard errors of SAMPLES samples: between ends of one minimum, where least squares stop early
-REACH, AGAIN = 10.0, (3.0, 5.0)  # times the noise, at first and to see whether it comes to the same end
-LEAST, MOST = 1.03, 2.0  # growth of a horizon
-LOST = 2.0  # times the mean square of the noise: a start that leaves more is in another basin
-SAMPLES = 1000  # of a horizon
-FTOL, LAST_FTOL = 1e-4, 1e-6  # of these, and of the whole run
-TRIES, SHORTER = 4, 0.3  # of the whole run, and steps of the next one
-PROMISE = 2.0  # times the variance of the noise: gain of the sum of squares that a last step may promise
-CREEP, BEYOND = "least squares creep", "the motion multiplies errors beyond precision"
+
+@dataclass(frozen=True)
+class PursuitSettings:
+    """Steps, horizons and ends of a pursuit; by judgement, shown on the demanding truths of `success`.
+
+    Parameters
+    ----------
+    moved : float
+        Times the noise: how far a step of a difference quotient moves the curve.
+    within : float
+        Factor of that which will do.
+    rounds : int
+        Of finding these steps: too long a step moves the curve by less than its derivative says.
+    finest : float
+        rtol: a motion that requires less has minima beside minima.
+    near : float
+        Standard errors between ends of one minimum, where least squares stop early.
+    reach, again : float, tuple of float
+        Times the noise, at first and to see whether it comes to the same end.
+    least, most : float
+        Growth of a horizon.
+    lost : float
+        Times the mean square of the noise: a start that leaves more is in another basin.
+    samples : int
+        Of a horizon.
+    ftol, last_ftol : float
+        Of the horizons, and of the whole run.
+    tries, shorter : int, float
+        Fits of the whole run, and steps of the next one over those of the last.
+    promise : float
+        Times the variance of the noise: gain of the sum of squares that a last step may promise.
+    """
+
+    moved: float = 0.1
+    within: float = 3.0
+    rounds: int = 8
+    finest: float = 5e-13
+    near: float = 2.0
+    reach: float = 10.0
+    again: tuple[float, ...] = (3.0, 5.0)
+    least: float = 1.03
+    most: float = 2.0
+    lost: float = 2.0
+    samples: int = 1000
+    ftol: float = 1e-4
+    last_ftol: float = 1e-6
+    tries: int = 4
+    shorter: float = 0.3
+    promise: float = 2.0
+
+
+PURSUIT = PursuitSettings()
 
 
 def resolved(problem: Problem, x: Floats, samples: Samples) -> Problem:
@@ -48,13 +87,13 @@ def resolved(problem: Problem, x: Floats, samples: Samples) -> Problem:
     samples : Samples
     """
     noise, steps = _noise(problem), _usual_steps(problem)
-    for _ in range(ROUNDS):
+    for _ in range(PURSUIT.rounds):
         jacobian = problem.jacobian(x, samples)
         if noise == 0 or _are_apt(problem, jacobian):
             break
-        directions = _directions(jacobian, steps, MOVED * noise)
+        directions = _directions(jacobian, steps, PURSUIT.moved * noise)
         stride = float(np.min(np.linalg.norm(directions / steps[:, None], axis=0)))
-        fine = max(FINEST, FINE * stride)
+        fine = max(PURSUIT.finest, FINE * stride)
         problem = replace(
             problem, directions=directions, stride=stride, fine=fine, rtol=min(problem.rtol, fine)
         )
@@ -66,7 +105,7 @@ def multiplies_errors(problem: Problem, x: Floats) -> bool:
     if not is_lively(problem, x) or _noise(problem) == 0:
         return False
     usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
-    return not _are_apt(usual, usual.jacobian(x, problem.samples(most=SAMPLES)))
+    return not _are_apt(usual, usual.jacobian(x, problem.samples(most=PURSUIT.samples)))
 
 
 def _noise(problem: Problem) -> float:
@@ -81,13 +120,14 @@ def _usual_steps(problem: Problem) -> Floats:
 
 def _are_apt(problem: Problem, jacobian: Floats) -> bool:
     """Whether the steps move the curve as they ought to, or may be the usual ones."""
-    noise, steps = _noise(problem), _usual_steps(problem)
+    steps, apt = _usual_steps(problem), PURSUIT.moved * _noise(problem)
+    most = PURSUIT.within * apt
     if problem.directions is None:
         quotients = np.array([name != "t0" for name in problem.names])
-        return bool(np.all((problem.stride * steps * _size(jacobian))[quotients] <= WITHIN * MOVED * noise))
+        return bool(np.all((problem.stride * steps * _size(jacobian))[quotients] <= most))
     moved = _size(jacobian @ problem.directions)
     longest = np.linalg.norm(problem.directions / steps[:, None], axis=0) > 0.99 * STRIDE
-    return bool(np.all((moved <= WITHIN * MOVED * noise) & (longest | (moved >= MOVED / WITHIN * noise))))
+    return bool(np.all((moved <= most) & (longest | (moved >= apt / PURSUIT.within))))
 
 
 def _directions(jacobian: Floats, steps: Floats, moved: float) -> Floats:
@@ -105,10 +145,10 @@ def _size(columns: Floats) -> Floats:
 
 def is_beyond(problem: Problem) -> bool:
     """Whether the motion multiplies errors by more than the integrator can follow."""
-    return problem.fine <= FINEST
+    return problem.fine <= PURSUIT.finest
 
 
-def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> Solution | None:
+def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.reach) -> Solution | None:
     """Least squares over horizons that grow as far as the numbers are known, by less where they lose them.
 
     None where they do so all the same. Where they had come to multiply errors by then, or do so by more than
@@ -130,19 +170,19 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> 
     last, noise = problem.motions[0].time_s[-1], least_mean_square(problem.motions[0])
     known_s = 0.0
     while True:
-        samples = problem.samples(span_s, SAMPLES)
+        samples = problem.samples(span_s, PURSUIT.samples)
         finer = resolved(problem, x, samples)
-        end = least_squares(finer, x, samples, ftol=FTOL)
+        end = least_squares(finer, x, samples, ftol=PURSUIT.ftol)
         evaluations += end.evaluations
-        if end.mean_square > LOST * noise:
-            if span_s < LEAST**2 * known_s or known_s == 0:
+        if end.mean_square > PURSUIT.lost * noise:
+            if span_s < PURSUIT.least**2 * known_s or known_s == 0:
                 multiplied = problem.directions is not None
-                return replace(end, success=False, message=CREEP) if multiplied else None
+                return end.losing("least squares creep") if multiplied else None
             span_s = float(np.sqrt(span_s * known_s))  # from where the motion is still known
             continue
         problem, x, known_s = finer, end.x, span_s
         if is_beyond(problem):
-            return replace(end, success=False, message=BEYOND)
+            return end.losing("the motion multiplies errors beyond precision")
         if span_s >= last:
             return replace(end, evaluations=evaluations)
         span_s = _next_span(problem, x, span_s, reach)
@@ -150,7 +190,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = REACH) -> 
 
 def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
     """Whether two ends of a single run lie as near as those of one minimum do, in standard errors at both."""
-    samples = problem.samples(most=SAMPLES)
+    samples = problem.samples(most=PURSUIT.samples)
     usual = replace(problem, rtol=FINE, fine=FINE, stride=1.0, directions=None)
 
     def spread(x: Floats) -> Floats:
@@ -158,7 +198,7 @@ def are_one(problem: Problem, x: Floats, other: Floats) -> bool:
         size = np.where(problem.varied, np.linalg.norm(jacobian, axis=0), 1.0)
         return np.asarray(_noise(problem) * np.linalg.norm(np.linalg.pinv(jacobian / size), axis=1) / size)
 
-    return all(bool(np.all(np.abs(x - other) <= NEAR * spread(end))) for end in (x, other))
+    return all(bool(np.all(np.abs(x - other) <= PURSUIT.near * spread(end))) for end in (x, other))
 
 
 def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
@@ -172,22 +212,22 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
         The fitted numbers to start from.
     """
     samples, noise, evaluations = problem.samples(), least_mean_square(problem.motions[0]), 0
-    for _ in range(TRIES):
-        end = reported(problem, x, samples, ftol=LAST_FTOL)
+    for _ in range(PURSUIT.tries):
+        end = reported(problem, x, samples, ftol=PURSUIT.last_ftol)
         x, evaluations = end.x, evaluations + end.evaluations
         if problem.directions is not None:
-            problem = replace(problem, directions=SHORTER * problem.directions)
+            problem = replace(problem, directions=PURSUIT.shorter * problem.directions)
         basis, _ = np.linalg.qr(problem.jacobian(x, samples)[:, ~problem.held(x)])
         gain = float(np.sum((basis.T @ problem.residual(x, samples)) ** 2))
-        if gain <= PROMISE * noise or end.mean_square > LOST * noise:
+        if gain <= PURSUIT.promise * noise or end.mean_square > PURSUIT.lost * noise:
             return problem, replace(end, evaluations=evaluations)
-    return problem, replace(end, evaluations=evaluations, success=False, message=CREEP)
+    return problem, replace(end, evaluations=evaluations).losing("least squares creep")
 
 
 def _next_span(problem: Problem, x: Floats, span_s: float, reach: float) -> float:
     """How far the numbers that a horizon gives are known to follow the motion [s]."""
-    low, high = LEAST * span_s, MOST * span_s
-    samples = problem.samples(high, 2 * SAMPLES)
+    low, high = PURSUIT.least * span_s, PURSUIT.most * span_s
+    samples = problem.samples(high, 2 * PURSUIT.samples)
     jacobian, known = problem.jacobian(x, samples)[:, problem.varied], samples.time_s <= span_s
     jacobian /= np.sqrt(np.mean(jacobian[known] ** 2, axis=0))
     _, size, directions = np.linalg.svd(jacobian[known], full_matrices=False)

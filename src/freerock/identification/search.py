@@ -1,7 +1,7 @@
 """From starts to the whole run: least squares over growing horizons; the best end wins."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,31 +10,76 @@ from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, Problem, Samples
 from freerock.identification.pursuit import (
-    AGAIN,
-    BEYOND,
-    CREEP,
-    FINEST,
+    PURSUIT,
     are_one,
     multiplies_errors,
     pursue,
     resolved,
     settle,
 )
-from freerock.identification.resolution import Resolution, find_resolution
-from freerock.identification.scan import finer_scan, is_lively, scan
-from freerock.identification.swings import R_GRID, first_impact_s
+from freerock.identification.start import R_GRID, finer_scan, first_impact_s, is_lively, scan
 from freerock.models.laws import PARAMETERS, law_of, parameter_of
 from freerock.runs.motion import Motion
 
-GROWTH_SAMPLES = 1000  # per run, before the last fit to all of them
-PROMISING = 5.0  # starts whose mean square error is within this factor of the best one are followed on
-SAME = 3e-3  # of the first fitted number, in which two ends of a horizon are one
-ALIKE = 1.1  # times the mean square, likewise
-POOR = 1.1  # times the noise: a start that ends above it may be in a false minimum
-LEFT = 1 / 4.0  # of the mean square: of twice the noise a hardly damped block may have another minimum
-APART = "two searches end apart"
-TOLD = (APART, BEYOND, CREEP)
-HEAD, SLOWLY, FOLLOWED = 0.4, 1.4, 6  # of low dampings: share of the first horizon, growth, ends kept
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How starts are followed to the whole run; by judgement.
+
+    Parameters
+    ----------
+    samples : int
+        Per run, before the last fit to all of them.
+    promising : float
+        Times the best mean square error, up to which starts are followed on.
+    same, alike : float
+        Relative difference of the first fitted number, and ratio of the mean squares, up to which two ends of
+        a horizon are one.
+    poor : float
+        Times the noise: a start that ends above it may be in a false minimum.
+    left : float
+        Times the noise: a hardly damped block that leaves more may have another minimum.
+    head, slowly, followed : float, float, int
+        Of low dampings: share of the first horizon, growth of the horizons, ends that are kept.
+    """
+
+    samples: int = 1000
+    promising: float = 5.0
+    same: float = 3e-3
+    alike: float = 1.1
+    poor: float = 1.1
+    left: float = 2.0
+    head: float = 0.4
+    slowly: float = 1.4
+    followed: int = 6
+
+
+SEARCH = SearchSettings()
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What the last fit of a run takes.
+
+    Parameters
+    ----------
+    rtol : float
+        Tolerance of the integrator.
+    m : int
+        Samples averaged into one.
+    shift : float
+        Largest shift of a parameter by the integrator's error, as a share of its standard error.
+    jacobian : ndarray, shape (n_samples, n_parameters)
+        Derivatives where the last fit starts, of samples that are not averaged.
+    theta : ndarray, shape (n_samples,)
+        `Problem.curve` there, at this tolerance [rad].
+    """
+
+    rtol: float
+    m: int
+    shift: float
+    jacobian: Floats
+    theta: Floats
 
 
 def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem, Solution, Resolution]:
@@ -66,8 +111,8 @@ def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem
         end = least_squares(problem, x, samples, jacobian=jacobian, theta=resolution.theta)
     else:
         problem, end = settle(problem, x)
-    if near.message in TOLD and (problem.directions is not None or _is_left(problem, end)):
-        end = replace(end, success=False, message=near.message)
+    if near.lost and (problem.directions is not None or _is_left(problem, end)):
+        end = end.losing(near.message)
     return problem, end, resolution
 
 
@@ -86,7 +131,7 @@ def stopped(problem: Problem, end: Solution) -> tuple[Problem, Solution] | None:
     rigid = _is_single(problem) and not law_of(problem.model).is_foundation
     if not rigid or problem.given or problem.n_impacts > 1 or not is_poor(problem, end.mean_square):
         return None
-    whole, few = replace(problem, r_low=0.0), problem.samples(most=GROWTH_SAMPLES)
+    whole, few = replace(problem, r_low=0.0), problem.samples(most=SEARCH.samples)
 
     def left(x: Floats, samples: Samples) -> float:
         return float(np.sum(whole.residual(x, samples) ** 2))
@@ -132,7 +177,7 @@ def approach(problem: Problem, start: Mapping[str, float] | None = None, beyond:
             return _looked_at_finely(problem, horizons, best)
     elif begun and is_lively(problem, begun[0].x) and _is_left(problem, best):
         finer = _looked_at_finely(problem, horizons, best)
-        return best if _is_left(problem, finer) and finer.message not in TOLD else finer
+        return best if _is_left(problem, finer) and not finer.lost else finer
     return best
 
 
@@ -142,9 +187,9 @@ def _looked_at_finely(problem: Problem, horizons: Sequence[float], best: Solutio
     ends, told = _scanned_finely(problem, horizons, best)
     ends = [as_exact(problem, end) for end in (best, *ends)]
     found = _reached_twice(problem, ends)
-    if found.message == APART:
+    if found.lost:
         found = _reached_twice(problem, [_settled(problem, end) for end in ends])
-    return replace(found, success=False, message=told) if told and _is_left(problem, found) else found
+    return found.losing(told) if told and _is_left(problem, found) else found
 
 
 def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
@@ -152,13 +197,13 @@ def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
     best, *others = sorted(ends, key=lambda end: end.mean_square)
     if not multiplies_errors(problem, best.x) or any(are_one(problem, best.x, end.x) for end in others):
         return best
-    return replace(best, success=False, message=APART)
+    return best.losing("two searches end apart")
 
 
 def as_exact(problem: Problem, end: Solution) -> Solution:
     """An end, with what the motion itself leaves there: at a looser tolerance one that multiplies errors is
     another motion, whose minimum lies elsewhere and may be the lower one."""
-    residual = replace(problem, rtol=FINEST).residual(end.x, problem.samples(most=GROWTH_SAMPLES))
+    residual = replace(problem, rtol=PURSUIT.finest).residual(end.x, problem.samples(most=SEARCH.samples))
     return replace(end, mean_square=float(np.mean(residual**2)))
 
 
@@ -177,12 +222,12 @@ def _is_single(problem: Problem) -> bool:
 
 def is_poor(problem: Problem, mean_square: float) -> bool:
     """Whether the mean square [rad²] of a fit of a single run is more than its noise."""
-    return mean_square > POOR**2 * least_mean_square(problem.motions[0])
+    return mean_square > SEARCH.poor**2 * least_mean_square(problem.motions[0])
 
 
 def _is_left(problem: Problem, end: Solution) -> bool:
     """Whether an end leaves more than twice the noise."""
-    return is_poor(problem, LEFT * end.mean_square)
+    return is_poor(problem, end.mean_square / SEARCH.left**2)
 
 
 def _scanned_finely(
@@ -195,21 +240,21 @@ def _scanned_finely(
     of another pursuit of it that gets there; of all starts over horizons that grow more slowly, where none
     follows the motion and the best one so far is hardly damped, too.
     """
-    spans, told = [HEAD * horizons[0]], ""
+    spans, told = [SEARCH.head * horizons[0]], ""
     while spans[-1] < horizons[-1]:
-        spans.append(SLOWLY * spans[-1])
+        spans.append(SEARCH.slowly * spans[-1])
     ends = [
         follow(problem, problem.start(values), spans[:1]) for values in finer_scan(problem.alone(), spans[0])
     ]
     near = _followed(ends)
     for end in near:
         pursued = pursue(problem, end.x, spans[0])
-        if pursued and pursued.message in TOLD:
+        if pursued and pursued.lost:
             told = pursued.message
         elif pursued:
-            reaches = () if are_one(problem, pursued.x, best.x) else AGAIN
+            reaches = () if are_one(problem, pursued.x, best.x) else PURSUIT.again
             others = (pursue(problem, end.x, spans[0], reach) for reach in reaches)
-            again = next((other for other in others if other and other.message not in TOLD), None)
+            again = next((other for other in others if other and not other.lost), None)
             return ([pursued, again] if again else [pursued]), ""
     if not is_lively(problem, best.x) or (told and _is_left(problem, best)):
         return [], told
@@ -221,7 +266,8 @@ def _scanned_finely(
 def _followed(ends: Sequence[Solution]) -> list[Solution]:
     """Ends of starts of a finer scan that are followed on, the best first."""
     ends = _different(sorted(ends, key=lambda end: end.mean_square))
-    return [end for end in ends if end.mean_square <= PROMISING**2 * ends[0].mean_square][:FOLLOWED]
+    most = SEARCH.promising**2 * ends[0].mean_square
+    return [end for end in ends if end.mean_square <= most][: SEARCH.followed]
 
 
 def _scanned(
@@ -236,7 +282,7 @@ def _scanned(
     begun = ends = sorted(ends, key=lambda end: end.mean_square)
     for horizon in horizons[1:]:
         ends = _different(sorted(ends, key=lambda end: end.mean_square))
-        near = [end for end in ends if end.mean_square <= min(PROMISING * ends[0].mean_square, beyond)]
+        near = [end for end in ends if end.mean_square <= min(SEARCH.promising * ends[0].mean_square, beyond)]
         if not near:
             break
         ends = [follow(problem, end.x, [horizon], beyond) for end in near]
@@ -251,7 +297,7 @@ def _different(ends: Sequence[Solution]) -> list[Solution]:
     found: list[Solution] = []
     for end in ends:
         if not any(
-            abs(end.x[0] - other.x[0]) < SAME and end.mean_square < ALIKE * other.mean_square
+            abs(end.x[0] - other.x[0]) < SEARCH.same and end.mean_square < SEARCH.alike * other.mean_square
             for other in found
         ):
             found.append(end)
@@ -268,7 +314,7 @@ def _r_first(problem: Problem, x: Floats) -> Floats:
     ):
         return x
     alone = replace(problem, settings=replace(problem.settings, free=()), n_impacts=0)
-    r = least_squares(alone, x[:1], alone.samples(most=GROWTH_SAMPLES)).x
+    r = least_squares(alone, x[:1], alone.samples(most=SEARCH.samples)).x
     return np.where([parameter_of(name) is PARAMETERS["r"] for name in problem.names], r, x)
 
 
@@ -285,8 +331,59 @@ def follow(problem: Problem, x: Floats, horizons: Sequence[float], beyond: float
     """Where least squares over each horizon in turn end, at some samples of each; see `approach`."""
     evaluations = 0
     for horizon in horizons:
-        end = least_squares(problem, x, problem.samples(horizon, GROWTH_SAMPLES), ftol=1e-3)
+        end = least_squares(problem, x, problem.samples(horizon, SEARCH.samples), ftol=1e-3)
         x, evaluations = end.x, evaluations + end.evaluations
         if end.mean_square > beyond:
             break
     return replace(end, evaluations=evaluations)
+
+
+def find_resolution(problem: Problem, x: Floats, finest: float = 1e-12, exact: float = 1e-15) -> Resolution:
+    """Loosest tolerance and coarsest averaging that the standard errors allow.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers, near their best.
+    finest, exact : float
+        Least tolerance, and least one with which one is compared.
+    """
+    samples = problem.samples()
+    theta = problem.curve(x, samples)
+    noise = np.sqrt(np.mean((theta - samples.theta) ** 2))
+    known = problem.exact_curve(x, samples)
+    derivatives = problem.jacobian(x, samples, known=known)
+    jacobian = derivatives / np.maximum(np.sqrt(np.mean(derivatives**2, axis=0)), 1e-300)
+    inverse = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    spread = np.sqrt(np.diag(inverse))
+    m = _averaging(samples, jacobian, spread) if problem.directions is None else 1
+    if not law_of(problem.model).is_foundation:
+        return Resolution(problem.rtol, m, 0.0, derivatives, theta)
+    rtol = problem.rtol
+    while True:
+        finer = max(rtol / 100, exact)
+        closer = known[0] if finer == problem.exact_rtol else problem.curve(x, samples, finer)
+        shifts = np.abs(inverse @ (jacobian.T @ (theta - closer)))[spread > 0] / (spread[spread > 0] * noise)
+        shift = float(np.max(shifts, initial=0.0))
+        if not shift > problem.settings.integrator_error or rtol <= finest:
+            return Resolution(rtol, m, shift, derivatives, theta)
+        rtol /= 10
+        theta = problem.curve(x, samples, rtol)
+
+
+def _averaging(
+    samples: Samples, jacobian: Floats, spread: Floats, worth: float = 0.02, least: int = 20
+) -> int:
+    """How many samples may be averaged into one: a power of two.
+
+    It may cost a share `worth` of a standard error; at `least` so many are kept per parameter.
+    """
+    m, pairs, means = 1, replace(samples, m=2), jacobian
+    while 2 * m * least * jacobian.shape[1] < min(samples.lengths):
+        means = pairs.averaged(means)
+        wider = np.sqrt(np.diag(np.linalg.pinv(means.T @ means, hermitian=True)))
+        if np.any(wider > (1 + worth) * spread):
+            break
+        m, pairs = 2 * m, replace(pairs, lengths=tuple(n // 2 for n in pairs.lengths))
+    return m

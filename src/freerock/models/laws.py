@@ -53,10 +53,12 @@ class Parameter:
         Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
         (docs/studies.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
     grid : (float, float, int)
-        Lowest and highest value (ratio to k, share) of the starting grid of a foundation's law, of the width
-        that of a rigid block, and the number of values, in geometric order.
+        Lowest and highest value (ratio to k, share; 1 - r) of the starting grid of a foundation's law, of r
+        and the width that of a rigid block, and the number of values, in geometric order.
     trace : float
-        A small ratio to k, from which a law that holds two dampings starts with one of them.
+        A small value (ratio to k), from which a fit starts that frees it beside all else.
+    lively : float
+        Ratio to k below which motions rattle, and the starting grid is too coarse.
     ratio_unit : str
         Unit of the ratio to k.
     """
@@ -68,6 +70,7 @@ class Parameter:
     bounds: tuple[float, float] = (-inf, inf)
     grid: tuple[float, float, int] = (0.0, 0.0, 0)
     trace: float = 0.0
+    lively: float = 0.0
     ratio_unit: str = ""
 
     @property
@@ -77,19 +80,35 @@ class Parameter:
 
 
 PARAMETERS = {
-    "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0)),
+    "r": Parameter("1", "r", "value", -1e-5, bounds=(0.0, 1.0), grid=(1e-4, 0.95, 170)),
     "k": Parameter("N m-2", "k", "logarithm", 1e-5, bounds=(1e4, 1e11), grid=(3e5, 1e9, 16)),
     "c": Parameter(
-        "N s m-2", "c", "ratio", 1e-5, bounds=(1e-5, 1.0), grid=(1.25e-4, 0.08, 9), trace=1e-4, ratio_unit="s"
+        "N s m-2",
+        "c",
+        "ratio",
+        1e-5,
+        bounds=(1e-5, 1.0),
+        grid=(1.25e-4, 0.08, 9),
+        trace=1e-4,
+        lively=1.5e-3,
+        ratio_unit="s",
     ),
     "lambda": Parameter(
-        "N s m-3", "λ", "ratio", 1e-5, bounds=(1e-2, 1e4), grid=(2, 200, 8), trace=1.0, ratio_unit="s/m"
+        "N s m-3",
+        "λ",
+        "ratio",
+        1e-5,
+        bounds=(1e-2, 1e4),
+        grid=(2, 200, 8),
+        trace=1.0,
+        lively=6.0,
+        ratio_unit="s/m",
     ),
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
     "tilt": Parameter("rad", "τ", "value", 1e-6, bounds=(-0.03, 0.03)),  # of the base, to the right
-    "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3)),  # of the edges of the base
+    "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3), trace=5e-4),  # of the base
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
 }

@@ -13,7 +13,6 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.problem import EDGE_M
 from freerock.identification.settings import freed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PARAMETERS, PER_RUN
@@ -71,7 +70,7 @@ def standard_errors(
     if len(time_s) <= len(names):
         return dict.fromkeys(names, np.inf)
     width = block.contact_width_m or block.width_m
-    base = {"width": width, "tilt": 0.0, "edge_radius": block.edge_radius or EDGE_M}
+    base = {"width": width, "tilt": 0.0, "edge_radius": block.edge_radius or PARAMETERS["edge_radius"].trace}
     values = {**parameters, **base, "theta0": theta0, "t0": 0.0}
 
     def derivative(name: str) -> Floats:

@@ -20,9 +20,10 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
-from freerock.identification.as_measured import as_measured
-from freerock.identification.problem import COARSE, posed
+from freerock.identification.discrepancy import as_measured
+from freerock.identification.problem import COARSE
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
 from freerock.planning.plan import BUDGET_CASE, CASE, Choices, Nuisances, Setup, different, expected_of

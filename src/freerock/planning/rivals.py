@@ -18,9 +18,9 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
-from freerock.identification.problem import posed
 from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, MODELS, PAPER_MODELS, PER_RUN
 from freerock.models.simulate import Solver, simulate_theta

@@ -6,8 +6,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.as_measured import as_measured
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.discrepancy import as_measured, epsilon_theta
 from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PER_RUN

@@ -8,8 +8,7 @@ from operator import attrgetter
 import numpy as np
 import pandas as pd
 
-from freerock.identification.as_measured import as_measured
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.discrepancy import as_measured, epsilon_theta
 from freerock.identification.estimate import Estimate, transferable
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES

@@ -13,9 +13,10 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.fit import Fit
-from freerock.identification.problem import COARSE, Problem, Samples, posed
+from freerock.identification.problem import COARSE, Problem, Samples
 from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.view import view_of

@@ -8,9 +8,10 @@ from freerock.arrays import Floats
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.identification.fit import Fit
 from freerock.identification.nuisances import in_found
-from freerock.identification.problem import Problem, posed
-from freerock.identification.search import GROWTH_SAMPLES
+from freerock.identification.problem import Problem
+from freerock.identification.search import SEARCH
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, PER_RUN
 from freerock.runs.motion import Motion
@@ -71,7 +72,7 @@ def _released(problem: Problem, x: Floats) -> Floats:
     own = np.array([name in PER_RUN for name in problem.names])
     if not own.any():
         return x
-    samples = problem.samples(most=GROWTH_SAMPLES)
+    samples = problem.samples(most=SEARCH.samples)
     low, high = np.array(problem.bounds()).T
     for _ in range(STEPS):
         jacobian = problem.jacobian(x, samples, wanted=PER_RUN)[:, own]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.nuisances import Posterior, at_end
-from freerock.identification.problem import posed
 from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.runs.motion import Motion
 from freerock.selection.choice import Choice, Evidence, choose, evidence

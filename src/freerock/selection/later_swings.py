@@ -16,10 +16,9 @@ from freerock.identification.fit import Fit
 from freerock.identification.least_squares import least_squares
 from freerock.identification.levels import ASKED, SURE_EDGES
 from freerock.identification.nuisances import at_end, settled
-from freerock.identification.problem import posed
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings
-from freerock.identification.swings import from_top, tops_of
+from freerock.identification.start import from_top, posed, tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS
 from freerock.runs.motion import Motion

@@ -9,9 +9,10 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.nuisances import settled
-from freerock.identification.problem import Problem, posed
-from freerock.identification.search import GROWTH_SAMPLES, approach, follow, growing_horizons
+from freerock.identification.problem import Problem
+from freerock.identification.search import SEARCH, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
+from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import OF_RECORD
 from freerock.runs.motion import Motion
@@ -92,10 +93,10 @@ def screen(
         if end.mean_square <= beyond:
             end = follow(problem, end.x, horizons[::-2][::-1] or [first], beyond)
             evaluations += end.evaluations
-    samples, left = problem.samples(most=GROWTH_SAMPLES), end.mean_square
+    samples, left = problem.samples(most=SEARCH.samples), end.mean_square
     residual = problem.residual(end.x, samples)
     if end.mean_square <= beyond or problem.motions[0].laboratory is not None:
-        moved = settled(problem, end.x, GROWTH_SAMPLES)
+        moved = settled(problem, end.x, SEARCH.samples)
         if moved is not None:
             residual, square = moved.residual, float(moved.prior[0] @ moved.prior[0])
             left = float(np.mean(residual**2)) + moved.level**2 * square / len(residual)
@@ -119,7 +120,7 @@ def _held(problem: Problem, start: Mapping[str, float], horizon_s: float) -> Sol
     """
     settings = replace(problem.settings, free=tuple(set(problem.settings.free) & {*OF_RECORD}))
     held = replace(problem, settings=settings, n_impacts=0)
-    samples = held.samples(horizon_s, GROWTH_SAMPLES)
+    samples = held.samples(horizon_s, SEARCH.samples)
     end = least_squares(held, held.start_at(start), samples, ftol=ROUGH)
     x = problem.start_at(start)
     x[: len(held.common)] = end.x
