@@ -31,7 +31,7 @@ from freerock.report.records import Listed, charted, listed, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
 from freerock.runs.verdict import VERDICTS
-from freerock.tables.paper import SIMULATED_NOTE, printed_tables
+from freerock.tables.paper import SIMULATED_NOTE, named, printed_tables
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
@@ -138,7 +138,7 @@ def _content(
     to_look_at = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
-        "named": made.of_named(printed["table2"], labels),
+        "named": made.of_records(named(printed["table2"]), labels),
         "table2": made.of_records(printed["table2"], labels),
         "table3": made.of_records(printed["table3"], labels),
         "choice": made.choices(rows["choice"], labels),

@@ -61,23 +61,6 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collec
     return Sortable(heads, rows, table.caption, table.notes)
 
 
-def of_named(table: Printed, labels: Labels) -> Sortable:
-    """The rows of table 2 that are of the candidate named for their record, explained or nearest.
-
-    Parameters
-    ----------
-    table : Printed
-        Table 2.
-    labels : mapping of str to str
-        Printed names of blocks and foundations.
-    """
-    frame = table.frame
-    named = frame[frame["selected"].astype(bool)]
-    lost = [test for test in dict.fromkeys(frame["test"]) if test not in set(named["test"])]
-    none = [f"No candidate is named for most runs of {', '.join(lost)}: see the appendix."] if lost else []
-    return of_records(table._replace(frame=named, notes=[*none, *table.notes]), labels)
-
-
 def of_records(table: Printed, labels: Labels) -> Sortable:
     """A printed table with several rows per record: tables 2 and 3."""
     rows = [

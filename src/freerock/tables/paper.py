@@ -202,13 +202,7 @@ def printed_tables(
             "Block configurations",
             [*angle_notes(first, labels), *simulated],
         ),
-        "table2": Printed(
-            second,
-            table2_columns(second),
-            table2_text(second, labels),
-            "Identified parameters, record by record",
-            [*_marked_notes(second), *_given_notes(second), *_runs_note(second), *notes],
-        ),
+        "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
             third,
             table3_columns(third),
@@ -217,6 +211,28 @@ def printed_tables(
             [*_marked_notes(third), *_given_notes(third), *notes],
         ),
     }
+
+
+def named(table: Printed) -> Printed:
+    """Table 2 with the rows alone that are of the candidate named for their record, explained or nearest.
+
+    Parameters
+    ----------
+    table : Printed
+        Table 2.
+    """
+    frame = table.frame
+    own = frame[frame["selected"].astype(bool)]
+    lost = [test for test in dict.fromkeys(frame["test"]) if test not in set(own["test"])]
+    none = [f"No candidate is named for most runs of {', '.join(lost)}."] if lost else []
+    marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
+    further = [note for note in table.notes if note not in marks]
+    return _parameters(own, f"{table.caption}, of the model named for it", [*none, *further], None)
+
+
+def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels: Labels | None) -> Printed:
+    marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
+    return Printed(frame, table2_columns(frame), table2_text(frame, labels), caption, [*marks, *notes])
 
 
 def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
