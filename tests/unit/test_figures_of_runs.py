@@ -1,5 +1,8 @@
-"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget, parts."""
+"""Figures that a campaign asks for: parameters, period, energy, phase, residuals, evidence, budget, parts,
+pulls.
+"""
 
+import math
 import re
 from dataclasses import asdict
 from pathlib import Path
@@ -22,6 +25,7 @@ from freerock.figures import (
     parameters,
     parts,
     phase_portrait,
+    pulls,
     residuals,
     restitution,
     style,
@@ -174,6 +178,32 @@ def test_the_budget_stacks_shares_and_names_defaults(tables):
         budget.caption(data)
         == "Law: Hunt–Crossley, named by 7 of 7 runs. Taken by default, not stated: width."
     )
+
+
+def test_pulls_stand_beside_the_impacts_of_their_inputs(tables):
+    first = tables["choice"].loc[tables["choice"]["status"] == "selected"].iloc[0]
+    key = {name: first[name] for name in ("campaign", "test", "run", "block", "foundation", "model")}
+    moved = {"width_m": (1.5, 0.6, 1.9, -0.8), "position_m": (-0.2, 1.0, math.nan, 0.01)}
+    rows = [
+        {**key, "input": name, "input_owner": "b1", "input_stated": name == "width_m", "input_moved": shift}
+        | {"input_remaining": left, "input_pull": pull, "impact_k_percent": impact}
+        | dict.fromkeys(("impact_r_percent", "impact_c_percent", "impact_lambda_percent"), math.nan)
+        for name, (shift, left, pull, impact) in moved.items()
+    ]
+    figure, data = pulls.draw(pd.DataFrame(rows), tables["choice"], "simulated", LABELS)
+    left, right = figure.axes
+    assert left.get_yticklabels()[0].get_text() == "width, Slender block"
+    assert list(data["input"]) == ["width_m", "position_m"]
+    assert [bar.get_width() for bar in right.patches] == [-0.8, 0.01]
+    assert sorted(float(line.get_xdata()[0]) for line in left.lines if line.get_marker() == "o") == [
+        -0.2,
+        1.5,
+    ]
+    told = "Fits of 1 run; 2 inputs, 1 of them with a default uncertainty."
+    told += " Largest pull: +1.9, of the width of b1."
+    assert pulls.caption(data) == told
+    empty = pulls.draw(pd.DataFrame(rows)[:0], tables["choice"], "simulated", LABELS)
+    assert "no run moved its inputs" in texts(empty[0]) and pulls.caption(empty[1]).startswith("No run")
 
 
 def test_captions_are_latex_figures():

@@ -127,6 +127,27 @@ def test_pulls_are_standard_normal_and_inputs_are_better_known_after_the_fit():
     assert np.mean(inside) >= 0.85
 
 
+@pytest.mark.parametrize("name", ["height_m", "width_m", "position_m"])
+def test_an_impact_is_the_shift_of_a_fit_with_the_input_held_off_by_what_remains(name):
+    _, motion = measured(7)
+    fit = fit_run("housner", BLOCK, motion)
+    found = fit.contributions
+    j = [each.name for each in INPUTS].index(name)
+    off = found.moved[j] + found.remaining[j]
+    others = tuple(each for each in INPUTS if each.name != name)
+    held = replace(STATED.moved(INPUTS[j], off), inputs=others)
+    theta = STATED.reread(np.append(motion.theta, motion.theta0), held)
+    motion = replace(
+        motion,
+        theta=theta[:-1],
+        theta0=float(theta[-1]),
+        laboratory=held,
+        view=view_of([*held.lasers.values()], held.block),
+    )
+    shift = fit_run("housner", held.block, motion).values["theta0"] - fit.values["theta0"]
+    assert shift == pytest.approx(found.impacts[1, j], rel=0.3)  # a step of 1 u is not quite linear
+
+
 def test_worn_corners_are_a_width_beyond_its_prior():
     worn = BLOCK.width_m - 20 * RULE["width_m"][1]
     _, motion = measured(5, corners_m=worn)

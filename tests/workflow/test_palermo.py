@@ -34,7 +34,8 @@ CONTRACT = {
     "restitution": "campaign test run source impact time_s r r_stderr r_u block foundation peak_before_deg "
     "peak_before_u_deg r_energy r_energy_stderr r_energy_u impact_speed_m_s",
     "pulls": "campaign test run block foundation model input input_owner input_u input_unit input_stated "
-    "input_moved input_remaining input_pull",
+    "input_moved input_remaining input_pull impact_r_percent impact_k_percent impact_c_percent "
+    "impact_lambda_percent",
     "parts": "campaign test run block foundation model parameter unit part start_s end_s value stderr",
     "restitution_law": "campaign block foundation quantity n_runs n_impacts speed_low_m_s speed_high_m_s "
     "speed_m_s r r_stderr slope_s_m slope_stderr slope_low slope_high trend",

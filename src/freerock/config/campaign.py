@@ -52,6 +52,7 @@ Figure = Literal[  # in the order of the report; each is a module of freerock.fi
     "evidence",
     "budget",
     "parts",
+    "pulls",
 ]
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's

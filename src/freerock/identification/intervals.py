@@ -128,6 +128,7 @@ def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contri
     every = Contributions.held(inputs, np.zeros((len(x), len(inputs))))
     at = [inputs.index(each) for each in best.nuisances.sources]
     every.values[:, at], every.moved[at], every.remaining[at] = shifts, best.z, remaining
+    every.impacts[:, at] = problem.gradient(x)[:, free] @ best.impacts
     every.pulls[at] = np.where(remaining**2 < 1 - LEARNED, pulls, np.nan)
     for j, each in enumerate(inputs):
         if (
@@ -135,6 +136,7 @@ def with_inputs(best: Posterior, rest: AgainstRest) -> tuple[Uncertainty, Contri
         ):  # forces are as the mass
             forces = problem.is_logarithm
             every.values[forces, j] = problem.physical(x)[forces] * each.u / problem.blocks[0].mass_kg
+            every.impacts[forces, j] = every.values[forces, j]
     return found, every
 
 

@@ -255,13 +255,25 @@ class Posterior:
         return float(np.sqrt(max(square, least, np.finfo(float).tiny)))
 
     @cached_property
-    def by_prior(self) -> Floats:
-        """Derivatives of the free numbers and inputs by the centre of each prior, shape (n, n_rows)."""
+    def spread(self) -> Floats:
+        """Covariance of the free numbers and inputs by noise of `level` and the priors, shape (n, n)."""
         rows = self.prior[1]
         scale = np.sqrt(np.sum(self.columns**2, axis=0) / self.level**2 + np.sum(rows**2, axis=0))
         scaled, own = self.columns / (self.level * scale), rows / scale
         inverse = np.linalg.pinv(scaled.T @ scaled + own.T @ own, hermitian=True)
-        return np.asarray((inverse @ own.T) / scale[:, None])
+        return np.asarray(inverse / np.outer(scale, scale))
+
+    @property
+    def by_prior(self) -> Floats:
+        """Derivatives of the free numbers and inputs by the centre of each prior, shape (n, n_rows)."""
+        return np.asarray(self.spread @ self.prior[1].T)
+
+    @property
+    def impacts(self) -> Floats:
+        """Shifts of the free numbers where one input is held its remaining standard uncertainty away and all
+        else is fitted again, shape (n_free, n_sources)."""
+        n = int(self.free.sum())
+        return np.asarray(self.spread[:n, n:] / np.sqrt(np.diag(self.spread)[n:]))
 
 
 def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | None:

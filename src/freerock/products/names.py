@@ -106,6 +106,11 @@ VARIABLES = {
     "part_value": ("", "model", "value of the parameter as a part of the run has it"),
     "u_total": ("", "quality", "total standard uncertainty of the parameter, of noise, inputs and law"),
     "contribution": ("", "quality", "shift of the parameter for one standard uncertainty of the input"),
+    "impact_of_input": (
+        "",
+        "quality",
+        "shift of the parameter for one standard uncertainty of the input that remains after the fit",
+    ),
     "input": ("", "coordinate", "number of the laboratory that the parameters rest on"),
     "input_owner": ("", "auxiliary", "block, laser or foundation that has the input"),
     "input_u": ("", "auxiliary", "standard uncertainty of the input, in input_unit"),
@@ -176,7 +181,9 @@ EXTRA: dict[str, dict[str, Any]] = {
     **dict.fromkeys(
         ["value", "stderr", "ci95_low", "ci95_high", "discrepancy", "initial", "min", "max"], IN_UNIT
     ),
-    **dict.fromkeys(["u_total", "contribution", "part_value", "part_value_stderr"], IN_UNIT),
+    **dict.fromkeys(
+        ["u_total", "contribution", "impact_of_input", "part_value", "part_value_stderr"], IN_UNIT
+    ),
 }
 BESIDE = {
     "theta": ("sigma_theta", "flags"),

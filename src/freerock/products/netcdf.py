@@ -235,6 +235,7 @@ def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr
             inputs = fit.contributions.inputs
             arrays["u_total"] = ("parameter", fit.contributions.total(fit.stderr, fit.discrepancy))
             arrays["contribution"] = (("parameter", "input"), fit.contributions.values)
+            arrays["impact_of_input"] = (("parameter", "input"), fit.contributions.impacts)
             beside = {
                 "input": ("input", [each.name for each in inputs]),
                 "input_owner": ("input", [each.owner for each in inputs]),

@@ -156,6 +156,9 @@ class Contributions:
         (ν̂ - ν⁰) over its standard deviation, √(u² - û²) where the noise is white: standard normal where law
         and uncertainties are right (Demortier and Lyons 2002, CDF note 5776). NaN where the run does not see
         the input.
+    impacts : ndarray, shape (n_numbers, n_inputs)
+        Shift of each number where an input is held one remaining standard uncertainty above where the fit
+        has it, and all else is fitted again (Conway 2011, arXiv:1103.0354), in the unit of the number.
     """
 
     inputs: tuple[Input, ...]
@@ -163,12 +166,13 @@ class Contributions:
     moved: Floats
     remaining: Floats
     pulls: Floats
+    impacts: Floats
 
     @classmethod
     def held(cls, inputs: tuple[Input, ...], values: Floats) -> Self:
         """Of a fit that holds the inputs at their stated values."""
         n = len(inputs)
-        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan))
+        return cls(inputs, values, np.zeros(n), np.ones(n), np.full(n, np.nan), np.array(values))
 
     @property
     def most_pulled(self) -> int | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.nuisances import settled
+from freerock.identification.nuisances import Nuisances, settled
 from freerock.identification.problem import Problem
 from freerock.identification.search import SEARCH, approach, follow, growing_horizons
 from freerock.identification.settings import FitSettings, check
@@ -83,19 +83,23 @@ def screen(
     """
     check(model, (block,), settings)
     problem = posed(model, (block,), (motion,), settings).rough()
+    moves = bool(Nuisances.of(problem).sources)
+    grown = (
+        math.inf if moves else beyond
+    )  # with inputs held, also the true law may leave many times the noise
     if start is None:
-        end = approach(problem, None, beyond)
+        end = approach(problem, None, grown)
         evaluations = end.evaluations
     else:
         first, *horizons = growing_horizons(motion)
         end = _held(problem, start, first)
         evaluations = end.evaluations
-        if end.mean_square <= beyond:
-            end = follow(problem, end.x, horizons[::-2][::-1] or [first], beyond)
+        if end.mean_square <= grown:
+            end = follow(problem, end.x, horizons[::-2][::-1] or [first], grown)
             evaluations += end.evaluations
     samples, left = problem.samples(most=SEARCH.samples), end.mean_square
     residual = problem.residual(end.x, samples)
-    if end.mean_square <= beyond or problem.motions[0].laboratory is not None:
+    if moves or end.mean_square <= beyond:
         moved = settled(problem, end.x, SEARCH.samples)
         if moved is not None:
             residual, square = moved.residual, float(moved.prior[0] @ moved.prior[0])

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import MODELS, unit_of
+from freerock.models.laws import LAWS, MODELS, unit_of
 from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, reasons_in, runs_of
@@ -34,7 +34,12 @@ RUNS += ["verdict", "reasons", "excluded"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
-PULLS = [*IDENTITY, "model", *OF_INPUT, "input_moved", "input_remaining", "input_pull"]
+MOVED = [*OF_INPUT, "input_moved", "input_remaining", "input_pull"]
+IMPACTS = [
+    f"impact_{name}_percent"
+    for name in dict.fromkeys(name for law in LAWS.values() for name in law.parameters)
+]
+PULLS = [*IDENTITY, "model", *MOVED, *IMPACTS]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success", "epsilon_in_phase"]
@@ -208,18 +213,24 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns `PULLS`: input_moved is the shift of the input by the fit, in its standard uncertainties;
         input_remaining its standard uncertainty after the fit over that before; input_pull the shift over its
-        standard deviation, NaN where the run does not see the input.
+        standard deviation, NaN where the run does not see the input; impact_k_percent and so on the shift of
+        a parameter for one remaining standard uncertainty of the input, in per cent, NaN of other laws.
     """
     rows = []
     for tree in fits:
         for run, model, fit in fits_of(tree):
             if "input_moved" not in fit or not np.any(fit["input_moved"].values):
                 continue
-            columns = [fit[name].values.tolist() for name in PULLS[-len(OF_INPUT) - 3 :]]
-            names = PULLS[-len(OF_INPUT) - 3 :]
+            shifts = 100 * fit["impact_of_input"].values / fit["value"].values[:, None]
+            columns = {name: fit[name].values.tolist() for name in MOVED}
+            columns |= {
+                f"impact_{name}_percent": shifts[i].tolist()
+                for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
+                if name in MODELS[model]
+            }
             rows += [
-                {**_identity(tree, run), "model": model, **dict(zip(names, each, strict=True))}
-                for each in zip(*columns, strict=True)
+                {**_identity(tree, run), "model": model, **dict(zip(columns, each, strict=True))}
+                for each in zip(*columns.values(), strict=True)
             ]
     return pd.DataFrame(rows, columns=PULLS)
 

@@ -1,0 +1,134 @@
+"""Pulls and impacts: how far each input was moved by the fits, and what it does to the parameters."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    footer,
+    label,
+    legend_on_top,
+    nothing_drawn,
+    panel,
+    printed,
+    size,
+)
+from freerock.models.laws import SYMBOLS
+from freerock.tables.text import INPUT_LABELS
+
+FIT = ["test", "run", "model"]
+OF_INPUT = ["input_owner", "input"]
+MOST_ROWS = 40
+SPREAD = 0.6  # of a row, over which its runs are drawn
+HATCHES = {"k": "", "c": "////", "lambda": "////", "r": ""}
+SHADES = ((2.0, "0.94"), (1.0, "0.86"))
+
+
+@printed
+def draw(
+    pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
+) -> tuple[Figure, pd.DataFrame]:
+    """Shift of each input by the fit of each run, and the shift of the parameters by what remains of it.
+
+    Parameters
+    ----------
+    pulls, choice : pandas.DataFrame
+        Tidy tables. Of each run the fit that the choice names, where it moved its inputs.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns of the table pulls, inputs with the largest impact first.
+    """
+    named = choice.loc[choice["status"] == "selected", FIT].astype(str)
+    data = pulls.astype({"run": str}).merge(named, on=FIT)
+    if data.empty:
+        return nothing_drawn("no run moved its inputs", origin), data
+    names = [name for name in HATCHES if data[_impact(name)].notna().any()]
+    largest = data[[_impact(name) for name in names]].abs().max(axis=1)
+    order = largest.groupby([data[name] for name in OF_INPUT]).max().sort_values(ascending=False)
+    rows = list(order.index)[:MOST_ROWS]
+    places = {row: place for place, row in enumerate(rows)}
+    data = data[[each in places for each in zip(*(data[name] for name in OF_INPUT), strict=True)]]
+    of_row = [places[each] for each in zip(*(data[name] for name in OF_INPUT), strict=True)]
+    data = data.iloc[np.argsort(of_row, kind="stable")].reset_index(drop=True)
+    figure = Figure(figsize=size(0.9 + 0.26 * max(3, len(rows))))
+    left, right = figure.subplots(1, 2, sharey=True)
+    for row, place in places.items():
+        own = data[(data[OF_INPUT[0]] == row[0]) & (data[OF_INPUT[1]] == row[1])]
+        _pulls(left, place, own)
+        _impacts(right, place, own, names)
+    for limit, grey in SHADES:
+        left.axvspan(-limit, limit, color=grey, zorder=0)
+    left.axvline(0.0, color="0.4", linewidth=0.6)
+    right.axvline(0.0, color="0.4", linewidth=0.6)
+    left.set_xlabel("shift by the fit / u of the input")
+    right.set_xlabel("impact on the parameter / %")
+    left.set_title(panel(0, 2, "inputs"), loc="left")
+    right.set_title(panel(1, 2, "impacts"), loc="left")
+    left.set_yticks(range(len(rows)), [_name(row, labels) for row in rows])
+    left.set_ylim(len(rows) - 0.4, -0.6)
+    for ax in (left, right):
+        ax.grid(axis="y", visible=False)
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many runs there are, how many inputs were defaults, and the largest pull."""
+    if data.empty:
+        return "No run has a law that explains it with inputs whose uncertainty is known."
+    n_runs = len(data[["test", "run"]].drop_duplicates())
+    inputs = data.drop_duplicates(OF_INPUT)
+    told = f"Fits of {n_runs} run{'s' * (n_runs != 1)}; {len(inputs)} inputs"
+    assumed = int((~inputs["input_stated"].astype(bool)).sum())
+    told += f", {assumed} of them with a default uncertainty." if assumed else "."
+    if data["input_pull"].isna().all():
+        return told
+    most = data.loc[data["input_pull"].abs().idxmax()]
+    name = INPUT_LABELS.get(most["input"], most["input"])
+    return f"{told} Largest pull: {most['input_pull']:+.1f}, of the {name} of {most['input_owner']}."
+
+
+def _pulls(ax: Axes, place: int, rows: pd.DataFrame) -> None:
+    """Shift of an input by each run, with what remains of its uncertainty."""
+    at = place + np.linspace(-SPREAD / 2, SPREAD / 2, len(rows)) * (len(rows) > 1)
+    known = rows["input_pull"].notna().to_numpy()
+    for which, face, text in ((known, "black", "run"), (~known, "white", "run that does not see the input")):
+        if which.any():
+            own = rows[which]
+            ax.errorbar(
+                own["input_moved"],
+                at[which],
+                xerr=own["input_remaining"],
+                fmt="o",
+                markersize=3,
+                color="black",
+                markerfacecolor=face,
+                elinewidth=0.7,
+                label=text,
+            )
+
+
+def _impacts(ax: Axes, place: int, rows: pd.DataFrame, names: list[str]) -> None:
+    """Median impact of an input over the runs, a bar for each parameter, with its sign."""
+    height = 0.8 / len(names)
+    for i, name in enumerate(names):
+        median = float(rows[_impact(name)].median())
+        if np.isfinite(median):
+            middle = place + (i - (len(names) - 1) / 2) * height
+            look = {"color": f"{0.35 + 0.15 * i:.2f}", "hatch": HATCHES[name], "edgecolor": "black"}
+            ax.barh(middle, median, height=0.9 * height, linewidth=0.4, label=SYMBOLS[name], **look)
+
+
+def _impact(name: str) -> str:
+    return f"impact_{name}_percent"
+
+
+def _name(row: tuple[str, str], labels: Labels) -> str:
+    """The input, and the block, laser or foundation that has it."""
+    owner, name = row
+    return f"{INPUT_LABELS.get(name, name)}, {label(labels, owner)}"
