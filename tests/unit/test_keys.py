@@ -1,5 +1,6 @@
 """Sections of the configuration: the settings of the steps."""
 
+import dataclasses
 import importlib
 import inspect
 import re
@@ -30,7 +31,12 @@ ROOT = Path(__file__).parents[2]
 
 def keyword_arguments(function, without):
     parameters = inspect.signature(function).parameters.items()
-    return {name: parameter.default for name, parameter in parameters if name not in without}
+    made = {each.name: each.default_factory for each in dataclasses.fields(function)}
+    return {
+        name: parameter.default if made[name] is dataclasses.MISSING else made[name]()
+        for name, parameter in parameters
+        if name not in without
+    }
 
 
 def defaults(section, without=()):
