@@ -18,8 +18,7 @@ from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.verdict import Verdict
 from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
-from freerock.selection.hypothesis_search import identify_run
-from freerock.selection.identified import Identified
+from freerock.selection.hypothesis_search import Identified, identify_run
 
 
 class Analysed(NamedTuple):

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.levels import NORMAL_95
 from freerock.models.block import GRAVITY, Block
 from freerock.models.laws import LAWS
 from freerock.selection.hypotheses import Hypotheses

@@ -22,8 +22,8 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.estimate import NORMAL_95
 from freerock.identification.fit import Fit
+from freerock.identification.levels import NORMAL_95
 from freerock.identification.nuisances import at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed

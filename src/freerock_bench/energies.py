@@ -15,8 +15,8 @@ import sys
 import numpy as np
 import pandas as pd
 
-from freerock.identification.estimate import NORMAL_95
 from freerock.identification.fit import fit_run
+from freerock.identification.levels import NORMAL_95
 from freerock.populations.impact_energy import impact_energy
 from freerock.runs.impacts import find_impacts
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS

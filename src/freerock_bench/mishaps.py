@@ -21,7 +21,7 @@ import pandas as pd
 
 from freerock.config.uncertainty import response_u_ms
 from freerock.errors import FreerockError
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.models.laws import GEOMETRIC, Rules
 from freerock.populations.sensitivity import contributions

@@ -12,8 +12,7 @@ from freerock.models.laws import CANDIDATES, LAWS, law_of
 from freerock.runs.motion import Motion
 from freerock.selection.choice import Choice, Evidence, choose
 from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.hypothesis_search import identify_runs
-from freerock.selection.identified import Identified
+from freerock.selection.hypothesis_search import Identified, identify_runs
 from freerock_bench.virtual_run import Row, Truth
 
 NAMES = ("r", "k", "c", "lambda", "width")

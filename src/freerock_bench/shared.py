@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.arrays import Floats
-from freerock.populations.between_blocks import SIGNIFICANT, Matched, between_blocks, by_rao
+from freerock.populations.between_blocks import TEST, Matched, between_blocks, by_rao
 from freerock_bench.virtual_run import SEED
 
 DRAWS = {"full": 4000, "small": 20}  # of each case
@@ -55,7 +55,7 @@ def case(
     for _ in range(n_draws):
         blocks = [generator.standard_normal((n, 2)) @ half for n, half in zip(sizes, halves, strict=True)]
         blocks[-1] = blocks[-1] + difference
-        seen += between_blocks(blocks).p < SIGNIFICANT, pooled(blocks) < SIGNIFICANT
+        seen += between_blocks(blocks).p < TEST.significant, pooled(blocks) < TEST.significant
     return {
         "n_blocks": len(sizes),
         "runs": "+".join(map(str, sizes)),

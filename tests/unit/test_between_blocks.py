@@ -5,8 +5,7 @@ import pytest
 from scipy.stats import f, ncf, ttest_ind
 
 from freerock.populations.between_blocks import (
-    CAUTION,
-    LARGEST,
+    TEST,
     between_blocks,
     beyond,
     matched,
@@ -91,7 +90,7 @@ def test_of_blocks_that_scatter_alike_it_is_wilks():
 
 def test_the_block_with_the_fewest_runs_counts_for_more():
     scatter = matched([exact(3), exact(10)])
-    weight = np.array([10 / 13, 3 / 13]) * (1 + CAUTION / np.array([2, 9]))
+    weight = np.array([10 / 13, 3 / 13]) * (1 + TEST.caution / np.array([2, 9]))
     assert scatter.dof_within == pytest.approx(weight.sum() ** 2 / np.sum(weight**2 / [2, 9]))
     assert scatter.dof_within < 1 / (10**2 / 13**2 / 2 + 3**2 / 13**2 / 9)  # of Krishnamoorthy and Yu
     assert scatter.dof_between == pytest.approx(1)
@@ -122,7 +121,7 @@ def test_false_alarms_are_five_in_a_hundred(sizes):
     ],
 )
 def test_blocks_of_unlike_spreads_give_no_more_false_alarms(sizes, spreads):
-    """None of them among the cases that `CAUTION` was set on; Wilks' Λ gives 10 to 56 %."""
+    """None of them among the cases that the caution was set on; Wilks' Λ gives 10 to 56 %."""
     assert seen(sizes, spreads) < 0.07
 
 
@@ -139,7 +138,7 @@ def test_of_any_number_of_runs_and_blocks_there_is_a_visible_difference(sizes):
     assert np.all(np.isfinite(visible)) and np.all(visible > 0)
 
 
-@pytest.mark.parametrize("noncentrality", [1e-6, 0.3, 12.0, 400.0, 3100.0, LARGEST])
+@pytest.mark.parametrize("noncentrality", [1e-6, 0.3, 12.0, 400.0, 3100.0, TEST.largest])
 @pytest.mark.parametrize(("first", "second"), [(1.0, 0.4), (2.7, 3.0), (4.0, 150.0)])
 def test_the_chance_of_a_noncentral_f_is_as_scipy_has_it(first, second, noncentrality):
     for f_ratio in f.isf([0.9, 0.05], first, second):

@@ -12,8 +12,8 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, GEOMETRIC, KINEMATICS, LAWS, Rules
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis, candidates, n_freed, start_from
-from freerock.selection.screening import screen
+from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis, candidates, n_freed
+from freerock.selection.quick import screen, start_from
 
 BLOCK = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 FREE = {law: ("theta0", "t0") for law in LAWS}
@@ -73,7 +73,7 @@ def test_a_rival_starts_where_the_best_smaller_candidate_ended():
 def test_neighbours_of_a_hypothesis_add_one_step():
     beside = {*BY_DEFAULT.neighbours(Hypothesis("winkler"))}
     models = ("general", "winkler_pivoting", "winkler_width")
-    widened = ("release", "tilt", "edges")
+    widened = ("release", "tilt", "edge_radius")
     assert beside == {
         *(Hypothesis(model) for model in models),
         *(Hypothesis("winkler", (each,)) for each in widened),

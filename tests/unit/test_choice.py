@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from freerock.selection.choice import TELLS, Evidence, choose, holds, plainly
+from freerock.selection.choice import TELLS, Evidence, choose, plainly
+from freerock.selection.hypotheses import holds
 
 N = {
     "housner": 3,

@@ -15,8 +15,7 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
-from freerock.selection.doubts import doubts_about_noise
-from freerock.selection.hints import hints_for, mirrored
+from freerock.selection.doubts import doubts_about_noise, hints_for, mirrored
 from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
 
 BLOCK = BLOCKS["config2"]

@@ -57,7 +57,7 @@ def defaults(section, without=()):
         ("models.block.Block", "edge_radius_m", BlockSection, "label release_angle_deg uncertainty"),
         (
             "identification.settings.FitSettings",
-            "free loose_release",
+            "free",
             FitsSection,
             "models kinematics free paper_mode pooled",
         ),

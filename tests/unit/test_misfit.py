@@ -10,7 +10,7 @@ from freerock.errors import FreerockError
 from freerock.identification.discrepancy import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
-from freerock.populations.misfit import CELLS, FINER, between_cells, cubic_spline, misfit_map
+from freerock.populations.misfit import GRID, between_cells, cubic_spline, misfit_map
 
 BLOCK = Block(0.28, 0.07, 5.84)
 VALUES = {"k": 6.88e6, "lambda": 1.30e8, "theta0": math.radians(10), "t0": 0.0}
@@ -25,11 +25,14 @@ def measured(block=BLOCK):
 def test_the_map_is_lowest_at_the_truth_and_rises_around_it():
     found = misfit_map("hunt_crossley", BLOCK, VALUES, TIME, measured())
     assert found.names == ("k", "lambda")
-    assert found.first[CELLS // 2] == pytest.approx(VALUES["k"])
+    assert found.first[GRID.cells // 2] == pytest.approx(VALUES["k"])
     assert found.second[[0, -1]] / VALUES["lambda"] == pytest.approx(np.exp([-0.3, 0.3]))
-    assert np.unravel_index(found.epsilon_theta.argmin(), (CELLS, CELLS)) == (CELLS // 2, CELLS // 2)
+    assert np.unravel_index(found.epsilon_theta.argmin(), (GRID.cells, GRID.cells)) == (
+        GRID.cells // 2,
+        GRID.cells // 2,
+    )
     assert found.epsilon_theta.min() < 1e-6
-    assert found.epsilon_theta[CELLS // 2, 0] > 0.1  # k is 26 % too low
+    assert found.epsilon_theta[GRID.cells // 2, 0] > 0.1  # k is 26 % too low
 
 
 def test_rows_are_values_of_the_second_parameter():
@@ -64,7 +67,7 @@ def test_contours_between_the_cells_of_a_narrow_trough():
     def swing(stiffness, damping):
         return np.exp(-0.4 * (1 + damping) * time_s) * np.cos(9 * (1 + stiffness - damping) * time_s)
 
-    cells, finer = np.linspace(-0.1, 0.1, CELLS), np.linspace(-0.1, 0.1, FINER)
+    cells, finer = np.linspace(-0.1, 0.1, GRID.cells), np.linspace(-0.1, 0.1, GRID.finer)
     modelled = np.array([[swing(k, damping) for k in cells] for damping in cells])
     found = between_cells(time_s, modelled, swing(0, 0))
     exact = [[epsilon_theta(time_s, swing(k, damping), swing(0, 0)) for k in finer] for damping in finer]
@@ -72,7 +75,7 @@ def test_contours_between_the_cells_of_a_narrow_trough():
     assert np.max(exact) > 0.5
 
 
-@pytest.mark.parametrize("n", [4, 5, CELLS])
+@pytest.mark.parametrize("n", [4, 5, GRID.cells])
 def test_the_spline_is_scipys(n):
     at = np.linspace(0, n - 1, 97)
     np.testing.assert_allclose(cubic_spline(n, at), CubicSpline(np.arange(n), np.eye(n))(at), atol=1e-14)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.estimate import Estimate, MisfitMap
+from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.products.misfit_maps import open_misfit_maps, record_map, write_misfit_maps
 
 

@@ -8,7 +8,7 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from freerock.identification.levels import RESIDUAL
-from freerock.identification.likelihood import likelihood
+from freerock.identification.likelihood import Whitened
 from freerock.identification.noise import against_rest, noise_of
 from freerock.rotation.lattice import converter_step
 from freerock.runs.motion import Motion
@@ -192,7 +192,7 @@ def test_a_rest_within_one_step_of_the_converter_is_its_rounding():
 
 def test_without_a_rest_the_likelihood_is_that_of_least_squares():
     residual, column = np.random.default_rng(1).standard_normal((2, 1000))
-    found = likelihood(residual, column[:, None], [1000], [None])
+    found = Whitened(residual, column[:, None], [1000], [None]).likelihood()
     left = residual - column * (column @ residual) / (column @ column)
     assert found.minus_two_log == pytest.approx(1000 * np.log(left @ left / 1000))
     assert found.effective == 1000
@@ -217,12 +217,12 @@ def test_the_likelihood_is_that_of_a_dense_covariance(slow, white, m):
         measured, trace = (
             np.repeat(each, m) / math.sqrt(m) for each in (residual, column)
         )  # before averaging
-        values.append(likelihood(measured, trace[:, None], [n * m], [known]).minus_two_log)
+        values.append(Whitened(measured, trace[:, None], [n * m], [known]).likelihood().minus_two_log)
         best = (column @ inverse @ residual) / (column @ inverse @ column)
         left = residual - best * column
         exact.append(left @ inverse @ left)
     assert values[1] - values[0] == pytest.approx(exact[1] - exact[0], abs=0.05)
-    with_none = likelihood(measured, np.zeros((n * m, 1)), [n * m], [known]).minus_two_log
+    with_none = Whitened(measured, np.zeros((n * m, 1)), [n * m], [known]).likelihood().minus_two_log
     assert with_none - values[1] == pytest.approx(residual @ inverse @ residual - exact[1], abs=0.05)
 
 
@@ -235,7 +235,7 @@ def test_a_needless_parameter_gains_as_chance_has_it(kind):
         at_rest = [noise_at_rest(stretches, RATE_HZ, step)]
         extra = np.cos(8 * np.arange(8000) / RATE_HZ) * np.linspace(1, 0, 8000)
         both = np.column_stack([jacobian, extra])
-        small, large = (likelihood(residual, own, [8000], at_rest) for own in (jacobian, both))
+        small, large = (Whitened(residual, own, [8000], at_rest).likelihood() for own in (jacobian, both))
         gains.append(small.minus_two_log - large.minus_two_log)
     assert np.mean(gains) < 2.5  # 1 ± 0.24
     assert max(gains) < 12

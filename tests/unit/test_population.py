@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.identification.estimate import Estimate
+from freerock.populations.estimate import Estimate
 from freerock.populations.population import FOUNDATIONS, shared_foundation
 
 TRUTH = {"k": 6.88e6, "lambda": 1.30e8}

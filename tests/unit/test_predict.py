@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from freerock.identification.estimate import Estimate
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
+from freerock.populations.estimate import Estimate
 from freerock.populations.predict import PREDICTIONS, predictions
 from freerock.runs.motion import Motion
 

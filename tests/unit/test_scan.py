@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from freerock.identification import search
-from freerock.identification.diagnosis import failure
 from freerock.identification.fit import fit_run
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.least_squares import Solution
+from freerock.identification.model_discrepancy import failure
 from freerock.identification.pursuit import PURSUIT
 from freerock.identification.search import follow, growing_horizons
 from freerock.identification.settings import FitSettings

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.diagnosis import asks_for, blur_of, off_zero
 from freerock.identification.discrepancy import as_measured
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.levels import ASKED
@@ -27,7 +26,7 @@ from freerock.selection.choice import evidence
 from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.hypothesis_search import identify_run, identify_runs
-from freerock.selection.later_swings import asked_later, law_suffices
+from freerock.selection.quick import asked_later, asks_for, blur_of, law_suffices, off_zero
 from freerock.selection.scene_notes import explains_as_well
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Scene, free_rocking
@@ -166,7 +165,7 @@ def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation,
     motion = rounded(radius, foundation)
     found = identify_run(BLOCK, motion, PLAIN)
     choice = found.choice(PLAIN)
-    assert (choice.selected, choice.explained, found.widened) == ("hunt_crossley", True, ("edges",))
+    assert (choice.selected, choice.explained, found.widened) == ("hunt_crossley", True, ("edge_radius",))
     fit = found.fits["hunt_crossley"]
     assert fit.n_parameters == choice.judged[0].evidence.n_freed == 5
     for name, value in {**FOUNDATIONS[foundation], "edge_radius": radius}.items():
@@ -184,7 +183,7 @@ def hardly_rounded(seed):
     motion = rounded(7e-4, "aerstop", seed, 2 * SIGMA, 0.6 * ANGLE)
     sharp = fit_run("hunt_crossley", BLOCK, motion)
     problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())
-    assert 2 < off_zero(at_end(problem, sharp.values, None))["edges"] < 0.8 * ASKED
+    assert 2 < off_zero(at_end(problem, sharp.values, None))["edge_radius"] < 0.8 * ASKED
     assert evidence(sharp).explains
     assert FOUNDATIONS["aerstop"]["k"] - sharp.values["k"] > 15 * sharp.stderr[0]
     return motion
@@ -194,7 +193,7 @@ def hardly_rounded(seed):
 def test_rounded_edges_are_found_where_their_derivative_hardly_asks_for_them(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
-    assert found.widened == ("edges",)
+    assert found.widened == ("edge_radius",)
     assert {*found.alternatives} == {Hypothesis("hunt_crossley")}
     named, alike = notes(motion, found)
     assert (named.name, named.verdict) == (alike.name, alike.verdict) == ("rounded_edges", "warn")
@@ -210,7 +209,7 @@ def test_where_sharp_and_rounded_edges_do_as_well_both_are_told(seed):
     motion = hardly_rounded(seed)
     found = identify_run(BLOCK, motion, PLAIN)
     ((other, fit),) = found.alternatives.items()
-    assert found.widened == () and other == Hypothesis("hunt_crossley", ("edges",))
+    assert found.widened == () and other == Hypothesis("hunt_crossley", ("edge_radius",))
     radius = fit.values["edge_radius"]
     assert radius == pytest.approx(7e-4, rel=0.1)
     (note,) = notes(motion, found)
@@ -238,7 +237,7 @@ def test_rounded_edges_are_not_taken_for_another_contact_width():
         assert not evidence(fit_run("hunt_crossley", BLOCK, motion)).explains
         assert evidence(narrower).explains and narrower.values["k"] < 0.96 * FOUNDATIONS["marble"]["k"]
         found = identify_run(BLOCK, motion, WIDTH)
-        assert (found.choice(WIDTH).selected, found.widened) == ("hunt_crossley", ("edges",))
+        assert (found.choice(WIDTH).selected, found.widened) == ("hunt_crossley", ("edge_radius",))
         fit = found.fits["hunt_crossley"]
         for name, value in {**FOUNDATIONS["marble"], "edge_radius": 1e-3}.items():
             at = fit.parameters.index(name)
@@ -251,10 +250,10 @@ def test_where_neither_does_better_width_and_edges_are_both_told():
     motion = rounded(1e-3, sigma=24 * SIGMA)
     found = identify_run(BLOCK, motion, WIDTH)
     chosen, (other,) = found.choice(WIDTH).selected, found.alternatives.keys()
-    pair = {("hunt_crossley_width", ()), ("hunt_crossley", ("edges",))}
+    pair = {("hunt_crossley_width", ()), ("hunt_crossley", ("edge_radius",))}
     assert {(chosen, found.widened), other} == pair
     assert [note.name for note in notes(motion, found, WIDTH)].count("rounded_edges") == 1 + (
-        "edges" in found.widened
+        "edge_radius" in found.widened
     )
 
 
@@ -299,13 +298,13 @@ def test_with_sharp_edges_the_law_would_be_far_off_and_pass_for_noise():
 
 
 def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
-    assert BY_DEFAULT.of("winkler", ("edges",)).widened == ("edges",)
-    assert "edge_radius" in BY_DEFAULT.settings("winkler", ("edges",)).free
+    assert BY_DEFAULT.of("winkler", ("edge_radius",)).widened == ("edge_radius",)
+    assert "edge_radius" in BY_DEFAULT.settings("winkler", ("edge_radius",)).free
     for model in ("housner", "winkler_pivoting"):
-        assert BY_DEFAULT.of(model, ("edges",)).widened == ()
-        assert "edge_radius" not in BY_DEFAULT.settings(model, ("edges",)).free
+        assert BY_DEFAULT.of(model, ("edge_radius",)).widened == ()
+        assert "edge_radius" not in BY_DEFAULT.settings(model, ("edge_radius",)).free
     tensionless = replace(BY_DEFAULT, options={"debonding": "tensionless"})
-    assert tensionless.of("winkler", ("edges",)).widened == ()
+    assert tensionless.of("winkler", ("edge_radius",)).widened == ()
     with pytest.raises(FreerockError) as error:
         check("housner", [BLOCK], FitSettings(("edge_radius",)))
     assert str(error.value) == ("fits.free.housner: a rigid block has no rounded edges; remove edge_radius")

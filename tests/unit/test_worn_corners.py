@@ -16,7 +16,7 @@ from freerock.runs.verdict import Verdict
 from freerock.selection.choice import choose, evidence
 from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.selection.identified import Identified
+from freerock.selection.hypothesis_search import Identified
 from freerock.tables.candidates import candidates_table
 from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, runs_table
 from freerock_bench.virtual_run import Truth, virtual_motion

@@ -18,7 +18,7 @@ from freerock.figures.style import (
     scaled,
     scenes_in,
 )
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
 LOOKS: dict[str, Style] = {

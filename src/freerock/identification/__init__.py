@@ -1,16 +1,15 @@
 """One hypothesis on one run: its data, numbers, start, least squares, noise and intervals.
 
-A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances` → `noise` →
-`likelihood` → `covariance` → `intervals` → `diagnosis` → `fit`.
+A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances` (`noise`,
+`likelihood`) → `intervals` → `model_discrepancy` → `fit`.
 """
 
 __all__ = [
-    "diagnosis",
     "discrepancy",
-    "estimate",
     "fit",
     "least_squares",
     "levels",
+    "likelihood",
     "lmfit_models",
     "model_discrepancy",
     "noise",

@@ -6,26 +6,33 @@ The objective is the paper's: the mean square error between measured and modelle
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.diagnosis import added_damping, failure, first_half
 from freerock.identification.discrepancy import epsilon_theta, is_white
-from freerock.identification.intervals import Uncertainty, uncertainty, with_inputs, with_profile
-from freerock.identification.least_squares import Solution, in_si_units, reported
+from freerock.identification.intervals import Uncertainty, uncertainty
+from freerock.identification.least_squares import Solution, in_si_units, least_squares
 from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
-from freerock.identification.likelihood import Likelihood, Whitened
-from freerock.identification.model_discrepancy import Part, fitted_parts, model_discrepancy
-from freerock.identification.noise import AgainstRest, against_rest, noise_of
-from freerock.identification.nuisances import Posterior, settled
+from freerock.identification.likelihood import Likelihood
+from freerock.identification.model_discrepancy import (
+    Part,
+    added_damping,
+    failure,
+    first_half,
+    fitted_parts,
+    model_discrepancy,
+)
+from freerock.identification.noise import AgainstRest
+from freerock.identification.nuisances import Posterior, held, settled
 from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import FitSettings, check
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, law_of, unit_of
+from freerock.models.laws import MODELS, unit_of
 from freerock.rotation.laboratory import Contributions, Laboratory
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
@@ -210,7 +217,7 @@ def fit_record(
 def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Resolution) -> Fit:
     """The fit of a rigid block that comes nearest where it stops rocking; it is not to be used."""
     with np.errstate(divide="ignore", invalid="ignore"):  # at r = 0 nothing depends on r
-        fit = _held(problem, end, resolution, None)
+        fit = _held(problem, end, resolution)
     r, kept = fit.value[0], in_phase.value[0]
     message = (
         f"the block stops rocking at the minimum, r = {r:.3g} with ε_θ = {100 * fit.epsilon_theta:.3g} %; "
@@ -222,177 +229,109 @@ def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Reso
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth: with the inputs moved where that explains the run, else held."""
-    best = None
-    if solution.success:
-        best = settled(problem, solution.x)
-    moved = None if best is None else _moved(best)
-    if best is not None and moved is not None and moved.explains:
-        return _of_moved(best, moved, solution, resolution)
-    return _held(problem, solution, resolution, moved)
+    best = settled(problem, solution.x) if solution.success else None
+    if best is None or best.result is None:
+        return _held(problem, solution, resolution)
+    moved = _End(best, *uncertainty(best))
+    if not (moved.is_noise and moved.contributions.p_of_pulls > REJECTS):
+        fit = _held(problem, solution, resolution, moved)
+        return replace(fit, pulled=_pulled(problem.motions[0].laboratory, moved.contributions))
+    evaluations = solution.evaluations + best.result.nfev
+    solution = replace(solution, evaluations=evaluations, result=best.result)
+    _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
+    fit = _told(moved, solution, resolution, holdout, moved)
+    return replace(fit, contributions=moved.contributions) if fit.success else fit
 
 
-@dataclass(frozen=True, eq=False)
-class _Moved:
-    """A run whose inputs moved within their priors: residual, uncertainty, pulls, likelihood."""
-
-    rest: AgainstRest
-    white: bool
-    known: Uncertainty
-    contributions: Contributions
-    likely: Likelihood
-    has_rest: bool
-
-    @property
-    def explains(self) -> bool:
-        """Whether residual and pulls pass for noise."""
-        passes = self.rest.is_noise and (self.has_rest or self.white)
-        return passes and self.contributions.p_of_pulls > REJECTS
-
-
-def _moved(best: Posterior) -> _Moved:
-    motion = best.problem.motions[0]
-    rest = best.against_rest
-    known, contributions = with_inputs(best, rest)
-    likely = best.whitened.likelihood()
-    return _Moved(rest, is_white(best.residual), known, contributions, likely, motion.noise is not None)
-
-
-@dataclass(frozen=True, eq=False)
-class _End:
-    """Where a fit ended, and what is known there: x with the problem's inputs, stated or moved.
-
-    `shown` are time, measured and modelled rotation of all samples; `residual`, `jacobian`, `curve` are of
-    those that count; `linear` is the whitened linear model.
-    """
-
-    problem: Problem
-    solution: Solution
-    known: Uncertainty
-    shown: tuple[Floats, Floats, Floats]
-    residual: Floats
-    jacobian: Floats
-    curve: Floats
-    linear: Whitened
-    likely: Likelihood
-    rest: AgainstRest
-    white: bool
-    doubt: float
-    holdout: float
-    charge: float = 0.0
-    notes: tuple[str, ...] = ()
-
-
-def _of_moved(best: Posterior, moved: _Moved, solution: Solution, resolution: Resolution) -> Fit:
-    """The fit of a run that a law explains."""
-    problem, x, result = best.problem, best.x, best.result
-    assert result is not None
-    motion = best.nuisances.problem.motions[0]
-    seen = best.nuisances.read(best.z, problem.motion(x, 0, problem.motions[0].time_s))
-    _, holdout = first_half(problem, x, resolution.m, None, best.curve)
-    solution = replace(
-        solution,
-        x=x,
-        evaluations=solution.evaluations + result.nfev,
-        mean_square=float(np.mean(best.residual**2)),
-        result=result,
-    )
-    end = _End(
-        problem,
-        solution,
-        moved.known,
-        (motion.time_s, motion.theta, seen),
-        best.residual,
-        best.jacobian,
-        best.curve,
-        best.whitened,
-        moved.likely,
-        moved.rest,
-        moved.white,
-        doubt=doubt(moved.rest.p, RESIDUAL),
-        holdout=holdout,
-        charge=best.charge,
-    )
-    fit = _told(end, resolution, moved)
-    return replace(fit, contributions=moved.contributions) if fit.success and motion.laboratory else fit
-
-
-def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: _Moved | None) -> Fit:
+def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "_End | None" = None) -> Fit:
     """The fit with the inputs as stated; `moved` is what they would leave, were they to move."""
     if problem.directions is None:
-        last = reported(problem, solution.x, problem.samples(m=resolution.m))
+        last = least_squares(problem, solution.x, problem.samples(m=resolution.m), reported=True)
         solution = (
             replace(last, evaluations=solution.evaluations + last.evaluations)
             if solution.success
             else replace(solution, result=last.result)
         )
-    x, motions, samples = solution.x, problem.motions, problem.samples()
-    times = np.concatenate([m.time_s for m in motions])
-    theta = np.concatenate([m.theta for m in motions])
-    theta_model = np.concatenate([problem.motion(x, i, m.time_s) for i, m in enumerate(motions)])
-    counts = np.isfinite(theta) & np.concatenate([m.time_s >= m.fit_start_s for m in motions])
-    residual, exact = theta_model[counts] - samples.theta, problem.exact_curve(x, samples)
-    single = len(motions) == 1 and problem.directions is None
-    forward = np.zeros((len(residual), len(x)), order="F") if single else None
-    central = law_of(problem.model).is_foundation
-    jacobian = problem.jacobian(x, samples, central, known=exact, forward=forward)
-    free = ~problem.held(x)
-    lengths, noises = samples.lengths, [motion.noise for motion in motions]
-    rest = against_rest(residual, jacobian[:, free], lengths, list(map(noise_of, motions)))
-    linear, white = Whitened(residual, jacobian[:, free], lengths, noises), is_white(residual)
-    explained = rest.is_noise and (None not in noises or white)
-    apart, holdout = None, float("nan")
-    if len(motions) == 1:
-        x_half, holdout = first_half(problem, x, resolution.m, forward, theta_model[counts])
-        apart = None if explained else x_half - x
-    pinned = problem.at_bound(x)
-    end = _End(
-        problem,
-        replace(solution, mean_square=float(np.mean(residual**2))),  # of samples that are not averaged
-        uncertainty(problem, x, residual, jacobian, rest, apart),
-        (times, theta, theta_model),
-        residual,
-        jacobian,
-        exact[0],
-        linear,
-        linear.likelihood(),
-        moved.rest if moved else rest,
-        white,
-        doubt(rest.p, RESIDUAL) if None not in noises or white else 1.0,
-        holdout,
-        notes=tuple(f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)),
-    )
-    fit = _told(end, resolution, moved)
-    return replace(fit, pulled=_pulled(motions[0].laboratory, moved.contributions)) if moved else fit
+    best, holdout, apart = held(problem, solution.x), float("nan"), None
+    if len(problem.motions) == 1:
+        x_half, holdout = first_half(problem, best.x, resolution.m, best.jacobian, best.curve)
+        apart = None if _is_noise(best) else x_half - best.x
+    return _told(_End(best, *uncertainty(best, apart)), solution, resolution, holdout, moved)
 
 
-def _told(end: _End, resolution: Resolution, moved: _Moved | None) -> Fit:
+def _is_noise(best: Posterior) -> bool:
+    """Whether the residual passes for noise: for that at rest, and for white where no rest shows it."""
+    known = all(motion.noise is not None for motion in best.problem.motions)
+    return best.against_rest.is_noise and (known or is_white(best.residual))
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """Where a fit ended, with its inputs stated or moved, and what is known there."""
+
+    best: Posterior
+    known: Uncertainty
+    contributions: Contributions
+
+    @cached_property
+    def is_noise(self) -> bool:
+        """Whether the residual passes for noise."""
+        return _is_noise(self.best)
+
+    @cached_property
+    def likely(self) -> Likelihood:
+        """Of the residual."""
+        return self.best.whitened.likelihood()
+
+    @property
+    def doubt(self) -> float:
+        """How far the residual speaks against the law."""
+        known = all(motion.noise is not None for motion in self.best.problem.motions)
+        return doubt(self.best.against_rest.p, RESIDUAL) if known or is_white(self.best.residual) else 1.0
+
+    @property
+    def shown(self) -> tuple[Floats, Floats, Floats]:
+        """Time, measured and modelled rotation of all samples, by the stated inputs."""
+        best, stated = self.best, self.best.nuisances.problem.motions
+        curves = [best.problem.motion(best.x, i, own.time_s) for i, own in enumerate(best.problem.motions)]
+        measured = [np.concatenate([getattr(own, name) for own in stated]) for name in ("time_s", "theta")]
+        return measured[0], measured[1], best.nuisances.read(best.z, np.concatenate(curves))
+
+
+def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float, moved: _End | None) -> Fit:
     """What is told of the end of a fit, whether its inputs moved or not."""
-    problem, x, known = end.problem, end.solution.x, end.known
+    best, known, likely = end.best, end.known, end.likely
+    problem, x = best.problem, best.x
+    solution = replace(solution, x=x, mean_square=float(np.mean(best.residual**2)))  # of all samples
     time_s, theta, theta_model = end.shown
     epsilon = epsilon_theta(time_s, theta_model, theta)
-    failed = failure(problem, end.solution, known, epsilon)
-    diagnostics = _diagnostics(problem, end.solution, resolution, end.residual, known)
-    diagnostics |= {"white": float(end.white), **_against_noise(end.rest, end.likely)}
-    diagnostics |= {"pulls_p": moved.contributions.p_of_pulls} if moved else {}
+    failed = failure(problem, solution, known, epsilon)
+    diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
+    diagnostics |= {"white": float(is_white(best.residual))}
+    diagnostics |= _against_noise((moved or end).best.against_rest, likely)
     parts, doubts = tuple[Part, ...](), [end.doubt]
-    if moved and end.doubt < 1:
-        doubts.append(doubt(moved.contributions.p_of_pulls, REJECTS))
+    if moved:
+        diagnostics["pulls_p"] = moved.contributions.p_of_pulls
+        doubts += [doubt(moved.contributions.p_of_pulls, REJECTS)] if end.doubt < 1 else []
     if failed:
         known = known.unknown()
     else:
-        parts = tuple(fitted_parts(problem, x, end.residual, end.jacobian))
-        lacking = added_damping(problem, x, end.curve, end.linear, end.likely)
+        parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
+        lacking = added_damping(problem, x, best.curve, best.whitened, likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
         doubts += [] if lacking is None else [doubt(chance_of(lacking), REJECTS)]
     value, fixed = problem.physical(x), known.stderr == 0
     law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(doubts) else np.zeros(len(x))
     law *= max(doubts)
     if problem.settings.profile and not failed:
+        from freerock.identification.lmfit_models import with_profile  # for few
+
         known, profiled = with_profile(problem, x, resolution.m, known)
         diagnostics |= {"profile": 1.0} if profiled else {}
+    pinned = problem.at_bound(x) & (best.result is None)
+    notes = [f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)]
     n_freed = int(problem.varied.sum())
-    aic, bic = (each + end.charge for each in end.likely.criteria(n_freed + problem.settings.loose_release))
-    result = end.solution.result
+    aic, bic = (each + best.charge for each in likely.criteria(n_freed + problem.settings.loose_release))
     return Fit(
         model=problem.model,
         parameters=problem.names,
@@ -409,15 +348,15 @@ def _told(end: _End, resolution: Resolution, moved: _Moved | None) -> Fit:
         residual=theta_model - theta,
         epsilon_theta=epsilon,
         final_time_s=float(time_s.max()),
-        epsilon_holdout=end.holdout,
+        epsilon_holdout=holdout,
         aic=aic,
         bic=bic,
         n_parameters=n_freed,
         success=not failed,
-        message=failed or "; ".join(["converged", *end.notes]),
+        message=failed or "; ".join(["converged", *notes]),
         diagnostics=diagnostics,
         parts=parts,
-        result=result and in_si_units(result, problem, x, known.covariance),
+        result=solution.result and in_si_units(solution.result, problem, x, known.covariance),
     )
 
 

@@ -1,7 +1,7 @@
 """Least squares from a start, within bounds: a trust region, for r alone a line search.
 
-What seeks a start is bare (`least_squares`). The numbers that a fit reports are found by `lmfit.Minimizer`
-with the problem's derivatives (`reported`, `minimised`).
+What seeks a start is bare. The numbers that a fit reports are found by `lmfit.Minimizer` with the problem's
+derivatives (`minimised`).
 """
 
 from collections.abc import Callable, Sequence
@@ -86,52 +86,41 @@ def least_squares(
     ftol: float = 1e-7,
     jacobian: Floats | None = None,
     theta: Floats | None = None,
+    reported: bool = False,
 ) -> Solution:
     """Least squares from a start; ftol is the relative change of the sum of squares at which it ends.
 
     `jacobian` and `theta` are the derivatives and the curve at the start, as `Problem` has them, where they
-    are known.
+    are known. Numbers that are `reported` are found by `lmfit.Minimizer`.
     """
-    if len(x) == 1:
-        return _line_search(problem, x[0], samples)
-    bounds, start, xtol = _within(problem, x)
-    at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
-    result = optimize.least_squares(
-        at.residual,
-        start,
-        at.jacobian,
-        bounds,
-        x_scale="jac",
-        ftol=ftol,
-        xtol=max(xtol, END.least),
-        gtol=None,
-        max_nfev=END.most,
-    )
-    mean_square = float(np.sum(result.fun**2) / len(result.fun))
-    return Solution(at.whole(result.x), mean_square, result.nfev, result.success, result.message)
-
-
-def reported(
-    problem: Problem,
-    x: Floats,
-    samples: Samples,
-    ftol: float = 1e-7,
-    jacobian: Floats | None = None,
-    theta: Floats | None = None,
-) -> Solution:
-    """The same by `lmfit.Minimizer`: the least squares whose numbers are reported; arguments as there."""
     evaluations = 0
     if len(x) == 1:
         found = _line_search(problem, x[0], samples)
+        if not reported:
+            return found
         x, evaluations, jacobian, theta = found.x, found.evaluations, None, None
     bounds, start, xtol = _within(problem, x)
     at = _AtLast(problem, samples, x, (jacobian, theta), ftol)
-    names = [name for name, varies in zip(problem.names, problem.varied, strict=True) if varies]
-    parameters = parameters_of(names, start, bounds)
-    result = minimised(parameters, at.residual, at.jacobian, ftol, xtol)
-    mean_square = float(np.mean(result.residual**2))
-    x = at.whole(numbers_of(result))
-    return Solution(x, mean_square, evaluations + result.nfev, result.success, result.message, result=result)
+    if reported:
+        names = [name for name, varies in zip(problem.names, problem.varied, strict=True) if varies]
+        result = minimised(parameters_of(names, start, bounds), at.residual, at.jacobian, ftol, xtol)
+        end, left = numbers_of(result), result.residual
+    else:
+        result = optimize.least_squares(
+            at.residual,
+            start,
+            at.jacobian,
+            bounds,
+            x_scale="jac",
+            ftol=ftol,
+            xtol=max(xtol, END.least),
+            gtol=None,
+            max_nfev=END.most,
+        )
+        end, left = result.x, result.fun
+    evaluations += result.nfev
+    solution = Solution(at.whole(end), float(np.mean(left**2)), evaluations, result.success, result.message)
+    return replace(solution, result=result) if reported else solution
 
 
 def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats, float]:

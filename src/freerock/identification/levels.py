@@ -1,8 +1,8 @@
 """Levels of the tests on a run, in one place: from how many tests a campaign makes.
 
-A campaign of `RUNS` clean runs makes three tests of each that may reject the law that is named: the residual
-against the noise at rest, the pulls of its inputs, and the damping that the law lacks. Each law that is
-rejected, and each number that is freed, by chance alone should be seen in one of twenty such campaigns
+A campaign of a hundred clean runs makes three tests of each that may reject the law that is named: the
+residual against the noise at rest, the pulls of its inputs, and the damping that the law lacks. Each law that
+is rejected, and each number that is freed, by chance alone should be seen in one of twenty such campaigns
 (Bonferroni). What a number off zero may turn into (tilt, edges, release) are eight tests of each run.
 """
 
@@ -11,13 +11,15 @@ import math
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-WRONGLY = 0.05  # chance that a campaign of clean runs has a law rejected, or a number freed
-RUNS = 100  # of that campaign
+NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval
 
 
-def level(tests: int) -> float:
-    """Chance at which one of so many tests of each run speaks."""
-    return WRONGLY / (RUNS * tests)
+def level(tests: int, wrongly: float = 0.05, runs: int = 100) -> float:
+    """Chance at which one of so many tests of each run speaks, for a campaign of so many clean runs.
+
+    `wrongly` is the chance that it has a law rejected, or a number freed.
+    """
+    return wrongly / (runs * tests)
 
 
 def deviations(chance: float) -> float:
@@ -45,17 +47,16 @@ PULLED = 2.0  # standard deviations from which the shift of an input is noted
 WARNS = (
     5e-3  # chance of so large a pull of any input, from which the note is a warning: one of 200 clean runs
 )
-BLURRED = 10.0  # times its level to either side, within which a test is neither passed nor failed for u
 
 
-def doubt(chance: float, of: float) -> float:
+def doubt(chance: float, of: float, blurred: float = 10.0) -> float:
     """How far a test speaks against a law, for its uncertainty: from 0 to 1, half of it at the level.
 
     The share of the `model_discrepancy` that counts. It grows with the logarithm of the chance between
-    `BLURRED` times the level and a `BLURRED`-th of it, so that no uncertainty jumps where a law is rejected.
+    `blurred` times the level and a `blurred`-th of it, so that no uncertainty jumps where a law is rejected.
     """
     with np.errstate(divide="ignore"):
-        above = np.log(chance / of) / math.log(BLURRED)
+        above = np.log(chance / of) / math.log(blurred)
     return float(np.clip((1 - above) / 2, 0.0, 1.0))
 
 

@@ -10,10 +10,8 @@ from scipy.fft import rfft
 from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats, Indices
-from freerock.identification.noise import SINGULAR, of_runs
+from freerock.identification.noise import NO_TRACE, of_runs
 from freerock.runs.noise import Noise, smoothed
-
-SETTLED = 1e-3  # excess of an innovation's variance over that of a long run, below which there is none
 
 
 @dataclass(frozen=True)
@@ -42,16 +40,14 @@ class Likelihood:
         )
 
 
-def likelihood(
-    residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]
-) -> Likelihood:
-    """Whittle's likelihood of a residual under the noise at rest.
+class Whitened:
+    """A residual and derivatives as they are where the law of the noise is taken out, and their likelihood.
 
-    The level of the noise in each band is known from the rest with its degrees of freedom ν, and integrated
-    out: Σ (ν + n) ln((ν s + q)/(ν + n)), with n the real numbers that the band holds, s the ratio of
-    `Noise`, q the power of the residual over the law (Whittle 1953, doi:10.1007/BF02590998; Student's
-    distribution of a scale that was measured). Where no rest was seen the noise is white and its level that
-    of the residual: n ln(Σe²/n).
+    That is Whittle's of a residual under the noise at rest. The level of the noise in each band is known from
+    the rest with its degrees of freedom ν, and integrated out: Σ (ν + n) ln((ν s + q)/(ν + n)), with n the
+    real numbers that the band holds, s the ratio of `Noise`, q the power of the residual over the law
+    (Whittle 1953, doi:10.1007/BF02590998; Student's distribution of a scale that was measured). Where no rest
+    was seen the noise is white and its level that of the residual: n ln(Σe²/n).
 
     Least squares weigh all frequencies alike, so that slow noise moves their end away from that of the
     likelihood. One step of least squares weighted by the spectrum, from the derivatives, makes up for it.
@@ -66,17 +62,12 @@ def likelihood(
         As for `against_rest`, without the columns of parameters held at a bound.
     noises : sequence of Noise or None
         At rest, of each run; None where none was seen.
-
-    Returns
-    -------
-    Likelihood
+    prior : (ndarray, ndarray), optional
+        Rows of unit variance beside the samples: their values, shape (n_rows,), and their derivatives, shape
+        (n_rows, n_parameters).
+    level : float
+        Standard deviation of a sample where no noise takes it out [rad].
     """
-    return Whitened(residual, jacobian, lengths, noises).likelihood()
-
-
-class Whitened:
-    """A residual and derivatives as they are where the law of the noise is taken out, for more than one
-    `likelihood`; its arguments."""
 
     def __init__(
         self,
@@ -87,9 +78,6 @@ class Whitened:
         prior: tuple[Floats, Floats] | None = None,
         level: float = 1.0,
     ) -> None:
-        """`prior` holds rows of unit variance beside the samples: their values, shape (n_rows,), and their
-        derivatives, shape (n_rows, n_parameters). `level` is the standard deviation of a sample where no
-        noise takes it out [rad]."""
         self._lengths, self._noises, self._level = lengths, noises, level
         self._prior = prior or (np.empty(0), np.empty((0, jacobian.shape[1])))
         scale = np.sqrt(np.mean(jacobian**2, axis=0)) + np.finfo(float).tiny
@@ -129,7 +117,7 @@ class Whitened:
         both, (prior, rows) = self._both(values), self._prior
         rows = np.hstack([rows, np.zeros((len(rows), len(scale) - rows.shape[1]))]) / scale
         weighted = np.concatenate([*map(self._weighted, both), np.column_stack([prior, rows])])
-        step = np.linalg.lstsq(weighted[:, 1:], weighted[:, 0], rcond=SINGULAR)[0]
+        step = np.linalg.lstsq(weighted[:, 1:], weighted[:, 0], rcond=NO_TRACE)[0]
         least = min(
             sum(run.minus_two_log(own @ np.append(1.0, -share * step)) for run, own in both)
             + float(np.sum((prior - share * rows @ step) ** 2))
@@ -211,7 +199,8 @@ class _Innovations(NamedTuple):
     logarithms: float
 
     @classmethod
-    def of(cls, n: int, noise: Noise) -> "_Innovations":
+    def of(cls, n: int, noise: Noise, settled: float = 1e-3) -> "_Innovations":
+        """Of n samples, exact but for an excess of the variance over that of a long run below `settled`."""
         phi = math.exp(-2 * math.pi * noise.corner)
         slow, less = noise.slow * (1 - phi) ** 2, smoothed(noise.averaged) / 2
         # white (1 - 2 φ cos ω + φ²) + slow (1 - less + less cos ω) = variance (1 + 2 θ cos ω + θ²)
@@ -219,7 +208,7 @@ class _Innovations(NamedTuple):
         variance = (middle + math.sqrt(max(middle**2 - 4 * side**2, 0.0))) / 2
         theta = -side / variance
         r = [(1 + 2 * theta * phi + theta**2) / (1 - phi**2)]
-        while r[-1] > 1 + SETTLED and len(r) < n:
+        while r[-1] > 1 + settled and len(r) < n:
             r.append(1 + theta**2 - theta**2 / r[-1])
         logarithms = n * math.log(variance) + float(np.sum(np.log(r)))
         return cls(phi, theta, variance, np.array(r), logarithms)

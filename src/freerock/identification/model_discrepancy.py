@@ -1,5 +1,6 @@
-"""How far off the numbers of a law may be that does not explain its run: from how they move over the run.
+"""What speaks against a fit: halves and parts of its run that disagree, a missing damping, why it may fail.
 
+How far off the numbers of a law may be that does not explain its run follows from how they move over the run.
 The swings of a run are cut into parts of as many. The fit of a part is one step of Gauss and Newton from that
 of the whole, with its derivatives, so that nothing is simulated: release angle and instant are free in every
 part and take up where the block comes from. Under the right law the parts agree to within the noise. Under
@@ -15,13 +16,18 @@ import numpy as np
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.intervals import SINGULAR, Uncertainty
+from freerock.identification.least_squares import Solution, least_squares
+from freerock.identification.levels import NORMAL_95
+from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.problem import Problem
+from freerock.identification.pursuit import is_beyond
+from freerock.identification.search import SEARCH, is_poor
+from freerock.identification.start import is_lively
+from freerock.models.laws import PARAMETERS, extended_by, law_of
 
 PARTS = 6  # of a run, if it has as many swings; set with the weights on the half "set" of that study
-# By which a logarithm may move in a part: a straight line leads no farther; others by their span.
-FARTHEST = 1.0
-SINGULAR = 1e13  # condition of the scaled normal matrix, from which a part does not separate the parameters
 
 
 @dataclass(frozen=True)
@@ -79,7 +85,8 @@ def fitted_parts(problem: Problem, x: Floats, residual: Floats, jacobian: Floats
     samples, gradient, value = problem.samples(), problem.gradient(x), problem.physical(x)
     low, high = np.array(problem.bounds()).T
     span = (high - low) * np.abs(np.diag(gradient))
-    farthest = np.where(problem.is_logarithm, FARTHEST * np.abs(value), span)
+    # a logarithm by one: a straight line leads no farther; others by their span
+    farthest = np.where(problem.is_logarithm, np.abs(value), span)
     of_all = np.array([not name.startswith("r_") for name in problem.names])
     found = []
     for run, motion in zip(samples.runs, problem.motions, strict=True):
@@ -156,3 +163,95 @@ def _step(residual: Floats, jacobian: Floats) -> tuple[Floats, Floats]:
         covariance = np.zeros((n, n))
         covariance[np.ix_(seen, seen)] = np.linalg.inv(normal) / np.outer(scale[seen], scale[seen])
     return step, covariance
+
+
+def first_half(
+    problem: Problem, x: Floats, m: int, jacobian: Floats | None, theta: Floats
+) -> tuple[Floats, float]:
+    """Fitted numbers of the first half of a run, and ε_θ of its second half under them.
+
+    ε_θ is NaN where the first half has too few samples.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    m : int
+        Samples averaged into one.
+    jacobian : ndarray, shape (n_samples, n_parameters), or None
+        `Problem.jacobian` there, of all samples, where it is known.
+    theta : ndarray, shape (n_samples,)
+        `Problem.curve` there [rad].
+    """
+    motion = problem.motions[0]
+    half = motion.time_s[-1] / 2
+    samples = problem.samples(half, m=m)
+    if sum(samples.lengths) <= 2 * m * len(x):
+        return x, float("nan")
+    known = None if jacobian is None else jacobian[: len(samples.theta)]
+    x = least_squares(problem, x, samples, jacobian=known, theta=theta[: len(samples.theta)]).x
+    later = motion.time_s > half
+    theta = problem.motion(x, 0, motion.time_s)
+    return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
+
+
+def added_damping(
+    problem: Problem, x: Floats, exact: Floats, linear: Whitened, without: Likelihood
+) -> float | None:
+    """How many standard errors the damping that the law lacks would be away from zero.
+
+    By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
+    is negative where the damping would have to drive the block. None where the law lacks no damping, where
+    debonding is not worked out for two, and of a motion that multiplies errors (`pursuit`).
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    exact : ndarray, shape (n_samples,)
+        The first of `Problem.exact_curve` there.
+    linear : Whitened
+        Residual and derivatives there, of all samples; without those by parameters held at a bound.
+    without : Likelihood
+        Of these.
+    """
+    wider = extended_by(problem.model)
+    if wider is None:
+        return None
+    (model, other), samples = wider, problem.samples()
+    if problem.directions is not None or not law_of(model).allows(
+        problem.settings.debonding, len(law_of(model).dampings)
+    ):
+        return None
+    # the trough of the misfit is bent: a larger trace gives no derivative
+    trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
+    column = problem.curve(x, samples, problem.exact_rtol, {other: trace}) - exact
+    found = linear.adding(column)
+    gain = max(without.minus_two_log - found.minus_two_log, 0.0)
+    return float(np.copysign(np.sqrt(gain), found.step[-1]))
+
+
+def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:
+    """Why the fit is not to be used; "" when it is. A nuisance of a run held at its bound is no failure."""
+    n_common = len(problem.common)
+    if not solution.success:
+        return f"not converged: {solution.message}"
+    for name, pinned in zip(problem.common, problem.at_bound(solution.x), strict=False):
+        if pinned:
+            given = " of fits.parameters" if name in problem.given else ""
+            return f"{name} lies at its bound{given}"
+    if not np.all(np.isfinite(np.diag(known.covariance)[:n_common])):
+        return "the data do not determine the parameters"
+    if (
+        len(problem.motions) == 1
+        and is_lively(problem, solution.x)
+        and is_poor(problem, solution.mean_square / SEARCH.left**2)
+    ):
+        return "the block is hardly damped and more than noise is left: possibly another minimum"
+    if is_beyond(problem):
+        return "the block is hardly damped and multiplies errors beyond precision: possibly another minimum"
+    if epsilon >= 1:
+        return "worse than a block at rest (ε_θ ≥ 1)"
+    return ""

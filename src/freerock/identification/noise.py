@@ -22,10 +22,29 @@ from freerock.runs.noise import (
     white_noise,
 )
 
-LOUDER = 1.1  # times the noise at rest, up to which a residual is no model error: sensors differ that much
-HOPELESS = 30.0  # times the power of the noise: a quick fit beyond it tells that a full one won't do
-LOUDEST = 1000.0  # times the power at rest, from which a residual is no noise, however short the rest
-SINGULAR = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
+NO_TRACE = 1e-7  # of the largest singular value, below which a direction of the parameters leaves no trace
+
+
+@dataclass(frozen=True)
+class Loudness:
+    """How much louder than the noise at rest a residual may be; by judgement.
+
+    Parameters
+    ----------
+    louder : float
+        Times the noise, up to which a residual is no model error: sensors differ that much.
+    loudest : float
+        Times its power, from which a residual is no noise, however short the rest.
+    hopeless : float
+        Times its power: a quick fit beyond it tells that a full one won't do.
+    """
+
+    louder: float = 1.1
+    loudest: float = 1000.0
+    hopeless: float = 30.0
+
+
+LOUDNESS = Loudness()
 
 
 @dataclass(frozen=True)
@@ -35,9 +54,9 @@ class AgainstRest:
     Parameters
     ----------
     p : float
-        Chance of noise as at rest, and up to `LOUDER` times as loud, to leave as loud a residual: that of the
-        most telling band, of which one holds all frequencies, times the number of bands (Bonferroni), at
-        most 1. 0 where the power of all frequencies is over `LOUDEST` times that at rest.
+        Chance of noise as at rest, and a little louder (`Loudness.louder`), to leave as loud a residual: that
+        of the most telling band, of which one holds all frequencies, times the number of bands (Bonferroni),
+        at most 1. 0 where the power of all frequencies is beyond `Loudness.loudest`.
     ratio : float
         Power of the residual over that at rest: in the most telling octave, where it alone tells enough.
     low_hz, high_hz : float
@@ -78,7 +97,7 @@ def hopeless_from(motions: Sequence[Motion]) -> float:
 
     `motions` are those that are fitted together.
     """
-    return HOPELESS * max(noise_of(motion).variance for motion in motions)
+    return LOUDNESS.hopeless * max(noise_of(motion).variance for motion in motions)
 
 
 def against_rest(
@@ -248,11 +267,16 @@ def _bands(seen: _Seen) -> list[AgainstRest]:
         part = np.bincount(band, expected, n_bands)[some] / whole if whole else count[some] / seen.n
         every = float(power.sum() / whole) if whole else np.inf
     both_dof = np.array([dof[some], noise.dof[some]])
-    p = fdtrc(*both_dof, np.maximum(ratio, 0.0) / LOUDER**2)
-    chance = float(fdtrc(*(1 / np.sum(part**2 / both_dof, axis=1)), every / LOUDER**2))
+    p = fdtrc(*both_dof, np.maximum(ratio, 0.0) / LOUDNESS.louder**2)
+    chance = float(fdtrc(*(1 / np.sum(part**2 / both_dof, axis=1)), every / LOUDNESS.louder**2))
     ends_hz = np.array([noise.edges[some], noise.edges[some + 1]]) * noise.rate_hz
     found = zip(p.tolist(), ratio.tolist(), *ends_hz.tolist(), strict=True)
-    all_of_them = 0.0 if every > LOUDEST else chance, every, float(ends_hz[0, 0]), float(ends_hz[1, -1])
+    all_of_them = (
+        0.0 if every > LOUDNESS.loudest else chance,
+        every,
+        float(ends_hz[0, 0]),
+        float(ends_hz[1, -1]),
+    )
     return [AgainstRest(*each) for each in (*found, all_of_them)]
 
 
@@ -274,4 +298,4 @@ def _orthonormal(jacobian: Floats) -> Floats:
     """Orthonormal basis of the columns, shape (n_time, at most n_parameters)."""
     scale = np.sqrt(np.mean(jacobian**2, axis=0))
     basis, size, _ = np.linalg.svd(jacobian[:, scale > 0] / scale[scale > 0], full_matrices=False)
-    return np.asarray(basis[:, size > SINGULAR * size[:1]])
+    return np.asarray(basis[:, size > NO_TRACE * size[:1]])

@@ -28,17 +28,42 @@ from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.noise import Noise, averaged
 
-READ_STEP = 1e-5  # of a rotation, for the slope of its reading [rad]
-STEP = 0.1  # standard uncertainties to either side, of the difference quotients by an input
-NEAR = 0.3  # standard uncertainties by which inputs move, within which their first derivatives suffice
-FTOL = 1e-8  # relative change of the objective at which the search ends
-# Standard uncertainties by which an input may move: at such a pull the law is rejected whatever it leaves.
-FARTHEST = 8.0
-MOST = 25  # evaluations of the objective
-TAKES = 1.0  # whitened length of a direction of the inputs, from which the run and not the prior tells it
-# Times the residual that all inputs together may cause by one standard uncertainty, from which they can't be
-# the cause: five of them, squared.
-BEYOND = 25.0
+
+@dataclass(frozen=True)
+class InputSettings:
+    """How inputs move; by judgement.
+
+    Parameters
+    ----------
+    step : float
+        Standard uncertainties to either side, of the difference quotients by an input.
+    read_step : float
+        Of a rotation, for the slope of its reading [rad].
+    near : float
+        Standard uncertainties by which inputs move, within which their first derivatives suffice.
+    farthest : float
+        Standard uncertainties by which an input may move: at such a pull the law is rejected whatever it
+        leaves.
+    ftol, most : float, int
+        Relative change of the objective at which the search ends, and its evaluations.
+    takes : float
+        Whitened length of a direction of the inputs, from which the run and not the prior tells it.
+    beyond : float
+        Times the residual that all inputs together may cause by one standard uncertainty, from which they
+        can't be the cause: five of them, squared.
+    """
+
+    step: float = 0.1
+    read_step: float = 1e-5
+    near: float = 0.3
+    farthest: float = 8.0
+    ftol: float = 1e-8
+    most: int = 25
+    takes: float = 1.0
+    beyond: float = 25.0
+
+
+INPUTS = InputSettings()
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +101,9 @@ class Nuisances:
         for j, source in enumerate(self.sources):
             # at 0 the derivative by the response is none: what it does grows with its square
             low, high = (
-                (0.0, 1.0) if source.name == "response_ms" and not z[j] else (z[j] - STEP, z[j] + STEP)
+                (0.0, 1.0)
+                if source.name == "response_ms" and not z[j]
+                else (z[j] - INPUTS.step, z[j] + INPUTS.step)
             )
             ends = []
             for there in (low, high):
@@ -118,7 +145,9 @@ class Nuisances:
         """Derivative of `read` by the rotation."""
         if not z.any():
             return np.ones(len(theta))
-        return (self.read(z, theta + READ_STEP) - self.read(z, theta - READ_STEP)) / (2 * READ_STEP)
+        return (self.read(z, theta + INPUTS.read_step) - self.read(z, theta - INPUTS.read_step)) / (
+            2 * INPUTS.read_step
+        )
 
     @property
     def _stated(self) -> Laboratory:
@@ -132,7 +161,7 @@ class Nuisances:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """A run and its inputs together: where a fit ended, and the linear model there.
+    """A run and its inputs, or runs whose inputs are held: where a fit ended, and the linear model there.
 
     Parameters
     ----------
@@ -203,7 +232,7 @@ class Posterior:
     def beside(self, prior: tuple[Floats, Floats]) -> Whitened:
         """The same beside other priors."""
         motions = self.problem.motions
-        noises, level = [motion.noise for motion in motions], float(motions[0].sigma_theta)
+        noises, level = [each.noise for each in motions], motions[0].sigma_theta if len(prior[0]) else 1.0
         return Whitened(self.residual, self.columns, self.samples.lengths, noises, prior, level)
 
     @cached_property
@@ -220,12 +249,12 @@ class Posterior:
             return self.columns
         _, size, directions = np.linalg.svd(self._inputs_alone, full_matrices=False)
         n = int(self.free.sum())
-        return np.hstack([self.columns[:, :n], self.by_inputs @ directions[size > TAKES].T])
+        return np.hstack([self.columns[:, :n], self.by_inputs @ directions[size > INPUTS.takes].T])
 
     @cached_property
     def against_rest(self) -> AgainstRest:
         """The residual against the noise at rest."""
-        noises = [noise_of(self.problem.motions[0])]
+        noises = list(map(noise_of, self.problem.motions))
         return against_rest(self.residual, self.taken, self.samples.lengths, noises)
 
     @cached_property
@@ -258,6 +287,8 @@ class Posterior:
     def spread(self) -> Floats:
         """Covariance of the free numbers and inputs by noise of `level` and the priors, shape (n, n)."""
         rows = self.prior[1]
+        if not len(rows):
+            return np.zeros((self.columns.shape[1],) * 2)
         scale = np.sqrt(np.sum(self.columns**2, axis=0) / self.level**2 + np.sum(rows**2, axis=0))
         scaled, own = self.columns / (self.level * scale), rows / scale
         inverse = np.linalg.pinv(scaled.T @ scaled + own.T @ own, hermitian=True)
@@ -276,36 +307,41 @@ class Posterior:
         return np.asarray(self.spread[:n, n:] / np.sqrt(np.diag(self.spread)[n:]))
 
 
-def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior | None:
+def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
     """The best of a run and its inputs from a start near it, by `lmfit.Minimizer`.
 
-    None where no input may move, or where the inputs can't be the cause of what the start leaves.
+    The start itself, without a result, where no input may move, or where the inputs can't be the cause of
+    what it leaves.
 
     Parameters
     ----------
     problem : Problem
-        Of one run.
     x : ndarray, shape (n_parameters,)
         The fitted numbers with the inputs as stated.
     most : float
         Samples that suffice.
     """
     nuisances = Nuisances.of(problem)
-    if not nuisances.sources:
-        return None
     samples = problem.samples(most=most)
     start = at(nuisances, x, np.zeros(len(nuisances.sources)), samples)
+    if not nuisances.sources:
+        return start
     power = noise_of(problem.motions[0]).variance
     both = np.column_stack([start.residual, start.by_inputs])
     left, *causes = np.sum(_without(start.jacobian[:, start.free], both) ** 2, axis=0)
-    if left > BEYOND * (len(samples.time_s) * power + sum(causes)):
-        return None
+    if left > INPUTS.beyond * (len(samples.time_s) * power + sum(causes)):
+        return start
     end = _minimised(start)
     rest = end.against_rest
-    far = np.any(np.abs(end.z) > NEAR) and np.all(np.abs(end.z) < FARTHEST - NEAR)
+    far = np.any(np.abs(end.z) > INPUTS.near) and np.all(np.abs(end.z) < INPUTS.farthest - INPUTS.near)
     if far or rest.is_noise:
         end = _minimised(replace(end, noise=rest.noises[0] if rest.is_noise else None))
     return end
+
+
+def held(problem: Problem, x: Floats) -> Posterior:
+    """The linear model of one run, or of several, where the inputs are as stated."""
+    return at(Nuisances(problem, ()), x, np.zeros(0), problem.samples())
 
 
 def at(nuisances: Nuisances, x: Floats, z: Floats, samples: Samples) -> Posterior:
@@ -336,6 +372,67 @@ def at_end(problem: Problem, values: Mapping[str, float], found: Contributions |
     return at(nuisances, nuisances.posed(z).start_at(values), z, problem.samples())
 
 
+def contributed(nuisances: Nuisances, x: Floats, by_inputs: Floats) -> Contributions:
+    """What all inputs of a laboratory contribute to the numbers of a fit.
+
+    Forces are as the mass: where a fit takes it for granted, k, c and λ shift as it does, and nothing else.
+
+    Parameters
+    ----------
+    nuisances : Nuisances
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    by_inputs : ndarray, shape (n_parameters, n_sources)
+        Their derivatives by the centres of the inputs.
+    """
+    problem, laboratory = nuisances.problem, nuisances.problem.motions[0].laboratory
+    inputs = laboratory.inputs if laboratory else ()
+    every = Contributions.held(inputs, np.zeros((len(x), len(inputs))))
+    at = [inputs.index(each) for each in nuisances.sources]
+    every.values[:, at] = problem.gradient(x) @ by_inputs
+    for j, each in enumerate(inputs):
+        if each.name == "mass_kg" and j not in at and law_of(problem.model).is_foundation:
+            forces = problem.is_logarithm
+            every.values[forces, j] = problem.physical(x)[forces] * each.u / problem.blocks[0].mass_kg
+    return Contributions.held(inputs, every.values)
+
+
+def held_contributions(
+    problem: Problem, x: Floats, laboratory: Laboratory, most: int = 1000
+) -> Contributions:
+    """What the inputs contribute to a fit of one run that holds them, to first order.
+
+    By the theorem of implicit functions: where the least squares of the residual ρ(x, ν) lie, an input ν that
+    moves by dν moves the fitted numbers by dx = -(JᵀJ)⁻¹ Jᵀ dρ, J = ∂ρ/∂x, where ρ is no more than noise. Of
+    a law that leaves more, whose derivatives' own change counts too, they are rough. (JCGM 100:2008, 5.1:
+    sensitivities c_i and contributions c_i u(x_i).) A release angle at its bound moves with what is measured.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    laboratory : Laboratory
+        Whose block was fitted.
+    most : int
+        Samples that suffice for derivatives.
+    """
+    problem = replace(problem, motions=(replace(problem.motions[0], laboratory=laboratory),))
+    nuisances = Nuisances(problem, tuple(each for each in laboratory.inputs if _moves(each, problem)))
+    samples, n_z, free = problem.samples(most=most), len(nuisances.sources), ~problem.held(x)
+    jacobian = problem.jacobian(x, samples, law_of(problem.model).is_foundation)
+    by_inputs = nuisances.by_inputs(np.zeros(n_z), x, samples)[: len(jacobian)]
+    of_x = np.zeros((len(x), n_z))
+    if "theta0" in problem.names and not free[problem.names.index("theta0")]:
+        ends = INPUTS.step * np.concatenate([np.eye(n_z), -np.eye(n_z)])
+        up, down = np.split(np.array([nuisances.posed(z).motions[0].theta0 for z in ends]), 2)
+        of_x[problem.names.index("theta0")] = (up - down) / (2 * INPUTS.step)
+    own = jacobian[:, free]
+    scale = np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
+    of_x[free] = -(np.linalg.pinv(own / scale) @ (by_inputs + jacobian @ of_x)) / scale[:, None]
+    return contributed(nuisances, x, of_x)
+
+
 def _minimised(start: Posterior) -> Posterior:
     """Where the objective ends from a linear model near there."""
     nuisances, samples, s, n_z = start.nuisances, start.samples, start.level, len(start.z)
@@ -362,13 +459,15 @@ def _minimised(start: Posterior) -> Posterior:
         by_x = np.vstack([fewer.averaged(own) / s, release, np.zeros((n_z, len(x)))])
         return np.hstack([by_x if varied.all() else by_x[:, varied], by_z])
 
-    bounds = [*np.array(problem.bounds())[varied].tolist(), *[(-FARTHEST, FARTHEST)] * n_z]
+    bounds = [*np.array(problem.bounds())[varied].tolist(), *[(-INPUTS.farthest, INPUTS.farthest)] * n_z]
     low, high = np.array(bounds).T
     both = np.append(start.x[varied], start.z)
     both = np.clip(both, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
     names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
     names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
-    result = minimised(parameters_of(names, both, (low, high)), residual, jacobian, FTOL, most=MOST)
+    result = minimised(
+        parameters_of(names, both, (low, high)), residual, jacobian, INPUTS.ftol, most=INPUTS.most
+    )
     end = at(nuisances, *parted(numbers_of(result)), samples)
     return replace(end, result=result, noise=start.noise)
 

@@ -459,14 +459,12 @@ class Problem:
         central: bool = False,
         wanted: Collection[str] | None = None,
         known: tuple[Floats, Floats] | None = None,
-        forward: Floats | None = None,
     ) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
         The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
         Central ones leave no range: at a radius of 0 the quotient is the forward one.
-        Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x; `forward`, of the
-        same shape, if given, receives the forward quotients, which central ones hold.
+        Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x.
         """
         if self.directions is not None:
             return self._along(self.directions, x, samples)
@@ -479,12 +477,12 @@ class Problem:
                 if not self.varied[column] or (wanted is not None and name not in wanted):
                     continue
                 if name == "t0":
-                    quotient = one_sided = -known[1][run]
+                    quotient = -known[1][run]
                 else:
                     up, step = np.array(x, dtype=float), self.stride * parameter_of(name).step
                     up[column] += step
                     later = self.motion(up, i, samples.time_s[run], self.exact_rtol)
-                    quotient = one_sided = (later - known[0][run]) / step
+                    quotient = (later - known[0][run]) / step
                     parameter = parameter_of(name)
                     least = parameter.bounds[0] if parameter.fitted_as == "value" else -np.inf
                     if central and x[column] - step >= least:  # no edges of a radius below 0
@@ -492,8 +490,6 @@ class Problem:
                         later -= self.motion(up, i, samples.time_s[run], self.exact_rtol)
                         quotient = later / (2 * step)
                 jacobian[run, column] = quotient
-                if forward is not None:
-                    forward[run, column] = one_sided
         return jacobian
 
     def _along(self, directions: Floats, x: Floats, samples: Samples) -> Floats:

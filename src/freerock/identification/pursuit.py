@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.least_squares import Solution, least_squares, reported
+from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.noise import least_mean_square
 from freerock.identification.problem import FINE, STRIDE, Problem, Samples
 from freerock.identification.start import is_lively
@@ -213,7 +213,7 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
     """
     samples, noise, evaluations = problem.samples(), least_mean_square(problem.motions[0]), 0
     for _ in range(PURSUIT.tries):
-        end = reported(problem, x, samples, ftol=PURSUIT.last_ftol)
+        end = least_squares(problem, x, samples, ftol=PURSUIT.last_ftol, reported=True)
         x, evaluations = end.x, evaluations + end.evaluations
         if problem.directions is not None:
             problem = replace(problem, directions=PURSUIT.shorter * problem.directions)

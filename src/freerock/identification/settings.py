@@ -9,8 +9,6 @@ from freerock.models.block import Block
 from freerock.models.given import Given, faults
 from freerock.models.laws import CANDIDATES, GEOMETRIC, LAWS, PER_RUN, law_of
 
-NUISANCES = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
-
 
 @dataclass(frozen=True)
 class FitSettings:
@@ -22,16 +20,14 @@ class FitSettings:
         What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
         was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
         rocks about; "tilt" of the base, "edge_radius" of a guided one; "r_per_impact" of one run of the
-        Housner model: r, r_2, r_3 and so on.
+        Housner model: r, r_2, r_3 and so on; "release", by which "theta0" and "t0" may leave what was
+        measured, by 10 % and 50 ms: a push, or a slow finger, gives the motion of another release.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
         Largest shift of a parameter by the integrator's error, as a share of its standard error.
     profile : bool
         Whether the intervals of the model's parameters are those of the profile likelihood.
-    loose_release : bool
-        Whether "theta0" and "t0" may leave what was measured, by 10 % and 50 ms: a push, or a slow finger,
-        gives the motion of another release.
     parameters : mapping of str to mapping of str to Given or mapping
         By law and parameter what is said of it beforehand, in lmfit's words: value, min, max, vary, expr.
     """
@@ -40,10 +36,14 @@ class FitSettings:
     debonding: str = "geometric"
     integrator_error: float = 0.2
     profile: bool = False
-    loose_release: bool = False
     parameters: Mapping[str, Mapping[str, Given | Mapping[str, Any]]] = field(
         default_factory=dict, hash=False
     )
+
+    @property
+    def loose_release(self) -> bool:
+        """Whether the release may leave what was measured."""
+        return "release" in self.free
 
     def given(self, model: str) -> dict[str, Given]:
         """What is said beforehand of the parameters of a candidate's law, by name."""
@@ -87,9 +87,10 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         raise FreerockError("fits.models", f"unknown model {model!r}", f"use one of {', '.join(CANDIDATES)}")
     name = CANDIDATES[model].law
     law, key = LAWS[name], f"fits.free.{name}"
-    unknown = set(settings.free) - set(NUISANCES)
+    known = tuple(dict.fromkeys(name for law in LAWS.values() for name in law.nuisances))
+    unknown = set(settings.free) - {*known, "release"}
     if unknown:
-        remedy = f"use {', '.join(NUISANCES[:-1])} or {NUISANCES[-1]}"
+        remedy = f"use {', '.join(known[:-1])} or {known[-1]}"
         raise FreerockError(key, f"unknown nuisance {min(unknown)!r}", remedy)
     given = settings.given(model)
     for parameter, what, remedy in faults(name, given):

@@ -28,8 +28,7 @@ from freerock.runs.verdict import Reason
 from freerock.selection.choice import Choice
 from freerock.selection.doubts import doubts_about, doubts_about_noise
 from freerock.selection.hypotheses import Hypotheses
-from freerock.selection.hypothesis_search import identify_runs
-from freerock.selection.identified import Identified
+from freerock.selection.hypothesis_search import Identified, identify_runs
 
 log = logging.getLogger("freerock")
 

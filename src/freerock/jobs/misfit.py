@@ -7,8 +7,8 @@ from typing import Any
 
 import xarray as xr
 
-from freerock.identification.estimate import Estimate, MisfitMap
 from freerock.models.block import Block
+from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.populations.misfit import misfit_map
 from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import one_of_each

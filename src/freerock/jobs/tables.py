@@ -8,8 +8,8 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from freerock.identification.estimate import Estimate
 from freerock.models.block import Block
+from freerock.populations.estimate import Estimate
 from freerock.populations.population import shared_foundation
 from freerock.populations.predict import predictions
 from freerock.products.estimates import estimates_of

@@ -18,9 +18,6 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PARAMETERS, PER_RUN
 from freerock.models.simulate import Solver, simulate_theta
 
-RTOL = 1e-10
-UNDETERMINED = 1e-14  # smallest over largest eigenvalue of the scaled information
-
 
 def standard_errors(
     model: str,
@@ -102,7 +99,7 @@ def _rotation(
         time_s - values["t0"],
         theta0=values["theta0"],
         rules=CANDIDATES[model].rules(debonding),
-        solver=Solver(RTOL),
+        solver=Solver(1e-10),
     )
     if outcome not in ("completed", "at_rest"):
         what = f"{model} released at {math.degrees(values['theta0']):g}°: {outcome}"
@@ -110,14 +107,17 @@ def _rotation(
     return theta
 
 
-def _deviations(jacobian: Floats, sigma: float) -> Floats:
-    """Standard deviation of each parameter under white noise; inf where they are not determined."""
+def _deviations(jacobian: Floats, sigma: float, least: float = 1e-14) -> Floats:
+    """Standard deviation of each parameter under white noise; inf where they are not determined.
+
+    `least` is the smallest over the largest eigenvalue of the scaled information.
+    """
     undetermined = np.full(jacobian.shape[1], np.inf)
     scale = np.linalg.norm(jacobian, axis=0)
     if not np.all(scale > 0):
         return undetermined
     eigenvalues, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
-    if eigenvalues[0] < UNDETERMINED * eigenvalues[-1]:
+    if eigenvalues[0] < least * eigenvalues[-1]:
         return undetermined
     variances = (vectors**2 / eigenvalues).sum(axis=1) * (sigma / scale) ** 2
     return np.asarray(np.sqrt(variances))

@@ -16,16 +16,15 @@ from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, KINEMATICS, PAPER_MODELS, unit_of
 from freerock.planning.cramer_rao import standard_errors
-from freerock.planning.rivals import BY_DEFAULT, TOLD_APART, best_rival, expected_motion, rivals_of
+from freerock.planning.rivals import best_rival, expected_motion, rivals_of
 from freerock.rotation.beam import displacement_from_rotation, sensitivity
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import n_freed
+from freerock.selection.hypotheses import BY_DEFAULT, n_freed
 
 BUDGET_CASE = ["block", "foundation", "laser", "duration_s", "release_angle_deg", "model"]
-CASE = ["block", "foundation", "laser", "sensor", "duration_s", "sampling_rate_hz", "release_angle_deg"]
-CASE += ["model"]
+CASE = [*BUDGET_CASE[:3], "sensor", "duration_s", "sampling_rate_hz", *BUDGET_CASE[4:]]
 COLUMNS = [*CASE, "sigma_theta_deg", "parameter", "value", "stderr", "unit", "tilt_stderr_deg", "note"]
 RIVALS = [*CASE, "sigma_theta_deg", "rival", "bic_difference", "epsilon_theta", "told_apart", "note"]
 
@@ -151,7 +150,7 @@ def plan(
     setups: Iterable[Setup],
     choices: Choices,
     *,
-    free: Nuisances = BY_DEFAULT,
+    free: Nuisances = BY_DEFAULT.free,
     debonding: str = "geometric",
 ) -> pd.DataFrame:
     """Predicted standard errors of a campaign, for every combination of what it may choose.
@@ -187,7 +186,7 @@ def plan_rivals(
     *,
     laws: Sequence[str] = PAPER_MODELS,
     kinematics: Sequence[str] = KINEMATICS,
-    free: Nuisances = BY_DEFAULT,
+    free: Nuisances = BY_DEFAULT.free,
     debonding: str = "geometric",
 ) -> pd.DataFrame:
     """Which rivals the runs of a campaign will tell from what is expected.
@@ -276,7 +275,7 @@ def _rival_rows(
                     yield (*case, rival, np.nan, np.nan, False, fault or off)
                 else:
                     delta = best.bic_difference(n, sigma, rate)
-                    apart = delta >= TOLD_APART and best.epsilon_theta > choices.model_error
+                    apart = best.told_apart(delta, choices.model_error)
                     yield (*case, rival, delta, best.epsilon_theta, apart, "")
 
 

@@ -21,25 +21,33 @@ from scipy.stats import t
 
 from freerock.arrays import Floats
 from freerock.identification.discrepancy import as_measured
+from freerock.identification.nuisances import held_contributions
 from freerock.identification.problem import COARSE
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES
 from freerock.models.simulate import Solver
 from freerock.planning.plan import BUDGET_CASE, CASE, Choices, Nuisances, Setup, different, expected_of
-from freerock.planning.rivals import BY_DEFAULT
 from freerock.populations.random_effects import LEVEL
-from freerock.populations.sensitivity import contributions_at
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
+from freerock.selection.hypotheses import BY_DEFAULT
 
 ALL = "all blocks"  # in place of a block, of the mean over blocks
 BUDGET = [*BUDGET_CASE, "parameter", "input", "input_owner", "input_u", "input_unit", "input_stated"]
 BUDGET += ["contribution_fraction"]
-OF_TOTAL = ["parameter", "value", "unit", "spread_fraction", "n_runs", "runs_fraction", "inputs_fraction"]
-TOTALS = [*CASE, *OF_TOTAL, "u_total", "half95", "first_input", "first_owner", "first_share"]
-TOTALS += ["u_total_without_first"]
+TOTALS = [
+    *CASE,
+    "parameter",
+    "value",
+    "unit",
+    "spread_fraction",
+    "n_runs",
+    "runs_fraction",
+    "inputs_fraction",
+]
+TOTALS += ["u_total", "half95", "first_input", "first_owner", "first_share", "u_total_without_first"]
 
 Spread = Mapping[str, Mapping[str, float]]
 """Foundation: parameter: standard deviation between runs over the mean."""
@@ -49,7 +57,7 @@ def plan_budget(
     setups: Iterable[Setup],
     choices: Choices,
     *,
-    free: Nuisances = BY_DEFAULT,
+    free: Nuisances = BY_DEFAULT.free,
     debonding: str = "geometric",
 ) -> pd.DataFrame:
     """What the laboratory's inputs will contribute to the uncertainty of each parameter.
@@ -123,7 +131,7 @@ def _shifts(
 ) -> Floats:
     """Of some numbers for one standard uncertainty of each input, shape (n_names, n_inputs)."""
     problem = replace(posed(model, (laboratory.block,), (motion,), settings), rtol=COARSE).rough()
-    found = contributions_at(problem, problem.start_at(values), laboratory)
+    found = held_contributions(problem, problem.start_at(values), laboratory)
     return found.values[[problem.names.index(name) for name in names]]
 
 

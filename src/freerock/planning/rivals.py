@@ -22,16 +22,10 @@ from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, LAWS, MODELS, PAPER_MODELS, PER_RUN
+from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
-from freerock.selection.hypotheses import candidates, n_freed
-
-TOLD_APART = 10.0  # least Δ, "very strong" evidence (Kass & Raftery 1995, doi:10.1080/01621459.1995.10476572)
-SAMPLES = 800  # of a motion to which a rival is fitted
-BY_DEFAULT: Mapping[str, Sequence[str]] = {law: PER_RUN for law in LAWS}  # freed besides the parameters
-AT_REST = 1e-3  # of the release angle: below it a run has ended
-RTOL = 1e-8
+from freerock.selection.hypotheses import BY_DEFAULT, candidates, holds, n_freed
 
 
 @dataclass(frozen=True)
@@ -67,12 +61,17 @@ class Rival:
         penalty = (len(self.values) - n_expected) * math.log(self.span_s * sampling_rate_hz)
         return self.distance(sigma_theta, sampling_rate_hz) ** 2 + penalty
 
+    def told_apart(self, difference: float, model_error: float, least: float = 10.0) -> bool:
+        """Whether Δ is "very strong" evidence (Kass & Raftery 1995, doi:10.1080/01621459.1995.10476572), and
+        ε_θ larger than the error expected of the right law."""
+        return difference >= least and self.epsilon_theta > model_error
+
 
 def rivals_of(
     model: str,
     laws: Sequence[str] = PAPER_MODELS,
     kinematics: Sequence[str] = KINEMATICS,
-    free: Mapping[str, Sequence[str]] = BY_DEFAULT,
+    free: Mapping[str, Sequence[str]] = BY_DEFAULT.free,
 ) -> tuple[str, ...]:
     """The rivals of an expected model: candidates that free no more numbers; larger ones are not asked.
 
@@ -82,18 +81,7 @@ def rivals_of(
     most = n_freed(model, free)
     every = candidates(laws, kinematics, free)
     rivals = [name for name in every if name != model and n_freed(name, free) <= most]
-    return tuple(name for name in rivals if not any(_holds(other, name) for other in rivals))
-
-
-def _holds(model: str, case: str) -> bool:
-    """Whether a candidate has another one as a case."""
-    wide, narrow = CANDIDATES[model], CANDIDATES[case]
-    return (
-        model != case
-        and wide.kinematics == narrow.kinematics
-        and wide.width >= narrow.width
-        and (wide.law == narrow.law or narrow.law in LAWS[wide.law].cases)
-    )
+    return tuple(name for name in rivals if not any(holds(other, name) for other in rivals))
 
 
 def expected_motion(
@@ -103,6 +91,8 @@ def expected_motion(
     theta0: float,
     span_s: tuple[float, float],
     debonding: str = "geometric",
+    samples: int = 800,
+    at_rest: float = 1e-3,
 ) -> Motion:
     """The motion of a candidate without noise, until its rest, as rivals are fitted to it.
 
@@ -120,6 +110,10 @@ def expected_motion(
         First and last instant that counts [s].
     debonding : str
         "geometric" or "tensionless".
+    samples : int
+        Of the motion.
+    at_rest : float
+        Of the release angle: below it a run has ended.
 
     Raises
     ------
@@ -137,16 +131,16 @@ def expected_motion(
             time_s,
             theta0=theta0,
             rules=candidate.rules(debonding),
-            solver=Solver(RTOL),
+            solver=Solver(1e-8),
         )
         if outcome not in ("completed", "at_rest"):
             what = f"{model} released at {math.degrees(theta0):g}°: {outcome}"
             raise FreerockError("plan", what, "plan for a smaller angle or a stiffer foundation")
         return rotation
 
-    time_s = np.linspace(0.0, span_s[1], 4 * SAMPLES)
-    moving = np.flatnonzero(np.abs(theta(time_s)) > AT_REST * abs(theta0))
-    time_s = np.linspace(0.0, min(1.1 * time_s[moving[-1]], span_s[1]), SAMPLES)
+    time_s = np.linspace(0.0, span_s[1], 4 * samples)
+    moving = np.flatnonzero(np.abs(theta(time_s)) > at_rest * abs(theta0))
+    time_s = np.linspace(0.0, min(1.1 * time_s[moving[-1]], span_s[1]), samples)
     return Motion(time_s, theta(time_s), 0.0, theta0, fit_start_s=span_s[0])
 
 

@@ -2,6 +2,7 @@
 
 __all__ = [
     "between_blocks",
+    "estimate",
     "impact_energy",
     "means",
     "misfit",

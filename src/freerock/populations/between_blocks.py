@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -9,12 +10,35 @@ from scipy.special import betainc, fdtrc, fdtri, gammaln, xlogy
 
 from freerock.arrays import Floats
 
-SIGNIFICANT = 0.05
-POWER = 0.8  # of the difference that is called visible
-CAUTION = 5.0  # over its degrees of freedom: how much more of the error a block may have than its runs show
-LARGEST = 1e4  # noncentrality of a difference that may be called visible: about a hundred spreads
-REACH = 10.0  # standard deviations of Poisson's distribution, beyond which it has nothing left
-LEAST_DOF = 1e-6  # not to divide by a rounding
+
+@dataclass(frozen=True)
+class DifferenceTest:
+    """When blocks differ, and which difference is called visible.
+
+    Parameters
+    ----------
+    significant, power : float
+        Chance of a difference where there is none, and of one that is seen where it is called visible.
+    caution : float
+        Over its degrees of freedom: how much more of the error a block may have than its runs show. Set on
+        the cases of `freerock_bench.shared`.
+    largest : float
+        Noncentrality of a difference that may be called visible: about a hundred spreads.
+    reach : float
+        Standard deviations of Poisson's distribution, beyond which it has nothing left.
+    least_dof : float
+        Not to divide by a rounding.
+    """
+
+    significant: float = 0.05
+    power: float = 0.8
+    caution: float = 5.0
+    largest: float = 1e4
+    reach: float = 10.0
+    least_dof: float = 1e-6
+
+
+TEST = DifferenceTest()
 
 
 class Between(NamedTuple):
@@ -79,7 +103,7 @@ def visible_difference(blocks: Collection[Floats]) -> Floats:
     p = next(iter(blocks)).shape[1]
     found = matched(blocks)
     left = found.dof_within - p + 1 if found else 0.0  # of a parameter beside the others
-    if found is None or left < LEAST_DOF:
+    if found is None or left < TEST.least_dof:
         return np.full(p, math.nan)
     sizes = [len(own) for own in blocks if len(own) > 1]
     runs = len(sizes) / sum(1 / size for size in sizes)
@@ -96,7 +120,7 @@ def matched(blocks: Collection[Floats]) -> Matched | None:
 
     What the runs of a block show of its spread is itself uncertain. Where blocks have unequal numbers of
     runs, the one with the fewest may rule the error and not show it: the share of each block in the degrees
-    of freedom within is taken as 1 + `CAUTION`/(n_j - 1) times as large. With equal numbers that cancels.
+    of freedom within is taken as 1 + `caution`/(n_j - 1) times as large. With equal numbers that cancels.
     None where it can't be known. Arguments as for `between_blocks`.
     """
     several = [own for own in blocks if len(own) > 1]
@@ -114,7 +138,7 @@ def matched(blocks: Collection[Floats]) -> Matched | None:
 
     relative = spreads @ np.linalg.inv(within)
     own_size = _size(relative)
-    weight = (1 - share) * (1 + CAUTION / (sizes - 1))
+    weight = (1 - share) * (1 + TEST.caution / (sizes - 1))
     dof_within = _size(np.tensordot(weight, relative, 1)) / (own_size @ (weight**2 / (sizes - 1)))
     moments = own_size @ (1 - 2 * share) + _size(np.tensordot(share, relative, 1))
     return Matched(within, (apart.T * sizes) @ apart, float(dof_within), float(p * (p + 1) / moments))
@@ -129,7 +153,7 @@ def by_rao(scatter: Matched) -> Between:
     else:
         s = math.sqrt((p**2 * q**2 - 4) / (p**2 + q**2 - 5))
     dof = p * q, s * (nu + (q - p - 1) / 2) - (p * q - 2) / 2
-    if dof[1] < LEAST_DOF:
+    if dof[1] < TEST.least_dof:
         return Between(math.nan, math.nan)
     error = nu * within
     logarithms = np.linalg.slogdet([error, error + q * between])[1]
@@ -144,13 +168,13 @@ def _size(matrices: Floats) -> Floats:
 
 
 def _noncentrality(first: float, second: float) -> float:
-    """That of an F test which sees it with the probability `POWER`; NaN where it would be above `LARGEST`."""
+    """That of an F test which sees it with the power of `TEST`; NaN where it would be above the largest."""
     from scipy.optimize import brentq  # a fifth of a second
 
     def missed(of: float) -> float:
-        return beyond(fdtri(first, second, 1 - SIGNIFICANT), first, second, of) - POWER
+        return beyond(fdtri(first, second, 1 - TEST.significant), first, second, of) - TEST.power
 
-    return float(brentq(missed, 1e-6, LARGEST)) if missed(LARGEST) > 0 else math.nan
+    return float(brentq(missed, 1e-6, TEST.largest)) if missed(TEST.largest) > 0 else math.nan
 
 
 def beyond(f_ratio: float, first: float, second: float, noncentrality: float) -> float:
@@ -161,7 +185,7 @@ def beyond(f_ratio: float, first: float, second: float, noncentrality: float) ->
     scipy.special fails from a noncentrality of 3000 on.
     """
     half = noncentrality / 2
-    far = REACH * (math.sqrt(half) + 4)
+    far = TEST.reach * (math.sqrt(half) + 4)
     count = np.arange(max(0, int(half - far)), int(half + far))
     weight = np.exp(xlogy(count, half) - half - gammaln(count + 1))
     return float(weight @ betainc(second / 2, first / 2 + count, second / (second + first * f_ratio)))

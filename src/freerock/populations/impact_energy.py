@@ -24,12 +24,36 @@ from freerock.rotation.view import View
 from freerock.runs.limits import OF_RUNS
 from freerock.runs.release import lowered
 
-SOLVER = Solver(1e-9)
-STEP_S = 5e-4  # between instants of the modelled motion
-RELATIVE = 1e-4  # step of the difference quotients
-SHARE = 0.1  # of its uncertainty, by which an input of the laboratory is moved
-LEAST = 1e-3  # of a force that the motion hardly determines, where it would become negative
-BEYOND = 2.0  # times the time between the last two impacts, for the top after the last one
+
+@dataclass(frozen=True)
+class EnergySettings:
+    """How the motion of a law is sampled, and its numbers moved.
+
+    Parameters
+    ----------
+    rtol : float
+        Of the integrator.
+    step_s : float
+        Between instants of the modelled motion [s].
+    relative : float
+        Step of the difference quotients.
+    share : float
+        Of its uncertainty, by which an input of the laboratory is moved.
+    least : float
+        Of a force that the motion hardly determines, where it would become negative.
+    beyond : float
+        Times the time between the last two impacts, for the top after the last one.
+    """
+
+    rtol: float = 1e-9
+    step_s: float = 5e-4
+    relative: float = 1e-4
+    share: float = 0.1
+    least: float = 1e-3
+    beyond: float = 2.0
+
+
+ENERGY = EnergySettings()
 
 
 def impact_energy(
@@ -80,7 +104,7 @@ def impact_energy(
         if name == "t0" or not value:
             columns.append(np.zeros(asked.size))
             continue
-        step = RELATIVE * abs(value)
+        step = ENERGY.relative * abs(value)
         up, down = (law.of(block, {**fit.values, name: value + side * step}) for side in (1, -1))
         columns.append((up[2] - down[2]) / (2 * step))
     gradient = np.reshape(columns, (len(fit.values), asked.size)).T
@@ -91,13 +115,13 @@ def impact_energy(
     if laboratory is not None and fit.contributions is not None:
         for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
             moved = {
-                name: max(value + SHARE * by, LEAST * value)
+                name: max(value + ENERGY.share * by, ENERGY.least * value)
                 if name in MODELS[fit.model]
-                else value + SHARE * by
+                else value + ENERGY.share * by
                 for (name, value), by in zip(fit.values.items(), shift, strict=True)
             }
-            there = law.of(laboratory.moved(source, SHARE).block, moved)
-            total += ((there[2] - nominal[2]) / SHARE) ** 2
+            there = law.of(laboratory.moved(source, ENERGY.share).block, moved)
+            total += ((there[2] - nominal[2]) / ENERGY.share) ** 2
     total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values.get("theta0", law.theta0))) ** 2
     return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
 
@@ -143,9 +167,11 @@ class _Law:
             theta0 = replace(self.view, block=block).released(theta0, turning, foundation)
         last = self.asked[-1] - t0
         before = self.asked[-2] - t0 if self.asked.size > 1 else 0.0
-        time = np.arange(0.0, last + BEYOND * (last - before), STEP_S)
+        time = np.arange(0.0, last + ENERGY.beyond * (last - before), ENERGY.step_s)
         law = {name: values[name] for name in (*MODELS[candidate.law], "tilt") if name in values}
-        motion = simulate(candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=SOLVER)
+        motion = simulate(
+            candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=Solver(ENERGY.rtol)
+        )
         impacts = motion.impacts[motion.impacts < time[-1]]
         speeds = np.abs(np.interp(impacts, time, motion.theta_rate))
         at, share = _tops(impacts, time, motion.theta_rate)

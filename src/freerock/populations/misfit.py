@@ -1,23 +1,46 @@
 """The misfit map: how far ε_θ rises around the two parameters that were identified on a run."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.discrepancy import as_measured, epsilon_theta
-from freerock.identification.estimate import MisfitMap
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PER_RUN
 from freerock.models.simulate import Solver
+from freerock.populations.estimate import MisfitMap
 from freerock.rotation.view import View
 
-SPAN = 0.3  # of the parameters around the identified ones, in logarithms
-CELLS = 25  # each way
-FINER = 4 * CELLS - 3  # points each way of the finer grid, between whose cells θ(t) is interpolated
-MOST_SAMPLES = 1000
-RTOL = 1e-4  # of the integrator
+
+@dataclass(frozen=True)
+class Grid:
+    """Of a misfit map.
+
+    Parameters
+    ----------
+    span : float
+        Of the parameters around the identified ones, in logarithms.
+    cells : int
+        Each way.
+    finer : int
+        Points each way of the finer grid, between whose cells θ(t) is interpolated.
+    samples : int
+        Most of a run.
+    rtol : float
+        Of the integrator.
+    """
+
+    span: float = 0.3
+    cells: int = 25
+    finer: int = 4 * 25 - 3
+    samples: int = 1000
+    rtol: float = 1e-4
+
+
+GRID = Grid()
 
 
 def misfit_map(
@@ -61,17 +84,17 @@ def misfit_map(
     time_s, theta = _thinned(*_first_run(time_s, theta))
     release = {name: values[f"{name}_1"] for name in PER_RUN if f"{name}_1" in values}
     known = {"theta0": theta[0], **release, **values}
-    share = np.exp(np.linspace(-SPAN, SPAN, CELLS))
+    share = np.exp(np.linspace(-GRID.span, GRID.span, GRID.cells))
     first, second = values[x] * share, values[y] * share
-    theta_model = np.empty((CELLS, CELLS, len(time_s)))
+    theta_model = np.empty((GRID.cells, GRID.cells, len(time_s)))
     for row, of_second in enumerate(second):
         for column, of_first in enumerate(first):
             at = known | {x: of_first, y: of_second}
             theta_model[row, column] = as_measured(
-                candidate.law, block, at, time_s, view, rules=rules, solver=Solver(RTOL)
+                candidate.law, block, at, time_s, view, rules=rules, solver=Solver(GRID.rtol)
             )
     epsilon = np.array([[epsilon_theta(time_s, each, theta) for each in row] for row in theta_model])
-    finer = np.exp(np.linspace(-SPAN, SPAN, FINER))
+    finer = np.exp(np.linspace(-GRID.span, GRID.span, GRID.finer))
     return MisfitMap(
         names=(x, y),
         first=first,
@@ -84,19 +107,19 @@ def misfit_map(
 
 
 def between_cells(time_s: Floats, theta_model: Floats, theta: Floats) -> Floats:
-    """ε_θ on the finer grid, shape (FINER, FINER), with θ(t) interpolated between the cells.
+    """ε_θ on the finer grid, shape (n_finer, n_finer), with θ(t) interpolated between the cells.
 
     Parameters
     ----------
     time_s, theta : ndarray, shape (n_time,)
         Time [s] and measured rotation [rad].
-    theta_model : ndarray, shape (CELLS, CELLS, n_time)
+    theta_model : ndarray, shape (n_cells, n_cells, n_time)
         Modelled rotation of each cell [rad].
     """
     step = np.gradient(time_s)
     weight = np.sqrt(step / (step @ np.nan_to_num(theta) ** 2))
     residual = np.nan_to_num(theta_model - theta) * weight
-    between = cubic_spline(CELLS, np.linspace(0, CELLS - 1, FINER))
+    between = cubic_spline(GRID.cells, np.linspace(0, GRID.cells - 1, GRID.finer))
     rows = (between @ np.tensordot(row, residual, 1) for row in between)
     return np.array([(row**2).sum(axis=1) for row in rows])
 
@@ -136,5 +159,5 @@ def _first_run(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
 
 
 def _thinned(time_s: Floats, theta: Floats) -> tuple[Floats, Floats]:
-    every = max(1, len(time_s) // MOST_SAMPLES)
+    every = max(1, len(time_s) // GRID.samples)
     return time_s[::every], theta[::every]

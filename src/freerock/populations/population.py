@@ -9,9 +9,9 @@ import pandas as pd
 from scipy.special import chdtrc
 
 from freerock.arrays import Floats
-from freerock.identification.estimate import Estimate, transferable
 from freerock.models.laws import MODELS, law_of
-from freerock.populations.between_blocks import SIGNIFICANT, between_blocks, visible_difference
+from freerock.populations.between_blocks import TEST, between_blocks, visible_difference
+from freerock.populations.estimate import Estimate, transferable
 
 FOUNDATIONS = ["campaign", "foundation", "model", "parameter", "n_blocks", "n_runs", "n_runs_rejected"]
 FOUNDATIONS += ["between_blocks_percent", "between_runs_percent", "by_inputs_percent", "visible_percent"]
@@ -78,8 +78,8 @@ def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]
     found, visible = between_blocks(logs), visible_difference(logs)
     inputs_p, by_inputs = _with_inputs(list(blocks.values()))
     within = np.diag(_within(logs))
-    seen = found.p < SIGNIFICANT
-    differ = seen and not inputs_p >= SIGNIFICANT
+    seen = found.p < TEST.significant
+    differ = seen and not inputs_p >= TEST.significant
     doubtful = math.isnan(visible[0]) or min(map(len, logs)) == 1
     unknown = (doubtful and not seen) or n_rejected > n_runs / 2
     return [

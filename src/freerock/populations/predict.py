@@ -9,13 +9,12 @@ import numpy as np
 import pandas as pd
 
 from freerock.identification.discrepancy import as_measured, epsilon_theta
-from freerock.identification.estimate import Estimate, transferable
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES
+from freerock.populations.estimate import Estimate, transferable
 from freerock.runs.motion import Motion
 
-CASE = ["campaign", "test", "run", "block", "foundation", "model"]
-PREDICTIONS = [*CASE, "basis", "n_runs", "epsilon_theta"]
+PREDICTIONS = ["campaign", "test", "run", "block", "foundation", "model", "basis", "n_runs", "epsilon_theta"]
 
 Basis = tuple[dict[str, float], int]  # parameters, and the number of runs they come from
 
@@ -64,7 +63,7 @@ def predictions(
                     rules=CANDIDATES[own.model].rules(debonding),
                 )
                 epsilon = epsilon_theta(motion.time_s, theta, motion.theta)
-                rows.append([*(getattr(own, name) for name in CASE), basis, n_runs, epsilon])
+                rows.append([*(getattr(own, name) for name in PREDICTIONS[:6]), basis, n_runs, epsilon])
     return pd.DataFrame(rows, columns=PREDICTIONS)
 
 

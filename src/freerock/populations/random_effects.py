@@ -16,10 +16,9 @@ import numpy as np
 from scipy.special import chdtrc, gammaincinv, stdtr, stdtrit
 
 from freerock.arrays import Floats
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.levels import NORMAL_95
 
 LEVEL = 0.95  # of all intervals
-NODES = 400  # of the integral over τ: its half widths are good to 1e-3
 
 
 @dataclass(frozen=True)
@@ -282,9 +281,12 @@ def common_spread(samples: Sequence[tuple[Floats, Floats]]) -> tuple[float, floa
     return spread(dof), spread(low), spread(high)
 
 
-def _likely(squares: Floats, variances: Floats, scale2: float) -> tuple[Floats, Floats]:
-    """Probabilities of spreads by restricted likelihood and prior, and the squares of these spreads."""
-    x = (np.arange(NODES) + 0.5) / NODES
+def _likely(squares: Floats, variances: Floats, scale2: float, nodes: int = 400) -> tuple[Floats, Floats]:
+    """Probabilities of spreads by restricted likelihood and prior, and the squares of these spreads.
+
+    With so many nodes of the integral over τ, half widths are good to 1e-3.
+    """
+    x = (np.arange(nodes) + 0.5) / nodes
     left = (1 - x) ** 4  # s/(s + τ), of which the prior is uniform; more nodes where τ is large
     spreads = scale2 * (1 / left - 1) ** 2
     total = variances + spreads[:, None]

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.identification.estimate import Estimate
 from freerock.models.laws import MODELS
+from freerock.populations.estimate import Estimate
 from freerock.products.groups import fits_of
 
 if TYPE_CHECKING:

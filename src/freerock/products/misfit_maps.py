@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from freerock.identification.estimate import Estimate, MisfitMap
+from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.products.names import root_attributes
 from freerock.products.storage import open_product, write_groups
 

@@ -5,5 +5,4 @@ __all__ = [
     "doubts",
     "hypotheses",
     "hypothesis_search",
-    "identified",
 ]

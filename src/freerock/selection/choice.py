@@ -5,29 +5,19 @@ Pure rules on evidence: nothing is fitted here.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
 
 from freerock.identification.fit import Fit
 from freerock.identification.levels import REJECTS, RESIDUAL, TRACE
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, law_of
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
+from freerock.selection.hypotheses import holds
 
 TELLS = 10.0  # difference of the BIC from which the data tell two candidates apart
-CLOSE = 1.1  # times the lowest held-out ε_θ, up to which the BIC decides where nothing explains a run
-NEAR = (
-    0.05  # ε_θ up to which publications take a model for near: table 3 of Spanos et al. 2017 has 1.4 to 4.6 %
-)
-
-OF_RESIDUAL = (
-    "noise_p",
-    "noise_ratio",
-    "noise_low_hz",
-    "noise_high_hz",
-    "added_damping",
-    "pulls_p",
-)  # diagnostics of a fit
+# ε_θ up to which publications take a model for near: table 3 of Spanos et al. 2017 has 1.4 to 4.6 %
+NEAR = 0.05
 
 Status = Literal["selected", "also_possible", "rejected", "not_fitted"]
 
@@ -151,9 +141,8 @@ class Choice:
 
 def evidence(fit: Fit) -> Evidence:
     """What `choose` takes of a fit."""
-    of_residual: dict[str, Any] = {
-        name: fit.diagnostics[name] for name in OF_RESIDUAL if name in fit.diagnostics
-    }
+    names = {each.name for each in fields(Evidence)} & {*fit.diagnostics}
+    of_residual: dict[str, Any] = {name: fit.diagnostics[name] for name in names}
     return Evidence(
         model=fit.model,
         n_freed=fit.n_parameters,
@@ -195,17 +184,6 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     return Choice(chosen.model, True, reason, judged, _stories(chosen.model, beside, evidence))
 
 
-def holds(larger: str, smaller: str) -> bool:
-    """Whether a candidate becomes another when a damping is zero, or the width as given."""
-    one, other = CANDIDATES[larger], CANDIDATES[smaller]
-    return (
-        larger != smaller
-        and other.law in (one.law, *LAWS[one.law].cases)
-        and one.kinematics == other.kinematics
-        and one.width >= other.width
-    )
-
-
 def plainly(value: float) -> str:
     """A positive number in three figures without a power of ten: "9770", "0.0321", "97.7 million"."""
     if 1e6 <= value < math.inf:
@@ -230,11 +208,11 @@ def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: fl
     return Judged(each, "also_possible", f"leaves only noise; BIC {apart:+.1f}, which tells nothing")
 
 
-def _least_bad(evidence: Sequence[Evidence]) -> Choice:
-    """The best of candidates none of which explains the run."""
+def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:
+    """The best of candidates none of which explains the run; up to `near` times the least ε_θ by the BIC."""
     usable = [each for each in evidence if each.fitted and each.success and not each.held_out > 1]
     known = [each.held_out for each in usable if math.isfinite(each.held_out)]
-    close = [each for each in usable if known and each.held_out <= CLOSE * min(known)] or usable
+    close = [each for each in usable if known and each.held_out <= near * min(known)] or usable
     chosen = min(close, key=lambda each: each.bic, default=None)
     judged = tuple(
         Judged(each, "not_fitted" if not each.fitted else "selected" if each is chosen else "rejected", why)

@@ -1,12 +1,28 @@
-"""What the fits of a run say against it, with its likely causes."""
+"""What the fits of a run say against it, with its likely causes.
 
+A block at a peak starts as one that is let go from rest there. What was done to it before leaves no trace but
+the height of the peak, so a part of the run tells what the whole of it can't: whether the law is wrong, or
+something else than the law acted on the block, and when.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from freerock.identification.fit import Fit
+from freerock.identification.settings import FitSettings
+from freerock.identification.start import from_top, tops_of
 from freerock.models.block import Block
+from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, law_of
+from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
-from freerock.selection.disturbance import find_disturbance
-from freerock.selection.hints import hints_for
 from freerock.selection.hypotheses import Hypotheses
-from freerock.selection.identified import Identified
+from freerock.selection.hypothesis_search import Identified
+from freerock.selection.quick import leaves_noise
 from freerock.selection.scene_notes import (
     explains_as_well,
     notes_on_scene,
@@ -15,20 +31,15 @@ from freerock.selection.scene_notes import (
 )
 
 UNEXPLAINED = "no candidate explains the run down to its noise"
-CAUSES = (
-    "the base may be off level, sign or face of the laser wrong, the corners rounded, the sensor slow or its "
-    "beam lower than stated, or another law holds"
-)
-NO_REST = (
-    "no rest or hold is long enough to show the noise of the sensor: the standard errors know the noise from "
-    "what the fit leaves alone"
-)
-ALWAYS = "alternating_restitution"  # its cause acts all through the run: no part of it is undisturbed
 
 
 def doubts_about_noise(motion: Motion) -> list[Reason]:
     """Of a run in whose record nothing rests long enough to show the noise, that its errors know less."""
-    return [Reason("warn", "no_rest", NO_REST)] if motion.noise is None else []
+    text = (
+        "no rest or hold is long enough to show the noise of the sensor: the standard errors know the noise "
+        "from what the fit leaves alone"
+    )
+    return [Reason("warn", "no_rest", text)] if motion.noise is None else []
 
 
 def doubts_about(
@@ -62,11 +73,15 @@ def doubts_about(
     if hints:
         return [*hints, Reason("warn", "unexplained", UNEXPLAINED)]
     disturbance = None
-    if ALWAYS not in measured.names:
+    if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
     if disturbance is None:
         known = any(name.endswith("_restitution") for name in measured.names)
-        text = UNEXPLAINED if known else f"{UNEXPLAINED}: {CAUSES}"
+        causes = (
+            ": the base may be off level, sign or face of the laser wrong, the corners rounded, the sensor "
+            "slow or its beam lower than stated, or another law holds"
+        )
+        text = UNEXPLAINED + causes * (not known)
         return [Reason("warn", "unexplained", text)]
     start_s, end_s = disturbance
     name, what = (
@@ -81,3 +96,119 @@ def doubts_about(
         )
         what += "was let go slowly, pushed, hit, braked, or caught and let go again"
     return [Reason("warn", name, f"{what}: leave the run out"), Reason("warn", "unexplained", UNEXPLAINED)]
+
+
+def hints_for(
+    block: Block, motion: Motion, fits: Mapping[str, Fit], hypotheses: Hypotheses
+) -> Iterator[Reason]:
+    """The other rule of debonding, and the other sign of the laser, where a law then leaves only noise.
+
+    Parameters
+    ----------
+    block : Block
+    motion : Motion
+        The run.
+    fits : mapping of str to Fit
+        Of the run, by candidate; none of them explains it.
+    hypotheses : Hypotheses
+        Those of the campaign.
+    """
+    laws = [
+        model
+        for model in fits
+        if not CANDIDATES[model].is_rival and law_of(model).is_foundation and not law_of(model).cases
+    ]
+    as_mirrored = mirrored(motion)
+    for model in laws:
+        settings = hypotheses.settings(model)
+        start = {name: fits[model].values[name] for name in MODELS[model]}
+        (other,) = {*DEBONDING} - {settings.debonding}
+        would = f"would fit with {{}}: {MODEL_LABELS[model]} then leaves only noise"
+        if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
+            text = would.format(f"fits.debonding: {other}")
+            yield Reason("warn", "other_debonding", text)
+        if as_mirrored is not None and leaves_noise(model, block, settings, None, as_mirrored):
+            yield Reason("warn", "other_sign", would.format("the other sign of the laser"))
+
+
+def mirrored(motion: Motion) -> Motion | None:
+    """A run as it would be under the other sign of its laser; None where no such rotation is possible.
+
+    A face that tilts takes the beam further on one side than on the other, so the two signs differ by more
+    than the sign of θ.
+    """
+    view = motion.view
+    if view is None or view.laser.beam is None:
+        return None
+    theta, theta0 = (
+        turned(-displaced(angle, view.block, view.laser), view.block, view.laser)
+        for angle in (motion.theta, np.array([motion.theta0]))
+    )
+    if not np.isfinite(theta0[0]) or np.isnan(theta).sum() > np.isnan(motion.theta).sum():
+        return None
+    return replace(motion, theta=theta, theta0=float(theta0[0]))
+
+
+class Disturbance(NamedTuple):
+    """From when to when [s] since the release something else than the law acted on the block."""
+
+    start_s: float
+    end_s: float
+
+
+def find_disturbance(
+    block: Block,
+    motion: Motion,
+    fits: Mapping[str, Fit],
+    settings: Callable[[str], FitSettings],
+    louder: float = 1.1,
+) -> Disturbance | None:
+    """What lies between two parts of a run that one set of parameters explains, or before the first of them.
+
+    Parameters
+    ----------
+    block : Block
+    motion : Motion
+        The run.
+    fits : mapping of str to Fit
+        Of the whole run, by candidate; none of them explains it.
+    settings : callable
+        Those of the fit of a candidate.
+    louder : float
+        Times the noise, from which a residual of the whole run is worth a search: of a squat block on a soft
+        bed, whose record is short, four hits of 0.02 rad/s left 1.14 to 1.20 times the noise.
+    """
+    nearest = sorted(fits, key=lambda model: np.nan_to_num(fits[model].epsilon_theta, nan=np.inf))
+    if not fits[nearest[0]].diagnostics["residual_over_sigma"] > louder:
+        return None
+    laws = [model for model in nearest if not CANDIDATES[model].is_rival]
+    tops = tops_of(motion)
+    for model in dict.fromkeys([*laws, *nearest[:1]]):
+        found = fits[model].values
+        start = {name: found[name] for name in (*MODELS[model], "width") if name in found}
+        explained = partial(leaves_noise, model, block, settings(model), start)
+        first = _first([from_top(motion, top) for top in tops], explained)
+        if first == 0:
+            return Disturbance(0.0, tops[0].time_s)
+        if first is not None and explained(
+            _until(motion, tops[first - 1].time_s), from_top(motion, tops[first])
+        ):
+            return Disturbance(tops[first - 1].time_s, tops[first].time_s)
+    return None
+
+
+def _first(parts: Sequence[Motion], explained: Callable[[Motion], bool]) -> int | None:
+    """The first part that is explained, as all later ones are; None where the last one is not."""
+    if not parts or not explained(parts[-1]):
+        return None
+    low, high = -1, len(parts) - 1  # that at low is not
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if explained(parts[middle]) else (middle, high)
+    return high
+
+
+def _until(motion: Motion, end_s: float) -> Motion:
+    """A run up to an instant [s]."""
+    before = motion.time_s < end_s
+    return replace(motion, time_s=motion.time_s[before], theta=motion.theta[before])

@@ -16,8 +16,6 @@ from freerock.models.block import Block
 from freerock.models.laws import MODELS, PER_RUN
 from freerock.runs.motion import Motion
 
-STEPS = 4  # of least squares of the release alone, which is nearly linear
-
 
 def of_other_runs(
     model: str,
@@ -67,14 +65,14 @@ def _means(model: str, fits: list[Fit]) -> dict[str, float]:
     return dict(zip(names, np.exp(np.log(values).mean(axis=0)).tolist(), strict=True))
 
 
-def _released(problem: Problem, x: Floats) -> Floats:
-    """The fitted numbers with those of the release at their best, all else as it is."""
+def _released(problem: Problem, x: Floats, steps: int = 4) -> Floats:
+    """The fitted numbers with those of the release at their best, all else as it is: nearly linear."""
     own = np.array([name in PER_RUN for name in problem.names])
     if not own.any():
         return x
     samples = problem.samples(most=SEARCH.samples)
     low, high = np.array(problem.bounds()).T
-    for _ in range(STEPS):
+    for _ in range(steps):
         jacobian = problem.jacobian(x, samples, wanted=PER_RUN)[:, own]
         step = np.linalg.lstsq(jacobian, problem.residual(x, samples), rcond=None)[0]
         x = x.copy()

@@ -4,15 +4,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from freerock.identification.fit import Fit
 from freerock.identification.settings import FitSettings, freed, is_rounded
-from freerock.models.laws import CANDIDATES, LAWS, MODELS, PARAMETERS, PER_RUN, Candidate, law_of
-from freerock.selection.screening import Screening
+from freerock.models.laws import CANDIDATES, LAWS, MODELS, PER_RUN, Candidate, law_of
 
-WIDENED = ("release", "tilt", "edges")  # priors that a hypothesis may widen, beside the contact width
-BARS_TILT = ("r_per_impact", "tilt")
+WIDENED = ("release", "tilt", "edge_radius")  # priors that a hypothesis may widen, beside the contact width
 
 
 class Hypothesis(NamedTuple):
@@ -67,11 +62,8 @@ class Hypotheses:
 
     def settings(self, model: str, widened: Sequence[str] = ()) -> FitSettings:
         """Those of the fit of a hypothesis."""
-        names = {"tilt": "tilt", "edges": "edge_radius"}
-        more = self.of(model, widened).widened
-        free = (*self.free[CANDIDATES[model].law], *(names[each] for each in more if each in names))
-        released = {"loose_release": True} if "release" in more else {}
-        return FitSettings(free=free, **{**self.options, **released})
+        free = (*self.free[CANDIDATES[model].law], *self.of(model, widened).widened)
+        return FitSettings(free=free, **self.options)
 
     def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
         """The hypothesis of a candidate that widens what it may of some priors."""
@@ -81,7 +73,7 @@ class Hypotheses:
     def n_freed(self, model: str, widened: Sequence[str] = ()) -> int:
         """How many numbers the fit of a hypothesis frees."""
         settings = self.settings(model, widened)
-        held = sum(not each.varies for each in settings.given(model).values())
+        held = sum(not each.varies for each in settings.given(model).values()) + settings.loose_release
         return len(MODELS[model]) + len(freed(model, settings.free)) - held
 
     def neighbours(self, each: Hypothesis) -> Iterator[Hypothesis]:
@@ -104,7 +96,7 @@ class Hypotheses:
         if not {*PER_RUN} <= free:
             return ()
         rounds = is_rounded(model, self._rule) and "edge_radius" not in free
-        return ("release", *["tilt"] * (not {*BARS_TILT} & free), *["edges"] * rounds)
+        return ("release", *["tilt"] * (not {"r_per_impact", "tilt"} & free), *["edge_radius"] * rounds)
 
 
 def _adds_one(own: Candidate, other: Candidate) -> bool:
@@ -149,29 +141,15 @@ def n_freed(model: str, free: Mapping[str, Sequence[str]]) -> int:
     return len(MODELS[model]) + len(freed(model, free[CANDIDATES[model].law]))
 
 
-def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, float] | None:
-    """Where a fit of a hypothesis may start: where the best of those that it extends ended.
-
-    Parameters
-    ----------
-    each : Hypothesis
-    ends : sequence of Fit or Screening
-        Of one run, under hypotheses of which it is a neighbour.
-
-    Returns
-    -------
-    dict of str to float, or None
-        The parameters, and what else that fit freed [SI]; of a damping which that law lacks a trace. None
-        where no such fit may be used, and for another width of a rigid block: a scan has to find a start.
-    """
-    usable = [end for end in ends if end.success]
-    if not usable:
-        return None
-    found = min(usable, key=lambda end: float(np.nanmean(end.residual**2))).values
-    if not law_of(each.model).is_foundation and CANDIDATES[each.model].width and "width" not in found:
-        return None
-    traces = {name: PARAMETERS[name].trace * found.get("k", 0.0) for name in MODELS[each.model]}
-    return traces | found
+def holds(larger: str, smaller: str) -> bool:
+    """Whether a candidate becomes another when a damping is zero, or the width as given."""
+    one, other = CANDIDATES[larger], CANDIDATES[smaller]
+    return (
+        larger != smaller
+        and other.law in (one.law, *LAWS[one.law].cases)
+        and one.kinematics == other.kinematics
+        and one.width >= other.width
+    )
 
 
 BY_DEFAULT = Hypotheses(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})

@@ -10,34 +10,121 @@ derivatives require no other number.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from freerock.errors import FreerockError
-from freerock.identification.diagnosis import asks_for
 from freerock.identification.fit import Fit, fit_record
 from freerock.identification.noise import hopeless_from, least_mean_square
+from freerock.identification.nuisances import Posterior, at_end
+from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.runs.motion import Motion
-from freerock.selection.choice import NEAR, TELLS, evidence, plainly
+from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
-from freerock.selection.hypotheses import Hypotheses, Hypothesis, start_from
-from freerock.selection.identified import Identified, LeftOut, at_end_of
-from freerock.selection.later_swings import lasts
-from freerock.selection.screening import Screening, screen
+from freerock.selection.hypotheses import Hypotheses, Hypothesis
+from freerock.selection.quick import Screening, asked_later, asks_for, law_suffices, screen, start_from
 
-CONTENDS = 1.25  # times the least mean square of a round, up to which a hypothesis is fitted in full
-# Times the mean square of a hypothesis that explains the run, from which another is given up; by judgement:
-# the BIC would differ by thousands, and a quick fit is within a few per cent of a full one.
-BEATEN = 4.0
-# Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended; by judgement: what
-# acts on the block explains most of what a law lacks without it.
-PROMISES = 0.5
-MOST_WIDENED = 2  # priors besides the contact width: more of them pass for anything
-EDGES_M = (5e-4, 2e-3)  # radii from which quick fits start: from the one, edges as the other are not found
-ONE_RADIUS = 0.1  # relative difference up to which two ends have come to the same edges
+
+@dataclass(frozen=True)
+class Effort:
+    """Which hypotheses are fitted in full, extended or given up; by judgement.
+
+    Parameters
+    ----------
+    contends : float
+        Times the least mean square of a round, up to which a hypothesis is fitted in full.
+    beaten : float
+        Times the mean square of a hypothesis that explains the run, from which another is given up: the BIC
+        would differ by thousands, and a quick fit is within a few per cent of a full one.
+    promises : float
+        Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
+        the block explains most of what a law lacks without it.
+    widened : int
+        Priors besides the contact width: more of them pass for anything.
+    edges_m : (float, float)
+        Radii from which quick fits start: from the one, edges as the other are not found.
+    one_radius : float
+        Relative difference up to which two ends have come to the same edges.
+    """
+
+    contends: float = 1.25
+    beaten: float = 4.0
+    promises: float = 0.5
+    widened: int = 2
+    edges_m: tuple[float, float] = (5e-4, 2e-3)
+    one_radius: float = 0.1
+
+
+EFFORT = Effort()
+
+
+class LeftOut(NamedTuple):
+    """What a quick fit leaves: in words, and its ε_θ, NaN where it looked at a part of the run only."""
+
+    reason: str
+    epsilon_theta: float
+
+
+@dataclass
+class Identified:
+    """What was found of one run.
+
+    Parameters
+    ----------
+    fits : dict of str to Fit
+        By candidate.
+    left_out : dict of str to LeftOut
+        Candidates of which a quick fit says that a full one is of no use.
+    errors : dict of str to FreerockError
+        Candidates to which the data allow no fit.
+    widened : tuple of str
+        Priors that these fits widen (`hypotheses.WIDENED`).
+    alternatives : dict of Hypothesis to Fit
+        What explains the run as well with other priors widened, or with edges of another radius.
+    """
+
+    fits: dict[str, Fit] = field(default_factory=dict)
+    left_out: dict[str, LeftOut] = field(default_factory=dict)
+    errors: dict[str, FreerockError] = field(default_factory=dict)
+    widened: tuple[str, ...] = ()
+    alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
+
+    def copied(self) -> "Identified":
+        """The same, to which fits may be added."""
+        return replace(self, fits={**self.fits}, left_out={**self.left_out}, errors={**self.errors})
+
+    @property
+    def explained(self) -> bool:
+        """Whether some candidate leaves only noise."""
+        return any(evidence(fit).explains for fit in self.fits.values())
+
+    def choice(self, hypotheses: Hypotheses) -> Choice:
+        """The candidates that explain the run, and what became of all others."""
+        return choose([self._evidence(model, hypotheses) for model in hypotheses.candidates])
+
+    def at_best(self, model: str, block: Block, motion: Motion, hypotheses: Hypotheses) -> Posterior:
+        """The linear model where the fit of a candidate ended, at its tolerance."""
+        return at_end_of(self.fits[model], block, motion, hypotheses.settings(model, self.widened))
+
+    def _evidence(self, model: str, hypotheses: Hypotheses) -> Evidence:
+        if model in self.fits:
+            return evidence(self.fits[model])
+        if model in self.errors:
+            quick = LeftOut(str(self.errors[model]), math.nan)
+        else:
+            quick = self.left_out.get(model, LeftOut("a smaller candidate explains the run", math.nan))
+        n = hypotheses.n_freed(model, self.widened)
+        return Evidence(model, n, fitted=False, message=quick.reason, epsilon_theta=quick.epsilon_theta)
+
+
+def at_end_of(fit: Fit, block: Block, motion: Motion, settings: FitSettings) -> Posterior:
+    """The linear model where a fit of one run ended, at its tolerance."""
+    problem = replace(posed(fit.model, (block,), (motion,), settings), rtol=fit.diagnostics["rtol"])
+    return at_end(problem, fit.values, fit.contributions)
 
 
 def identify_run(block: Block, motion: Motion, hypotheses: Hypotheses) -> Identified:
@@ -133,7 +220,7 @@ class _Search:
                 beside
                 for parent in self._extended()
                 for beside in self.hypotheses.neighbours(parent)
-                if len(beside.widened) <= MOST_WIDENED
+                if len(beside.widened) <= EFFORT.widened
             )
             if not {each} & {*self.fits, *self.quick, *self.errors}
         ]
@@ -181,7 +268,7 @@ class _Search:
         for each in (*self.fits, *(each for each in self.quick if each not in self.fits)):
             own = self._mean_square(each) - noise
             parents = [self._mean_square(other) - noise for other in self._parents(each)]
-            if each in explaining or not parents or own <= PROMISES * min(parents):
+            if each in explaining or not parents or own <= EFFORT.promises * min(parents):
                 kept.append(each)
         return kept
 
@@ -200,7 +287,7 @@ class _Search:
         """
         explaining = [self._mean_square(each) for each in self.explaining]
         hopeless_square = hopeless_from([self.motion])
-        beyond = BEATEN * max(explaining) if explaining else hopeless_square
+        beyond = EFFORT.beaten * max(explaining) if explaining else hopeless_square
         # how near a rigid block comes is reported
         rigid = max(beyond, NEAR * float(np.nanmean(self.motion.theta**2)))
         starts = dict[Hypothesis, list[Screening]]()
@@ -214,8 +301,8 @@ class _Search:
         self.quick |= ends
         least = min([*explaining, *(end.mean_square for end in ends.values())], default=math.inf)
         for each, end in sorted(ends.items(), key=lambda item: item[1].mean_square):
-            if (explaining or least <= hopeless_square) and end.mean_square <= CONTENDS * least:
-                near = (start for start in starts[each] if start.mean_square <= CONTENDS * least)
+            if (explaining or least <= hopeless_square) and end.mean_square <= EFFORT.contends * least:
+                near = (start for start in starts[each] if start.mean_square <= EFFORT.contends * least)
                 self.fit(each, [start.values for start in near])
             else:
                 self.left_out[each] = _left_out(end, self.motion, least)
@@ -224,8 +311,8 @@ class _Search:
         """Quick fits of a hypothesis; of rounded edges from a small and a large radius."""
         start = self._start(each)
         starts: list[Mapping[str, float] | None] = [start]
-        if start is not None and "edges" in each.widened and "edge_radius" not in start:
-            starts = [start | {"edge_radius": radius} for radius in EDGES_M]
+        if start is not None and "edge_radius" in each.widened and "edge_radius" not in start:
+            starts = [start | {"edge_radius": radius} for radius in EFFORT.edges_m]
         settings = self.hypotheses.settings(*each)
         return [screen(each.model, self.block, self.motion, settings, start, beyond) for start in starts]
 
@@ -290,8 +377,8 @@ class _Search:
         fitted = [self._mean_square(each) for each, fit in self.fits.items() if fit.success]
         plain = {each: end.mean_square for each, end in self.quick.items() if not each.widened}
         least = min([*fitted, *plain.values()], default=math.inf)
-        near = [each for each in self.left_out if plain.get(each, math.inf) <= CONTENDS * least]
-        if near and not any(square <= CONTENDS * least for square in fitted):
+        near = [each for each in self.left_out if plain.get(each, math.inf) <= EFFORT.contends * least]
+        if near and not any(square <= EFFORT.contends * least for square in fitted):
             each = min(near, key=lambda one: (self.rank(one), plain[one]))
             self.fit(each, [self.quick[each].values])
             if each in self.fits:
@@ -317,4 +404,25 @@ def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:
     """Whether two ends have come to the same edges."""
     radii = (each.get("edge_radius", 0.0) for each in (values, other))
-    return math.isclose(*radii, rel_tol=ONE_RADIUS)
+    return math.isclose(*radii, rel_tol=EFFORT.one_radius)
+
+
+def lasts(each: Hypothesis, fit: Fit, block: Block, motion: Motion, hypotheses: Hypotheses) -> bool:
+    """Whether the later swings require what a hypothesis frees beside the release.
+
+    Parameters
+    ----------
+    each : Hypothesis
+        One that widens the release.
+    fit : Fit
+        Of the run under it.
+    block : Block
+    motion : Motion
+        The run.
+    hypotheses : Hypotheses
+        Those of the campaign.
+    """
+    lasting = {*each.widened} - {"release"}
+    if CANDIDATES[each.model].is_rival and law_suffices(block, motion, hypotheses.settings, fit):
+        return False
+    return not lasting or lasting <= asked_later(block, motion, hypotheses.settings(each.model), fit)

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
-from freerock.identification.diagnosis import blur_of
 from freerock.identification.fit import Fit
 from freerock.identification.levels import PULLED, SLOWER, WARNS
 from freerock.identification.nuisances import Posterior
@@ -14,15 +14,38 @@ from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
 from freerock.selection.hypotheses import Hypothesis
+from freerock.selection.quick import blur_of
 
-LEAST_DEG = 1e-3  # error of a tilt that is told: that of the reading at rest is not in its own
-LEAST_MM = 0.01  # error of an edge radius that is told
-ROUNDED = 0.01  # of b, radius of edges that is a warning: with sharp ones k would be off by percents
-ALIKE = 5e-3  # relative change of k or r under another hypothesis that explains the run, which is a warning
-PUSHED = 0.02  # share of the release angle from which another one is a warning, as `max_push_fraction`
-# From which a block held back was braked. Eight fingers that left over 80 ms were late by 5 to 9 ms,
-# seven brakes by a fifth that such a release seemed to explain, k up to 4.2 standard errors off, by 12 to 21.
-LATE_MS = 10.0
+
+@dataclass(frozen=True)
+class Telling:
+    """What is told of base and release, and from where on it is a warning.
+
+    Parameters
+    ----------
+    least_deg, least_mm : float
+        Least error of a tilt that is told, as that of the reading at rest is not in its own; of a radius.
+    rounded : float
+        Of b, radius of edges that is a warning: with sharp ones k would be off by percents.
+    alike : float
+        Relative change of k or r under another hypothesis that explains the run, which is a warning.
+    pushed : float
+        Share of the release angle from which another one is a warning, as `max_push_fraction`.
+    late_ms : float
+        From which a block held back was braked. Eight fingers that left over 80 ms were late by 5 to 9 ms,
+        seven brakes by a fifth that such a release seemed to explain, k up to 4.2 standard errors off, by 12
+        to 21.
+    """
+
+    least_deg: float = 1e-3
+    least_mm: float = 0.01
+    rounded: float = 0.01
+    alike: float = 5e-3
+    pushed: float = 0.02
+    late_ms: float = 10.0
+
+
+TELLING = Telling()
 
 
 def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
@@ -51,7 +74,7 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
     """
     name, values = fit.parameters[0], as_well.values
     change = values.get(name, math.inf) / fit.values[name] - 1
-    if not abs(change) > ALIKE:
+    if not abs(change) > TELLING.alike:
         return
     said, reason = list[str](), "pushed"
     if "tilt" in {**values, **fit.values}:
@@ -98,7 +121,8 @@ def _of_base(fit: Fit, block: Block) -> Reason:
     tilt, error = (math.degrees(number[fit.parameters.index("tilt")]) for number in (fit.value, fit.stderr))
     matters = block.h / block.b * math.radians(abs(tilt)) > EVEN[0].scatter
     side = "right" if tilt > 0 else "left"
-    text = f"base off level by {abs(tilt):.3f} ± {max(error, LEAST_DEG):.3f} degrees, lower on the {side}"
+    error = max(error, TELLING.least_deg)
+    text = f"base off level by {abs(tilt):.3f} ± {error:.3f} degrees, lower on the {side}"
     return Reason("warn" if matters else "ok", "off_level", f"{text}, and fitted so" + ": level it" * matters)
 
 
@@ -107,8 +131,8 @@ def _of_edges(fit: Fit, block: Block) -> Reason:
     radius, error = (
         1e3 * float(number[fit.parameters.index("edge_radius")]) for number in (fit.value, fit.stderr)
     )
-    text = f"edges rounded by {radius:.2f} ± {max(error, LEAST_MM):.2f} mm, and fitted so"
-    matters = radius / 1e3 > ROUNDED * block.b
+    text = f"edges rounded by {radius:.2f} ± {max(error, TELLING.least_mm):.2f} mm, and fitted so"
+    matters = radius / 1e3 > TELLING.rounded * block.b
     return Reason("warn" if matters else "ok", "rounded_edges", text + ": measure them" * matters)
 
 
@@ -123,7 +147,7 @@ def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
         f"{did}: the block moves as if let go from rest at {math.degrees(angle):.3f} degrees instead of "
         f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
     )
-    far = abs(angle / abs(motion.theta0) - 1) > PUSHED or (more < 0 and late > LATE_MS)
+    far = abs(angle / abs(motion.theta0) - 1) > TELLING.pushed or (more < 0 and late > TELLING.late_ms)
     name = "pushed" if more > 0 else "held_back"
     return Reason("warn" if far else "ok", name, f"{text}, and is fitted so")
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import pandas as pd
 
-from freerock.identification.estimate import NORMAL_95
+from freerock.identification.levels import NORMAL_95
 from freerock.tables.paper import PARAMETER, SIMULATED_NOTE, Cell, Column, Printed, number
 from freerock.tables.text import fixed, quantity
 

@@ -11,8 +11,6 @@ from freerock.models.laws import COMMON_NUISANCES, MODELS
 from freerock.rotation.laboratory import OF_BLOCK
 from freerock.rotation.view import View
 
-NORMAL_95 = 1.959963984540054  # standard errors to either side of a 95 % interval
-
 
 @dataclass(frozen=True)
 class Estimate:
