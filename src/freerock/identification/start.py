@@ -166,7 +166,8 @@ def is_lively(problem: Problem, x: Floats) -> bool:
     if not law.is_foundation or law.cases:
         return False
     (name,) = law.dampings
-    ratio = x[1] if problem.is_ratio[1] else x[1] - x[0]
+    i = law.parameters.index(name)
+    ratio = x[i] if problem.is_ratio[i] else x[i] - x[0]
     return bool(ratio < fitted(name, PARAMETERS[name].lively))
 
 
@@ -182,13 +183,18 @@ def finer_scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     horizon_s : float
         End of the samples that count [s].
     """
-    stiffness, damping = law_of(problem.model).parameters
+    law = law_of(problem.model)
+    (damping,), (stiffness, *_) = law.dampings, law.parameters
     highest = PARAMETERS[damping].lively
     grids = (
         np.geomspace(*PARAMETERS[stiffness].grid[:2], START.finer[0]),
         np.geomspace(highest / START.lowest, highest, START.finer[1]),
     )
-    points = [[fitted(stiffness, k), fitted(damping, ratio)] for k, ratio in product(*grids)]
+    middle = {name: _grid(problem, name)[PARAMETERS[name].grid[2] // 2] for name in law.parameters}
+    points = [
+        [fitted(name, (middle | {stiffness: k, damping: ratio})[name]) for name in law.parameters]
+        for k, ratio in product(*grids)
+    ]
     samples = problem.samples(horizon_s, START.samples)
     return _lowest(replace(problem, rtol=START.rtol), points, START.finer, samples, START.of_finer)
 
