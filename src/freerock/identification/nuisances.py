@@ -88,7 +88,7 @@ class Nuisances:
         laboratory = problem.motions[0].laboratory
         if laboratory is None or len(problem.motions) > 1 or problem.directions is not None:
             return cls(problem, ())
-        sources = tuple(each for each in laboratory.inputs if _moves(each, problem))
+        sources = tuple(each for each in laboratory.inputs if moves(each, problem))
         return cls(replace(problem, walled=not sources), sources)
 
     def posed(self, z: Floats) -> Problem:
@@ -397,42 +397,6 @@ def contributed(nuisances: Nuisances, x: Floats, by_inputs: Floats) -> Contribut
     return Contributions.held(inputs, every.values)
 
 
-def held_contributions(
-    problem: Problem, x: Floats, laboratory: Laboratory, most: int = 1000
-) -> Contributions:
-    """What the inputs contribute to a fit of one run that holds them, to first order.
-
-    By the theorem of implicit functions: where the least squares of the residual ρ(x, ν) lie, an input ν that
-    moves by dν moves the fitted numbers by dx = -(JᵀJ)⁻¹ Jᵀ dρ, J = ∂ρ/∂x, where ρ is no more than noise. Of
-    a law that leaves more, whose derivatives' own change counts too, they are rough. (JCGM 100:2008, 5.1:
-    sensitivities c_i and contributions c_i u(x_i).) A release angle at its bound moves with what is measured.
-
-    Parameters
-    ----------
-    problem : Problem
-    x : ndarray, shape (n_parameters,)
-        The fitted numbers at their best.
-    laboratory : Laboratory
-        Whose block was fitted.
-    most : int
-        Samples that suffice for derivatives.
-    """
-    problem = replace(problem, motions=(replace(problem.motions[0], laboratory=laboratory),))
-    nuisances = Nuisances(problem, tuple(each for each in laboratory.inputs if _moves(each, problem)))
-    samples, n_z, free = problem.samples(most=most), len(nuisances.sources), ~problem.held(x)
-    jacobian = problem.jacobian(x, samples, law_of(problem.model).is_foundation)
-    by_inputs = nuisances.by_inputs(np.zeros(n_z), x, samples)[: len(jacobian)]
-    of_x = np.zeros((len(x), n_z))
-    if "theta0" in problem.names and not free[problem.names.index("theta0")]:
-        ends = INPUTS.step * np.concatenate([np.eye(n_z), -np.eye(n_z)])
-        up, down = np.split(np.array([nuisances.posed(z).motions[0].theta0 for z in ends]), 2)
-        of_x[problem.names.index("theta0")] = (up - down) / (2 * INPUTS.step)
-    own = jacobian[:, free]
-    scale = np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
-    of_x[free] = -(np.linalg.pinv(own / scale) @ (by_inputs + jacobian @ of_x)) / scale[:, None]
-    return contributed(nuisances, x, of_x)
-
-
 def _minimised(start: Posterior) -> Posterior:
     """Where the objective ends from a linear model near there."""
     nuisances, samples, s, n_z = start.nuisances, start.samples, start.level, len(start.z)
@@ -500,7 +464,7 @@ def _seen_in(problem: Problem, moved: Laboratory) -> Problem:
     )
 
 
-def _moves(source: Input, problem: Problem) -> bool:
+def moves(source: Input, problem: Problem) -> bool:
     """Whether a fit moves an input: not one that is exact, freed, or taken up by the forces."""
     freed = {"levelled_deg": "tilt", "contact_width_m": "width"}.get(source.name)
     taken_up = source.name == "mass_kg" and (problem.varied.all() or not law_of(problem.model).is_foundation)

@@ -5,18 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.identification.fit import Fit
-from freerock.identification.nuisances import held_contributions
-from freerock.identification.problem import COARSE
+from freerock.identification.nuisances import INPUTS, Nuisances, contributed, moves
+from freerock.identification.problem import COARSE, Problem
 from freerock.identification.pursuit import multiplies_errors
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
+from freerock.models.laws import law_of
 from freerock.rotation.laboratory import Contributions, Laboratory
 from freerock.runs.motion import Motion
 
 
 def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: FitSettings) -> Contributions:
-    """Contributions of the laboratory's inputs to a fit of one run (`nuisances.held_contributions`).
+    """Contributions of the laboratory's inputs to a fit of one run (`held_contributions`).
 
     Parameters
     ----------
@@ -40,3 +42,39 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
         unknown = np.full((len(fit.parameters), len(laboratory.inputs)), np.nan)
         return Contributions.held(laboratory.inputs, unknown)
     return held_contributions(problem, problem.start_at(fit.values), laboratory)
+
+
+def held_contributions(
+    problem: Problem, x: Floats, laboratory: Laboratory, most: int = 1000
+) -> Contributions:
+    """What the inputs contribute to a fit of one run that holds them, to first order.
+
+    By the theorem of implicit functions: where the least squares of the residual ρ(x, ν) lie, an input ν that
+    moves by dν moves the fitted numbers by dx = -(JᵀJ)⁻¹ Jᵀ dρ, J = ∂ρ/∂x, where ρ is no more than noise. Of
+    a law that leaves more, whose derivatives' own change counts too, they are rough. (JCGM 100:2008, 5.1:
+    sensitivities c_i and contributions c_i u(x_i).) A release angle at its bound moves with what is measured.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : ndarray, shape (n_parameters,)
+        The fitted numbers at their best.
+    laboratory : Laboratory
+        Whose block was fitted.
+    most : int
+        Samples that suffice for derivatives.
+    """
+    problem = replace(problem, motions=(replace(problem.motions[0], laboratory=laboratory),))
+    nuisances = Nuisances(problem, tuple(each for each in laboratory.inputs if moves(each, problem)))
+    samples, n_z, free = problem.samples(most=most), len(nuisances.sources), ~problem.held(x)
+    jacobian = problem.jacobian(x, samples, law_of(problem.model).is_foundation)
+    by_inputs = nuisances.by_inputs(np.zeros(n_z), x, samples)[: len(jacobian)]
+    of_x = np.zeros((len(x), n_z))
+    if "theta0" in problem.names and not free[problem.names.index("theta0")]:
+        ends = INPUTS.step * np.concatenate([np.eye(n_z), -np.eye(n_z)])
+        up, down = np.split(np.array([nuisances.posed(z).motions[0].theta0 for z in ends]), 2)
+        of_x[problem.names.index("theta0")] = (up - down) / (2 * INPUTS.step)
+    own = jacobian[:, free]
+    scale = np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
+    of_x[free] = -(np.linalg.pinv(own / scale) @ (by_inputs + jacobian @ of_x)) / scale[:, None]
+    return contributed(nuisances, x, of_x)
