@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+import sys
 from dataclasses import fields, replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -329,7 +330,8 @@ def test_attributes_follow_cf_and_acdd(folder):
         assert file.time_coverage_start == ATTRS["start_time"]
         assert "license" not in file.ncattrs()
         assert json.loads(file.provenance) == {"inputs": {"a.tdms": "00"}, "config": {"hum": True}}
-        assert file["time"].units == "seconds since 2017-05-02T09:00:00.000Z"
+        assert file["time"].units == "s"
+        assert file["time"].long_name == "time from the start of the record"
         assert "_FillValue" not in file["time"].ncattrs()
         assert file["theta"].ancillary_variables == "sigma_theta flags"
         assert file["flags"].flag_meanings == "error_level out_of_range saturated target_lost dropout spike"
@@ -382,7 +384,8 @@ def test_example_of_the_documentation_runs(folder, tmp_path, monkeypatch, capsys
         copy = tmp_path / "results/palermo_virtual" / kind / "config2_marble.nc"
         copy.write_bytes((folder / f"{product}_a.nc").read_bytes())
     monkeypatch.chdir(tmp_path)
-    exec(text.split("```python\n")[1].split("```")[0], {})
+    for block in text.split("```python\n")[1:]:
+        exec(block.split("```")[0], {})
     assert "k = 1 ± 0.1 N m-2" in capsys.readouterr().out
 
 
@@ -394,11 +397,62 @@ def test_every_variable_is_documented(folder):
         assert written <= documented
 
 
+# What a reader without freerock gets: it runs in a Python that can't import freerock.
+PLAIN_XARRAY = """
+import sys
+sys.modules["freerock"] = None
+import xarray as xr
+
+record = xr.open_dataset("record_a.nc")
+print(record.time.dtype, record.time.values[-1], record.set_xindex("time").theta.sel(time=0.5).item())
+print(record.to_dataframe().time.dtype)
+runs = xr.open_datatree("record_a.nc")
+print(runs["run_1/impact_time"].dtype, runs["run_1/release"].item())
+fits = xr.open_datatree("fits_a.nc")
+print(fits["run_1"]["time"].dtype, fits["run_1"]["time"].values[-1])
+print(fits["run_1/winkler/value"].sel(parameter="k").item(), *fits["run_1/winkler/unit"].values[:1])
+for product in ("record_a.nc", "fits_a.nc"):
+    for node in xr.open_datatree(product).subtree:
+        assert all(each.dtype.kind not in "Mm" for each in node.variables.values()), node.path
+"""
+# As MATLAB reads it: ncread and ncreadatt of the netCDF library, h5read of HDF5.
+PLAIN_NETCDF = """
+import sys
+sys.modules["freerock"] = None
+import h5py, netCDF4
+
+with netCDF4.Dataset("record_a.nc") as file:
+    print(file["time"].dtype, file["time"][-1], file["theta"][200], file["run_1"]["impact_time"][0])
+with netCDF4.Dataset("fits_a.nc") as file:
+    print(file["run_1/winkler/value"][0], file["run_1/winkler/parameter"][0])
+with h5py.File("record_a.nc") as file:
+    print(file["time"].dtype, file["time"][-1], file["theta"][200], file["run_1/impact_time"][0])
+    print(file["time"].attrs["units"].decode(), file.attrs["origin"].decode())
+with h5py.File("fits_a.nc") as file:
+    print(file["run_1/winkler/value"][0], file["run_1/winkler/parameter"].asstr()[0])
+"""
+
+
+def printed_by(program, folder):
+    """The words a program of a reader prints, numbers as such."""
+    done = subprocess.run([sys.executable, "-c", program], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    words = done.stdout.split()
+    return [float(word) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word for word in words]
+
+
 def test_plain_xarray_opens_the_products(folder):
-    record = xr.open_datatree(folder / "record_a.nc", decode_times=False)
-    assert record["theta"].sel(time=0.5).item() == pytest.approx(0.17 * np.cos(3.5))
-    fits = xr.open_datatree(folder / "fits_a.nc")
-    assert fits["run_1/winkler"]["value"].sel(parameter="k").item() == 1.0
+    last, theta = (SAMPLES - 1) / 400, pytest.approx(0.17 * np.cos(3.5))
+    fit = [last, 1.0, "N"]
+    expected = ["float64", last, theta, "float64", "float64", 0.2, "float64", *fit]
+    assert printed_by(PLAIN_XARRAY, folder)[: len(expected)] == expected
+
+
+def test_readers_of_netcdf_and_hdf5_open_the_products(folder):
+    last, theta = (SAMPLES - 1) / 400, pytest.approx(0.17 * np.cos(3.5))
+    record = ["float64", last, theta, 0.1]
+    fit = [1.0, "k"]
+    assert printed_by(PLAIN_NETCDF, folder) == [*record, *fit, *record, "s", "measured", *fit]
 
 
 @pytest.mark.skipif(not shutil.which("ncdump"), reason="no ncdump here: apt-get install netcdf-bin")

@@ -16,6 +16,10 @@ from freerock.products.names import IMPACTS, RUN, WITH_TOTAL, root_attributes
 from freerock.products.storage import open_product, readable, write_groups
 from freerock.runs.verdict import Level, Reason
 
+# Seconds: a time "since" a date becomes dates in xarray. CF asks one of a dimension named time.
+FROM_START = {"long_name": "time from the start of the record"}
+SINCE_RELEASE = {"long_name": "time since the release"}
+
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.runs.impacts import Impacts
@@ -63,7 +67,7 @@ def write_record(
     start_time = attrs.pop("start_time", None)
     root = xr.Dataset(
         {str(name): (_dims(variable), variable.values) for name, variable in record.data_vars.items()},
-        {"time": ("time", record["time"].values, _clock(start_time))}
+        {"time": ("sample", record["time"].values, FROM_START)}
         | {name: (_dims(record[name]), record[name].values) for name in record.coords if name != "time"},
         root_attributes("record", "volts to rotation, runs and impacts", attrs)
         | {"verdict": verdict, "reasons": reasons, "time_coverage_start": start_time},
@@ -193,7 +197,8 @@ def _totals(total: "MeasuredTotal | None") -> dict[str, Any]:
 def _fits(group: str, models: Mapping[str, "Fit"], attrs: Attrs) -> dict[str, xr.Dataset]:
     """Datasets of a run and of its models; each group has its own time, so that none is a dimension."""
     first = next(iter(models.values()))
-    measured = xr.Dataset({"theta": ("sample", first.theta)}, {"time": ("sample", first.time)}, attrs)
+    time = ("sample", first.time, SINCE_RELEASE)
+    measured = xr.Dataset({"theta": ("sample", first.theta)}, {"time": time}, attrs)
     groups = {group: measured}
     for model, fit in models.items():
         if not np.array_equal(fit.time, first.time):
@@ -290,11 +295,4 @@ def _assumes(model: str, freed: Sequence[str]) -> dict[str, Any]:
 
 def _dims(variable: xr.DataArray) -> list[str]:
     """Dimensions of a variable; names of faults are no coordinate, for which CF asks numbers."""
-    return ["fault_number" if name == "fault" else str(name) for name in variable.dims]
-
-
-def _clock(start_time: str | None) -> dict[str, str]:
-    """Attributes of the record's time, for which CF asks a date."""
-    origin = start_time or "1970-01-01 00:00:00"
-    comment = "counted from the start of the record" + ("" if start_time else "; its date is not known")
-    return {"standard_name": "time", "units": f"seconds since {origin}", "comment": comment}
+    return [{"fault": "fault_number", "time": "sample"}.get(str(name), str(name)) for name in variable.dims]
