@@ -3,6 +3,7 @@
 # make test          set up, then lint and every test
 # make slurm         what jobs on a Slurm cluster need besides
 # make peers         the engines of other fields that docs/benchmark.md compares, in an environment of their own
+# make dist         wheel and sdist, in dist
 # make test-cluster  tests on a real Slurm, where its programs are installed
 PYTHON ?= python3
 VENV := .venv
@@ -15,7 +16,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 # The tests of a file share what they set up; tests/conftest.py puts long ones first, so that no process waits at the end.
 TESTS := python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: all setup slurm peers lint quick test tests test-cluster clean
+.PHONY: all setup slurm peers lint quick test tests test-cluster dist clean
 
 all: setup
 	snakemake
@@ -86,5 +87,11 @@ tests: setup
 test-cluster: setup $(SLURM)
 	python -m pytest tests/cluster
 
+# The wheel is built from the sdist, which so holds all that it needs.
+dist: setup
+	rm -rf build dist
+	python -c 'from setuptools.build_meta import build_sdist; build_sdist("dist")'
+	python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist dist/*.tar.gz
+
 clean:
-	rm -rf $(VENV) $(PEERS) .snakemake results
+	rm -rf $(VENV) $(PEERS) .snakemake build dist results

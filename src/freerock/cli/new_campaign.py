@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from freerock.cli.init import NO_CAMPAIGN
 from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into, look_text
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
@@ -62,13 +63,14 @@ def run(chosen: Namespace) -> None:
     print(f"\nwritten: {made.raw}, {made.csv}, {made.yaml}, {made.picture}")
     print(f"next:    replace each {FILL_IN} in {made.yaml} and {made.csv}")
     print(f"         freerock check {chosen.name}")
-    print(f"         snakemake --config campaigns={chosen.name}")
-    print("To analyse it with every `snakemake`, add its name to campaigns in config/config.yaml.")
+    print("         snakemake" if made.named else f"         snakemake --config campaigns={chosen.name}")
+    if not made.named:
+        print("To analyse it with every `snakemake`, add its name to campaigns in config/config.yaml.")
 
 
 @dataclass(frozen=True)
 class NewCampaign:
-    """What was written, and what was found in the folder."""
+    """What was written, what was found in the folder, and whether config.yaml names the campaign."""
 
     yaml: Path
     csv: Path
@@ -76,6 +78,7 @@ class NewCampaign:
     picture: Path
     looks: tuple[RecordLook, ...]
     refused: tuple[FreerockError, ...]
+    named: bool = False
 
 
 def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCampaign:
@@ -127,7 +130,18 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     sensors = _sensors(looks)
     write_text(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
     write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
-    return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused))
+    named = _name_the_first(root / "config/config.yaml", name)
+    return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused), named)
+
+
+def _name_the_first(path: Path, name: str) -> bool:
+    """Whether config.yaml named no campaign so far, as `freerock init` writes it, and now names this one."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path.is_file() else []
+    if NO_CAMPAIGN not in lines:
+        return False
+    lines[lines.index(NO_CAMPAIGN)] = f"campaigns: [{name}]"
+    write_text(path, "\n".join([*lines, ""]))
+    return True
 
 
 def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:

@@ -14,10 +14,12 @@ from contextlib import suppress
 from freerock.errors import FreerockError
 
 COMMANDS = {  # what each does, as `freerock --help` lists it
+    "init": "begin a laboratory's own folder, for records and settings beside an installed freerock",
     "inspect": "show what is in a record file",
     "new-campaign": "begin a campaign from a folder of record files",
     "add": "add record files to a campaign",
     "check": "check configuration and files in seconds, without running anything",
+    "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
     "plan": "predict, before any test, how well each parameter will be known",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
     "review": "see, correct and refit runs in the browser",

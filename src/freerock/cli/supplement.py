@@ -4,9 +4,10 @@ import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
-from freerock.cli.verify import SNAKEFILE, verification
+from freerock.cli.verify import verification
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError, printable
+from freerock.jobs.home import HOME
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -44,7 +45,7 @@ def run(chosen: Namespace) -> None:
         print(told, end="")
         remedy = f"run snakemake --config campaigns={name}, and delete what is foreign"
         raise FreerockError(f"results/{name}", "not everything is as a run would make it", remedy)
-    packed = pack(campaign, SNAKEFILE.parent, path, Metadata(chosen.paper or "", chosen.year))
+    packed = pack(campaign, HOME, path, Metadata(chosen.paper or "", chosen.year))
     print(printable(f"{packed.path}: {packed.n_files} files, {packed.n_bytes / 1e6:.1f} MB"))
     print(f"sha256 {packed.sha256}")
     for what, key in (("licence", campaign.license), ("institution", campaign.institution)):

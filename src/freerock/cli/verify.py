@@ -8,9 +8,8 @@ from pathlib import Path
 
 from freerock.config.campaign import load_config
 from freerock.errors import FreerockError
+from freerock.jobs.home import SNAKEFILE
 from freerock.jobs.soundness import VERIFIED
-
-SNAKEFILE = Path(__file__).parents[3] / "Snakefile"  # of this package's checkout
 
 
 def add_arguments(parser: ArgumentParser) -> None:

@@ -12,10 +12,10 @@ from itertools import chain
 from pathlib import Path
 
 from freerock.files import sha256, write_text
+from freerock.jobs.home import PACKAGE, PACKED
 
 MEANINGS = Path(".snakemake/freerock.code.json")  # by SHA-256 of a file's bytes; without it all are parsed
 SCOPES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)  # begin with docstrings
-PACKAGE = Path(__file__).parents[1]
 IMPORT = re.compile(r"^ *+(?:from ([\w.]+) import (\([^)]*\)|.*)|import (.*))", re.M)
 FOR_TYPES = re.compile(r"\nif TYPE_CHECKING: *\n(?:(?: .*)?\n)+")
 
@@ -52,7 +52,7 @@ def code_checksum(script: str | Path, *modules: str) -> str:
 @cache
 def _line(path: str) -> str:
     """Name and checksum of a file; modules are shared by many steps."""
-    ours = Path(path).is_relative_to(PACKAGE.parent)
+    ours = Path(path).is_relative_to(PACKAGE.parent) and not Path(path).is_relative_to(PACKED)
     inside = Path(path).relative_to(PACKAGE.parent) if ours else Path(Path(path).name)
     return f"{inside.as_posix()} {meaning(path)}\n"
 

@@ -14,20 +14,13 @@ from freerock.config.step_settings import attributes, descriptions
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
 from freerock.jobs.describe import described
+from freerock.jobs.home import PACKAGE, PACKED
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme
 from freerock.products.netcdf import open_fits, open_record
 
-CODE: tuple[str, ...] = (
-    "Snakefile",
-    "workflow",
-    "profiles/default",
-    "src",
-    "pyproject.toml",
-    "requirements.lock",
-    "Makefile",
-)
-CODE += ("LICENSE", "docs")
+CODE: tuple[str, ...] = ("Snakefile", "workflow", "profiles/default", "pyproject.toml", "setup.py")
+CODE += ("requirements.lock", "Makefile", "LICENSE", "docs")
 LEFT_OUT = {"__pycache__", "images", "tutorial"}  # folders: caches, and pictures of the documentation
 EARLIEST = (1980, 1, 1, 0, 0, 0)  # a zip knows no earlier time; none is told, so that bytes stay
 SUMS = "SHA256SUMS"
@@ -89,13 +82,14 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
 
 
 def _code(root: Path) -> Iterator[tuple[str, Source]]:
-    """The workflow and the package, without caches."""
-    for part in CODE:
-        top = root / part
+    """The workflow and the package, without caches, laid out as in a checkout; a wheel has no docs."""
+    tops = {part: root / part for part in CODE} | {f"src/{PACKAGE.name}": PACKAGE}
+    for part, top in tops.items():
         for file in [top] if top.is_file() else sorted(top.rglob("*")):
-            inside = file.relative_to(root)
-            hidden = any(each.startswith(".") or each.endswith(".egg-info") for each in inside.parts)
-            if file.is_file() and not hidden and not LEFT_OUT & {*inside.parts}:
+            inside = PurePosixPath(part, file.relative_to(top).as_posix())
+            hidden = any(each.startswith(".") for each in inside.parts)
+            packed = top == PACKAGE and file.is_relative_to(PACKED)
+            if file.is_file() and not (hidden or packed or LEFT_OUT & {*inside.parts}):
                 yield inside.as_posix(), file
 
 

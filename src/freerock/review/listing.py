@@ -13,12 +13,12 @@ from freerock.config.record import Record
 from freerock.errors import FreerockError
 from freerock.files import read_json
 from freerock.jobs.batches import batches
+from freerock.jobs.home import SCRIPTS
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.reruns import code_checksum
 from freerock.models.laws import MODEL_LABELS
 
 Json = dict[str, Any]
-SCRIPTS = Path("workflow/scripts")
 _code = cache(code_checksum)  # of a script, while the desk is open
 
 
