@@ -1,30 +1,32 @@
-"""The wheel holds what a laboratory runs; the checkout, installed as editable, the bench as well."""
+"""The wheel holds what a laboratory runs with its workflow; the checkout, as editable, the bench as well."""
 
-import shutil
-import subprocess
-import sys
 import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from installed import ROOT, wheel_from_sdist
 
 pytestmark = pytest.mark.slow
-ROOT = Path(__file__).parents[2]
+WORKFLOW = ("Snakefile", "workflow", "profiles")
+FOR_SUPPLEMENTS = ("pyproject.toml", "setup.py", "requirements.lock", "Makefile", "LICENSE")
 
 
-def test_a_wheel_holds_the_product_alone(tmp_path):
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy2(ROOT / name, tmp_path)
-    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
-    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "."]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    (wheel,) = tmp_path.glob("*.whl")
-    held = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
-    product = (ROOT / "src/freerock").rglob("*")
-    files = {path.relative_to(ROOT / "src").as_posix() for path in product if path.is_file()}
-    assert held == {name for name in files if "__pycache__" not in name}
+def files_of(folder, *parts):
+    tops = [folder / part for part in parts]
+    found = [path for top in tops for path in ([top] if top.is_file() else top.rglob("*"))]
+    return {path.relative_to(folder).as_posix(): path for path in found if path.is_file()}
+
+
+def test_a_wheel_holds_the_product_and_its_workflow(tmp_path):
+    wheel = zipfile.ZipFile(wheel_from_sdist(tmp_path))
+    expected = {f"freerock/snakemake/{name}": path for name, path in files_of(ROOT, *WORKFLOW).items()}
+    expected |= {f"freerock/snakemake/{name}": ROOT / name for name in FOR_SUPPLEMENTS}
+    expected |= files_of(ROOT / "src", "freerock")
+    expected = {name: path for name, path in expected.items() if "__pycache__" not in name}
+    held = {name for name in wheel.namelist() if ".dist-info/" not in name}
+    assert held == expected.keys()
+    assert [name for name, path in expected.items() if wheel.read(name) != path.read_bytes()] == []
 
 
 def test_the_checkout_has_the_bench():

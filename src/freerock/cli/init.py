@@ -83,7 +83,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     parser.epilog = (
         "example:\n"
-        "  freerock init\n"
+        "  freerock init my_laboratory\n"
         "\n"
         "Writes Snakefile, profiles/default, config/, raw/, requirements.txt, .gitignore and README.md.\n"
         "A file that exists is kept; config/README.md and the schemas are renewed for this version."

@@ -7,6 +7,7 @@ __all__ = [
     "mistakes",
     "override",
     "record",
+    "reference",
     "scene",
     "sensor",
     "step_settings",

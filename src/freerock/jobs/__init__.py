@@ -1,3 +1,14 @@
 """What the jobs of the workflow do, one module per step; which code they run, their logs, what they leave."""
 
-__all__ = ["batches", "fit", "ledger", "metadata", "misfit", "record", "reruns", "soundness", "supplement"]
+__all__ = [
+    "batches",
+    "fit",
+    "home",
+    "ledger",
+    "metadata",
+    "misfit",
+    "record",
+    "reruns",
+    "soundness",
+    "supplement",
+]

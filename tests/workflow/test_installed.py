@@ -1,0 +1,133 @@
+"""A laboratory's own folder beside an installed freerock: analysed, verified and packed as in a checkout."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import zipfile
+
+import pytest
+from installed import install
+from small_campaign import Checkout, once
+from test_supplement import BY, share_compiled
+from warm import commands
+
+from freerock.files import listed_checksums
+
+pytestmark = pytest.mark.slow
+
+
+class Laboratory(Checkout):
+    """A folder with the files of `freerock init`, a campaign, and freerock installed elsewhere."""
+
+    def __init__(self, folder, site):
+        super().__init__(folder)
+        self.site = site
+
+    def snakemake(self, *arguments, **environment):
+        return super().snakemake(*arguments, **{"PYTHONPATH": str(self.site)} | environment)
+
+    def freerock(self, *arguments):
+        environment = os.environ | {"PYTHONPATH": str(self.site)}
+        command = [commands() / "freerock", *map(str, arguments)]
+        return subprocess.run(command, cwd=self.folder, env=environment, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    return once(tmp_path_factory, "installed", install) / "site"
+
+
+@pytest.fixture(scope="module")
+def analysed(finished, site, tmp_path_factory):
+    """The campaign of `finished`, analysed in a laboratory's own folder."""
+    laboratory = Laboratory(tmp_path_factory.mktemp("own"), site)
+    share_compiled(finished / "src/freerock", site / "freerock")
+    done = laboratory.freerock("init")
+    assert done.returncode == 0, done.stderr
+    shutil.copytree(finished / "raw/small", laboratory / "raw/small")
+    shutil.copytree(finished / "config/campaigns", laboratory / "config/campaigns")
+    laboratory.edit("config/config.yaml", "campaigns: []", "campaigns: [small]")
+    done = laboratory.snakemake()
+    assert done.returncode == 0, done.stderr
+    return laboratory
+
+
+def test_the_folder_holds_what_version_control_needs(analysed):
+    assert (analysed / "requirements.txt").read_text().startswith("freerock==")
+    assert "results/" in (analysed / ".gitignore").read_text().splitlines()
+    told = analysed.freerock("init")
+    assert told.returncode == 0
+    assert "written: nothing" in told.stdout and "kept:    Snakefile" in told.stdout
+
+
+def test_the_same_bytes_as_in_a_checkout(finished, analysed):
+    products, own = finished.products(), analysed.products()
+    assert own.keys() == products.keys()
+    assert [name for name in products if own[name] != products[name]] == []
+
+
+def test_nothing_is_made_again_and_all_is_whole(analysed):
+    assert analysed.planned() == {}
+    done = analysed.freerock("verify")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "0 missing, 0 damaged, 0 stale, 0 foreign" in done.stdout
+
+
+def test_the_code_counts_as_that_of_a_checkout(finished, analysed):
+    for entry in sorted((finished / "results/small/ledger").glob("*.json")):
+        own = json.loads((analysed / "results/small/ledger" / entry.name).read_text())
+        assert own["settings"]["code"] == json.loads(entry.read_text())["settings"]["code"], entry.name
+
+
+def test_run_makes_what_is_missing_and_ends_with_the_report(analysed):
+    report = (analysed / "results/small/report.html").read_bytes()
+    (analysed / "results/small/report.html").unlink()
+    done = analysed.freerock("run", "small", "--cores", "1")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "results/small/report.html: the report; open it in a browser\n"
+    assert re.search(r"^\[#{40}\] 100 %$", done.stderr, re.M)
+    assert (analysed / "results/small/report.html").read_bytes() == report
+
+
+def test_run_says_each_failure_in_one_line(analysed, tmp_path):
+    shutil.copytree(analysed.folder, tmp_path / "copy", ignore=shutil.ignore_patterns("iocache", "log"))
+    broken = Laboratory(tmp_path / "copy", analysed.site)
+    record = broken / "raw/small/tall_mat.tdms"
+    record.write_bytes(record.read_bytes()[:100])
+    assert "tall_mat.tdms" not in listed_checksums(broken / "raw/small")
+    done = broken.freerock("run", "small")
+    assert done.returncode == 1
+    told = [line for line in done.stderr.splitlines() if "tall_mat" in line]
+    assert any(line.startswith("small: record tall_mat failed: ") for line in told)
+    assert len(told) == len(set(told)) <= 3
+    assert done.stderr.splitlines()[-1].startswith("freerock run: snakemake ended with exit code 1; correct")
+
+
+def test_run_without_a_snakefile_takes_that_of_the_package(analysed, tmp_path):
+    shutil.copytree(analysed.folder, tmp_path / "bare", ignore=shutil.ignore_patterns("iocache", "log"))
+    bare = Laboratory(tmp_path / "bare", analysed.site)
+    (bare / "Snakefile").unlink()
+    shutil.rmtree(bare / "profiles")
+    (bare / "results/small/tables/runs.csv").unlink()
+    done = bare.freerock("run", "small")
+    assert done.returncode == 0, done.stderr
+    assert (bare / "results/small/tables/runs.csv").exists()
+
+
+def test_its_supplement_holds_the_code(analysed, tmp_path):
+    shutil.copytree(analysed.folder, tmp_path / "named", ignore=shutil.ignore_patterns("iocache", "log"))
+    named = Laboratory(tmp_path / "named", analysed.site)
+    with open(named / "config/campaigns/small.yaml", "a", encoding="utf-8") as file:
+        file.write(BY)
+    done = named.snakemake("--forceall")
+    assert done.returncode == 0, done.stderr
+    done = named.freerock("supplement", "small")
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(named / "small_supplement.zip") as archive:
+        archive.extractall(tmp_path)
+    unpacked = Checkout(tmp_path / "small_supplement")
+    done = unpacked.snakemake("--config", "verify=true", "--dry-run", "--quiet", "all")
+    assert "0 missing, 0 damaged, 0 stale, 0 foreign" in done.stdout, done.stdout + done.stderr
+    assert not (unpacked / "src/freerock/snakemake").exists()
