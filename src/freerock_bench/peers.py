@@ -4,7 +4,6 @@ A driver in `benchmarks/peers` takes cases and answers with θ(t) and the best t
 """
 
 import json
-import os
 import subprocess
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.cli.export import SNIPPETS, environment
 from freerock.models.block import GRAVITY
 from freerock_bench.methods.problem import Problem
 
@@ -64,15 +64,13 @@ def solve(
         "every_s": float(time[1] - time[0]),
     }
     cases = [{"scene": scene, "setting": setting, "rounds": rounds} for setting in settings]
-    # OpenSees' wheel has the libraries that it needs, but not where they look for each other
-    inside = sorted(PYTHON.parents[1].glob("lib/python*/site-packages/openseespylinux/lib"))
     done = subprocess.run(
         [PYTHON, DRIVERS / f"{driver}.py"],
         input=json.dumps(cases),
         capture_output=True,
         text=True,
         timeout=LONGEST_S,
-        env=os.environ | {"LD_LIBRARY_PATH": ":".join(map(str, inside))},
+        env=environment(PYTHON) | {"PYTHONPATH": str(SNIPPETS)},
     )
     if not done.stdout:
         why = done.stderr.strip().rpartition("\n")[2] or "it ended without an answer"

@@ -26,6 +26,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",
     "supplement": "pack records, settings, code and products for a paper's supplement",
+    "export": "write the identified law of each foundation as a program for another engine",
     "compare": "show what changed between two analyses of a campaign",
 }
 LOG = "freerock.log"
