@@ -8,6 +8,7 @@ import zipfile
 
 import pytest
 import yaml
+from rocrate.rocrate import ROCrate
 from small_campaign import ROOT, Checkout
 from warm import commands
 
@@ -108,6 +109,29 @@ def test_metadata_name_who_what_and_the_paper(unpacked):
     ]
     told = (unpacked / "README.md").read_text(encoding="utf-8")
     assert "The records are simulated" in told and "1. `foundation_effect`: " in told
+
+
+def test_the_crate_is_read_back(unpacked):
+    """By the library of the format: files with checksums, the workflow, its run, who, and no date of today."""
+    crate = ROCrate(unpacked.folder)
+    root = crate.root_dataset
+    assert root["name"] == "Two blocks on a mat" and root["license"].id.endswith("licenses/CC-BY-4.0")
+    assert root.get("datePublished") == "2026"  # no record of the virtual laboratory is dated
+    assert [each["name"] for each in root["creator"]] == ["Ada Rossi", "Ugo Bianchi"]
+    assert {each.id for each in root["conformsTo"]} >= {"https://w3id.org/ro/wfrun/workflow/0.5"}
+    workflow = crate.mainEntity
+    assert workflow.id == "Snakefile" and "ComputationalWorkflow" in workflow.type
+    assert workflow["programmingLanguage"]["name"] == "Snakemake"
+    (run,) = root["mentions"]
+    assert run.type == "CreateAction" and run["instrument"] == workflow
+    used, made = ({each.id for each in run[key]} for key in ("object", "result"))
+    assert {"raw/small/tall_mat.tdms", "config/campaigns/small.csv"} <= used
+    assert {"results/small/fits/tall_mat.nc", "results/small/tables/runs.csv"} <= made
+    files = {each.id: each for each in crate.data_entities}
+    assert {path for path in files if not (unpacked / path).is_file()} == set()
+    assert used | made <= files.keys()
+    for name in (*used, *made):
+        assert files[name]["sha256"] == sha256(unpacked / name)
 
 
 def test_the_same_products_give_the_same_zip(packed):

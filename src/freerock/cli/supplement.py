@@ -17,7 +17,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026\n"
         "\n"
         "All products must be whole, as freerock verify tells. In the zip:\n"
-        "  README.md, CITATION.cff, datacite.json, SHA256SUMS\n"
+        "  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS\n"
         "  records, configuration, code, and all products: datasets, tables, figures with captions, report\n"
         "Unzipped anywhere, `snakemake` makes the same bytes again. The same products give the same zip."
     )

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +34,7 @@ FOLDERS = {
     "docs/glossary.md": "the words",
     "Snakefile, workflow, src": "the code, freerock",
     "SHA256SUMS": "checksums of all files but the ledger's",
+    "ro-crate-metadata.json": "all of this as a Workflow Run RO-Crate, for repositories and programs",
 }
 AGAIN = """\
 ```sh
@@ -145,15 +146,20 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
 
 
 def readme(
-    campaign: Campaign, metadata: Metadata, made_by: Mapping[str, Any], captions: Mapping[str, str]
+    campaign: Campaign,
+    metadata: Metadata,
+    made_by: Mapping[str, Any],
+    captions: Mapping[str, str],
+    files: Collection[str],
 ) -> str:
-    """README.md of the supplement: what is in it, by what it was made, and how to make it again."""
+    """README.md of the supplement, of these files: what is in it, what made it, how to make it again."""
     by = ["; ".join(creators_of(campaign)), campaign.institution]
     licence = f"Data: {campaign.license}. " if campaign.license else ""
     versions = ", ".join(f"{name} {version}" for name, version in made_by["software"].items())
     folders = {
         name.replace("NAME", campaign.name).replace("RAW", campaign.raw): does
         for name, does in FOLDERS.items()
+        if not name.startswith("docs/") or name in files
     }
     parts = [
         f"# {campaign.title}",

@@ -13,6 +13,8 @@ from freerock.config.history import log_of
 from freerock.config.step_settings import attributes, descriptions
 from freerock.errors import FreerockError
 from freerock.files import MANIFEST, atomic, listed_checksums, sha256
+from freerock.jobs.crate import NAME as CRATE
+from freerock.jobs.crate import crate_json
 from freerock.jobs.describe import described
 from freerock.jobs.home import PACKAGE, PACKED
 from freerock.jobs.ledger import FOLDER, read_entry
@@ -70,9 +72,14 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
     files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
     files["datacite.json"] = datacite_json(campaign, metadata).encode()
     captions = {name: text for name, text in files.items() if name.endswith(".txt") and "/figures/" in name}
-    files["README.md"] = readme(campaign, metadata, made_by, _captions(campaign.name, captions)).encode()
+    files["README.md"] = readme(
+        campaign, metadata, made_by, _captions(campaign.name, captions), files
+    ).encode()
     ledger = f"results/{campaign.name}/{FOLDER}/"
     sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
+    crate = {name: (found, _size(files[name])) for name, found in sums.items()}
+    files[CRATE] = crate_json(campaign, metadata, made_by, crate).encode()
+    sums[CRATE] = _sha256(files[CRATE])
     files[SUMS] = "".join(f"{found}  {name}\n" for name, found in sums.items()).encode()
     folder = PurePosixPath(path.stem)
     with atomic(path) as partial, zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -176,6 +183,10 @@ def _captions(campaign: str, files: Mapping[str, Source]) -> dict[str, str]:
     return dict(sorted(found.items(), key=lambda each: text.find(f"fig:{each[0]}}}")))
 
 
+def _size(source: Source) -> int:
+    return len(source) if isinstance(source, bytes) else source.stat().st_size
+
+
 def _sha256(source: Source) -> str:
     return hashlib.sha256(source).hexdigest() if isinstance(source, bytes) else sha256(source)
 
@@ -185,8 +196,7 @@ def _add(archive: zipfile.ZipFile, name: str, source: Source) -> None:
     info = zipfile.ZipInfo(name, EARLIEST)
     info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
     info.external_attr = 0o100644 << 16
-    size = len(source) if isinstance(source, bytes) else source.stat().st_size
-    with archive.open(info, "w", force_zip64=size > 2**31) as packed:
+    with archive.open(info, "w", force_zip64=_size(source) > 2**31) as packed:
         if isinstance(source, bytes):
             packed.write(source)
             return

@@ -1,0 +1,161 @@
+"""A supplement as a Workflow Run RO-Crate: ro-crate-metadata.json, which data repositories read.
+
+RO-Crate 1.1 (doi:10.3233/DS-210053) with the profiles Workflow RO-Crate 1.0 and Process and Workflow Run Crate 0.5
+(doi:10.1371/journal.pone.0309210). No time of packing is written, so that the same files give the same bytes.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from freerock.config.campaign import Campaign
+from freerock.jobs.metadata import KEYWORDS, SPDX, Metadata, creators_of
+from freerock.products.storage import root_text
+
+NAME = "ro-crate-metadata.json"
+RUN_PROFILES = ("process/0.5", "workflow/0.5")
+PROFILES = (
+    *(f"https://w3id.org/ro/wfrun/{name}" for name in RUN_PROFILES),
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0",
+)
+CONTEXT = ["https://w3id.org/ro/crate/1.1/context", "https://w3id.org/ro/terms/workflow-run/context"]
+SNAKEMAKE = "https://w3id.org/workflowhub/workflow-ro-crate#snakemake"
+FORMATS = {
+    ".nc": "application/x-netcdf",
+    ".csv": "text/csv",
+    ".json": "application/json",
+    ".yaml": "application/yaml",
+    ".pdf": "application/pdf",
+    ".png": "image/png",
+    ".html": "text/html",
+    ".md": "text/markdown",
+    ".tex": "application/x-tex",
+    ".py": "text/x-python",
+    ".txt": "text/plain",
+}
+WORKFLOW = "Snakefile"
+Json = dict[str, Any]
+
+
+def newest_date(campaign: Campaign) -> str:
+    """Day of the newest record that says when it was taken, as 2017-05-02; empty where none does."""
+    paths = [Path(f"results/{campaign.name}/records/{each.test}.nc") for each in campaign.records]
+    starts = (root_text(path, "time_coverage_start") for path in paths)
+    return max((start[:10] for start in starts if re.match(r"\d{4}-\d\d-\d\d", start)), default="")
+
+
+def crate_json(
+    campaign: Campaign, metadata: Metadata, made_by: Mapping[str, Any], sums: Mapping[str, tuple[str, int]]
+) -> str:
+    """Text of ro-crate-metadata.json.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    metadata : Metadata
+        Its year counts where no record is dated.
+    made_by : mapping
+        `provenance.json` of the campaign: versions of the software.
+    sums : mapping of str to (str, int)
+        SHA-256 and bytes of each file of the supplement, by its path.
+    """
+    results = f"results/{campaign.name}/"
+    made = [name for name in sums if name.startswith(results)]
+    used = [name for name in sums if name.startswith((f"{campaign.raw}/", "config/"))]
+    creators = [_creator(number, name) for number, name in enumerate(creators_of(campaign), 1)]
+    software = [_software(name, version) for name, version in made_by["software"].items()]
+    root: Json = {
+        "@id": "./",
+        "@type": "Dataset",
+        "name": campaign.title,
+        "description": campaign.summary or campaign.title,
+        "keywords": KEYWORDS,
+        "creator": _refer(creators),
+        "conformsTo": [{"@id": profile} for profile in PROFILES],
+        "hasPart": [{"@id": name} for name in sums],
+        "mainEntity": {"@id": WORKFLOW},
+        "mentions": [{"@id": "#analysis"}],
+    }
+    if date := newest_date(campaign) or (str(metadata.year) if metadata.year else ""):
+        root["datePublished"] = date
+    if campaign.license:
+        spdx = SPDX.fullmatch(campaign.license)
+        root["license"] = (
+            {"@id": f"https://spdx.org/licenses/{campaign.license}"} if spdx else campaign.license
+        )
+    if metadata.paper:
+        root["isBasedOn"] = {"@id": f"https://doi.org/{metadata.paper}"}
+    analysis = {
+        "@id": "#analysis",
+        "@type": "CreateAction",
+        "name": f"Analysis of {campaign.name} by freerock {made_by['software']['freerock']}",
+        "instrument": {"@id": WORKFLOW},
+        "object": [{"@id": name} for name in used],
+        "result": [{"@id": name} for name in made],
+    }
+    graph = [_descriptor(), root, *creators, analysis, *_of_workflow(software), *software]
+    graph += [_licence(campaign.license)] if SPDX.fullmatch(campaign.license) else []
+    graph += [_article(metadata.paper)] if metadata.paper else []
+    graph += [_profile(profile) for profile in PROFILES]
+    graph += [_file(name, *sums[name]) for name in sums]
+    return json.dumps({"@context": CONTEXT, "@graph": graph}, indent=1, ensure_ascii=False) + "\n"
+
+
+def _descriptor() -> Json:
+    conforms = ["https://w3id.org/ro/crate/1.1", "https://w3id.org/workflowhub/workflow-ro-crate/1.0"]
+    return {
+        "@id": NAME,
+        "@type": "CreativeWork",
+        "about": {"@id": "./"},
+        "conformsTo": [{"@id": each} for each in conforms],
+    }
+
+
+def _creator(number: int, name: str) -> Json:
+    family, _, given = (part.strip() for part in name.partition(","))
+    if not given:
+        return {"@id": f"#creator-{number}", "@type": "Organization", "name": name}
+    plain = {"name": f"{given} {family}", "givenName": given, "familyName": family}
+    return {"@id": f"#creator-{number}", "@type": "Person", **plain}
+
+
+def _software(name: str, version: str) -> Json:
+    return {"@id": f"#{name}", "@type": "SoftwareApplication", "name": name, "softwareVersion": version}
+
+
+def _of_workflow(software: list[Json]) -> list[Json]:
+    """The language of the workflow, and what it requires."""
+    language = {"@id": SNAKEMAKE, "@type": "ComputerLanguage", "name": "Snakemake"}
+    return [{**language, "softwareRequirements": _refer(software)}]
+
+
+def _licence(name: str) -> Json:
+    return {"@id": f"https://spdx.org/licenses/{name}", "@type": "CreativeWork", "name": name}
+
+
+def _article(doi: str) -> Json:
+    return {"@id": f"https://doi.org/{doi}", "@type": "ScholarlyArticle", "name": f"doi:{doi}"}
+
+
+def _profile(address: str) -> Json:
+    name, version = address.rsplit("/", 2)[1:]
+    return {"@id": address, "@type": "CreativeWork", "name": name, "version": version}
+
+
+def _file(name: str, sha256: str, n_bytes: int) -> Json:
+    found: Json = {"@id": name, "@type": "File", "sha256": sha256, "contentSize": str(n_bytes)}
+    if name == WORKFLOW:
+        found |= {
+            "@type": ["File", "SoftwareSourceCode", "ComputationalWorkflow"],
+            "name": "freerock: from laser records to identified models",
+            "programmingLanguage": {"@id": SNAKEMAKE},
+        }
+    if form := FORMATS.get(Path(name).suffix):
+        found["encodingFormat"] = form
+    return found
+
+
+def _refer(entities: list[Json]) -> list[Json]:
+    return [{"@id": each["@id"]} for each in entities]
