@@ -112,7 +112,7 @@ def test_metadata_name_who_what_and_the_paper(unpacked):
 
 
 def test_the_crate_is_read_back(unpacked):
-    """By the library of the format: files with checksums, the workflow, its run, who, and no date of today."""
+    """By the library of the format: files with checksums, the workflow, its run, who, no date of today."""
     crate = ROCrate(unpacked.folder)
     root = crate.root_dataset
     assert root["name"] == "Two blocks on a mat" and root["license"].id.endswith("licenses/CC-BY-4.0")

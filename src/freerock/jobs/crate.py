@@ -1,7 +1,7 @@
 """A supplement as a Workflow Run RO-Crate: ro-crate-metadata.json, which data repositories read.
 
-RO-Crate 1.1 (doi:10.3233/DS-210053) with the profiles Workflow RO-Crate 1.0 and Process and Workflow Run Crate 0.5
-(doi:10.1371/journal.pone.0309210). No time of packing is written, so that the same files give the same bytes.
+RO-Crate 1.1 (doi:10.3233/DS-210053) with the profiles Workflow RO-Crate 1.0, Process Run Crate and Workflow
+Run Crate 0.5 (doi:10.1371/journal.pone.0309210). No time of packing is written, so that the same files give the same bytes.
 """
 
 import json
@@ -81,10 +81,8 @@ def crate_json(
     if date := newest_date(campaign) or (str(metadata.year) if metadata.year else ""):
         root["datePublished"] = date
     if campaign.license:
-        spdx = SPDX.fullmatch(campaign.license)
-        root["license"] = (
-            {"@id": f"https://spdx.org/licenses/{campaign.license}"} if spdx else campaign.license
-        )
+        spdx = {"@id": f"https://spdx.org/licenses/{campaign.license}"}
+        root["license"] = spdx if SPDX.fullmatch(campaign.license) else campaign.license
     if metadata.paper:
         root["isBasedOn"] = {"@id": f"https://doi.org/{metadata.paper}"}
     analysis = {

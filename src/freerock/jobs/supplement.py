@@ -72,9 +72,8 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
     files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
     files["datacite.json"] = datacite_json(campaign, metadata).encode()
     captions = {name: text for name, text in files.items() if name.endswith(".txt") and "/figures/" in name}
-    files["README.md"] = readme(
-        campaign, metadata, made_by, _captions(campaign.name, captions), files
-    ).encode()
+    told = readme(campaign, metadata, made_by, _captions(campaign.name, captions), files)
+    files["README.md"] = told.encode()
     ledger = f"results/{campaign.name}/{FOLDER}/"
     sums = {name: _sha256(source) for name, source in sorted(files.items()) if not name.startswith(ledger)}
     crate = {name: (found, _size(files[name])) for name, found in sums.items()}
