@@ -27,6 +27,7 @@ __all__ = [
     "inputs",
     "integrated",
     "integrated_kernel",
+    "interface",
     "means",
     "methods",
     "mishaps",

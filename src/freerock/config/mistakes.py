@@ -20,7 +20,7 @@ from freerock.config.values import (
 from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
-FORMER = {  # keys that earlier versions had
+FORMER = {  # keys that earlier versions had; of a renamed one the remedy is `use NEW_NAME`
     "pooled": (
         "runs are no longer fitted jointly",
         "remove it: tables give the mean of the runs",

@@ -1,7 +1,7 @@
 """A supplement as a Workflow Run RO-Crate: ro-crate-metadata.json, which data repositories read.
 
 RO-Crate 1.1 (doi:10.3233/DS-210053) with the profiles Workflow RO-Crate 1.0, Process Run Crate and Workflow
-Run Crate 0.5 (doi:10.1371/journal.pone.0309210). No time of packing is written, so that the same files give the same bytes.
+Run Crate 0.5 (doi:10.1371/journal.pone.0309210). No time of packing is written: same files, same bytes.
 """
 
 import json
