@@ -1,3 +1,3 @@
 """The command `freerock`: `subcommands` lists them, and each is the module of its name."""
 
-__all__ = ["check"]
+__all__ = ["check", "export", "subcommands"]
