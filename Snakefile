@@ -31,6 +31,12 @@ if find_spec("freerock_bench"):  # a wheel holds no studies
     include: "workflow/rules/studies.smk"
 
 
+if not str(rules.complete.output.complete).startswith("results/"):
+    sys.exit(
+        "module freerock: prefix: is not possible: products lie in results; analyse in a folder of its own"
+    )
+
+
 rule all:
     default_target: True
     input:

@@ -8,7 +8,7 @@ import subprocess
 import zipfile
 
 import pytest
-from installed import install
+from installed import ROOT, install
 from small_campaign import Checkout, once
 from test_supplement import BY, share_compiled
 from warm import commands
@@ -131,3 +131,44 @@ def test_its_supplement_holds_the_code(analysed, tmp_path):
     done = unpacked.snakemake("--config", "verify=true", "--dry-run", "--quiet", "all")
     assert "0 missing, 0 damaged, 0 stale, 0 foreign" in done.stdout, done.stdout + done.stderr
     assert not (unpacked / "src/freerock/snakemake").exists()
+
+
+def test_as_a_module_beside_another_version(analysed, tmp_path):
+    """The example: rules with a prefix, a rule of the laboratory, another version in a folder of its own."""
+    other = tmp_path / "site"
+    shutil.copytree(analysed.site, other)
+    (metadata,) = other.glob("freerock-*.dist-info/METADATA")
+    text = metadata.read_text(encoding="utf-8")
+    metadata.write_text(re.sub(r"^Version: .*", "Version: 0.9.9", text, flags=re.M), encoding="utf-8")
+    command = tmp_path / "freerock"
+    command.write_text(f'#!/bin/sh\nPYTHONPATH={other} exec {commands()}/freerock "$@"\n')
+    command.chmod(0o755)
+    shutil.copytree(analysed.folder, tmp_path / "own", ignore=shutil.ignore_patterns("iocache", "log"))
+    own = Laboratory(tmp_path / "own", analysed.site)
+    shutil.copy2(ROOT / "examples/own_workflow/Snakefile", own.folder)
+    done = own.snakemake("--config", "campaigns=small", f"other={command}")
+    assert done.returncode == 0, done.stderr
+    rows = (own / "stiffness.csv").read_text().splitlines()
+    assert rows[0] == "test,run,model,k_n_m2,stderr_n_m2" and rows[1].startswith("tall_mat,1,winkler,")
+    versions = [
+        json.loads((own / f"{part}results/small/provenance.json").read_text())["software"]["freerock"]
+        for part in ("", "other/")
+    ]
+    assert versions[0] != versions[1] == "0.9.9"
+    assert "0.9.9" in (own / "comparison.txt").read_text(encoding="utf-8")
+    one, two = (own / f"{part}results/small/tables/runs.csv" for part in ("", "other/"))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_a_prefix_of_paths_is_refused_in_one_line(analysed, tmp_path):
+    shutil.copytree(analysed.folder, tmp_path / "own", ignore=shutil.ignore_patterns("results", ".snakemake"))
+    own = Laboratory(tmp_path / "own", analysed.site)
+    own.edit(
+        "Snakefile",
+        "    config:\n        config\n",
+        '    config:\n        config\n    prefix:\n        "lab"\n',
+    )
+    done = own.snakemake("--dry-run")
+    assert done.returncode == 1
+    assert "module freerock: prefix: is not possible: products lie in results" in done.stderr
+    assert "Traceback" not in done.stderr
