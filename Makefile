@@ -4,6 +4,7 @@
 # make slurm         what jobs on a Slurm cluster need besides
 # make peers         the engines of other fields that docs/benchmark.md compares, in an environment of their own
 # make dist         wheel and sdist, in dist
+# make docs         set up, then build the site in site/
 # make test-cluster  tests on a real Slurm, where its programs are installed
 PYTHON ?= python3
 VENV := .venv
@@ -16,7 +17,7 @@ export PATH := $(CURDIR)/$(VENV)/bin:$(PATH)
 # The tests of a file share what they set up; tests/conftest.py puts long ones first, so that no process waits at the end.
 TESTS := python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
-.PHONY: all setup slurm peers lint quick test tests test-cluster dist clean
+.PHONY: all setup slurm peers lint quick test tests docs test-cluster dist clean
 
 all: setup
 	snakemake
@@ -72,6 +73,7 @@ lint: setup
 	mypy
 	lint-imports --no-cache --no-logo
 	snakefmt --check Snakefile workflow
+	python -m freerock_bench.prose lint
 	snakemake --lint
 
 quick: lint
@@ -84,6 +86,9 @@ test: setup
 tests: setup
 	$(TESTS)
 
+docs: setup
+	python -m freerock_bench.site
+
 test-cluster: setup $(SLURM)
 	python -m pytest tests/cluster
 
@@ -94,4 +99,4 @@ dist: setup
 	python -m pip wheel --quiet --disable-pip-version-check --no-deps --no-build-isolation --wheel-dir dist dist/*.tar.gz
 
 clean:
-	rm -rf $(VENV) $(PEERS) .snakemake build dist results
+	rm -rf $(VENV) $(PEERS) .snakemake build dist results site

@@ -5,7 +5,7 @@ of a laser. The answer of the law with its rivals is held against the truth, wit
 noise alone and with the discrepancy of the law. How the parts of a run weigh was chosen on one half of the
 kinds, and is shown on the other.
 
-    python -m freerock_bench.discrepancy results/studies/discrepancy.csv full docs/uncertainty.md
+    python -m freerock_bench.discrepancy results/studies/discrepancy.csv full docs/validation.md
 
 measures on all cores (`small`: a run of each kind in a minute; `full`: twenty, in twelve minutes of processor
 time) and renews the table in the documentation, where it is named.

@@ -4,7 +4,7 @@ Records of `integrated`, which share nothing with the laws that are fitted, go a
 verdict and fits. Block, laser and clock are off by normal draws of what is stated of them: by callipers, by a
 rule, or exact. In two further parts the corners are worn, or the base is off level, beyond that.
 
-    python -m freerock_bench.drawn results/studies/drawn.csv full docs/uncertainty.md
+    python -m freerock_bench.drawn results/studies/drawn.csv full docs/validation.md
 
 measures (`small`: two records of each part, instruments and kinematics; `full`: 36 and 18, in half an hour of
 processor time; `long`: 1 200 and 600, in a night) and renews the tables in the documentation, where it is

@@ -4,7 +4,7 @@ The beds of `studies.discrepancy`, whose integrations know the energy of each to
 Crossley's law; its restitution by energy is held against √(E after / E before) of the motion, with the
 standard error of the noise alone and with what the law does not explain.
 
-    python -m freerock_bench.energies results/studies/energies.csv full docs/uncertainty.md
+    python -m freerock_bench.energies results/studies/energies.csv full docs/validation.md
 
 measures (`small`: a run of each kind; `full`: twelve, in four minutes of processor time) and renews the table
 in the documentation, where it is named.

@@ -369,7 +369,7 @@ def _seconds(value: float) -> str:
     return f"{value / size:.{0 if value >= 10 * size else 1}f} {unit}"
 
 
-def main(product: str = "results/studies/engines.csv", document: str = "docs/benchmark.md") -> None:
+def main(product: str = "results/studies/engines.csv", document: str = "docs/validation.md") -> None:
     """Put the table of a product into the document."""
     renew(document, MARK, table(read_csv(product)))
 

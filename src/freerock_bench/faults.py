@@ -4,7 +4,7 @@ Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains
 get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `find_rotation` must name it,
 at the time it lasts. Clean records must be left without any name, and their runs without a warning.
 
-    python -m freerock_bench.faults results/studies/faults.csv docs/signals.md
+    python -m freerock_bench.faults results/studies/faults.csv docs/validation.md
 
 renews the table in the documentation from the product of `snakemake studies`.
 """

@@ -1,7 +1,7 @@
 """Records without noise whose truth is known, by equations and an integrator that the laws do not share.
 
 A block on a bed of Winkler's or Hunt and Crossley's law, guided or pivoting, or on a rigid base, its corners
-worn or not, the base off level or not, is let go by a finger that fades: docs/physics.md, sections 3 and 8.
+worn or not, the base off level or not, is let go by a finger that fades: docs/equations.md, sections 3 and 8.
 A beam reads its left face, by geometry of its own.
 """
 

@@ -4,7 +4,7 @@ Records of the virtual laboratory with the noise of a laser, one release and one
 (`freerock_bench.moves`), go the whole way to verdict and fits, with the laws and rivals of a campaign
 by default. The truth is Hunt-Crossley's law of table 2, within 3 %.
 
-    python -m freerock_bench.mishaps results/studies/mishaps.csv full docs/signals.md
+    python -m freerock_bench.mishaps results/studies/mishaps.csv full docs/validation.md
 
 measures on all cores (`small`: one record of each in a minute or two; `full`: hours of processor time) and
 renews the table in the documentation, where it is named.

@@ -3,7 +3,7 @@
 Records of `studies.integrated`, which share nothing with the laws that are fitted, with sixteen kinds of
 noise, as volts through the public way to runs and impacts.
 
-    python -m freerock_bench.noises results/studies/noises.csv full docs/signals.md
+    python -m freerock_bench.noises results/studies/noises.csv full docs/validation.md
 
 measures (`small`: three records of each noise; `full`: 162, in two minutes of processor time) and renews the
 table in the documentation, where it is named.

@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 PARTS = ["src", "workflow", "config", "raw", "profiles", "examples", "docs/tutorial", "Snakefile"]
 FILES = [
     ROOT / "README.md",
-    *ROOT.glob("docs/*.md"),
+    *sorted((ROOT / "docs").rglob("*.md")),
     *ROOT.glob("*/README.md"),
     *ROOT.glob("raw/*/README.md"),
 ]
@@ -219,7 +219,7 @@ def test_another_scene_is_recovered_as_well(copy, seed):
 
 SNIPPETS = [
     (path, language, body)
-    for path in [ROOT / "docs/how-to.md"]
+    for path in sorted((ROOT / "docs/how-to").glob("*.md"))
     for _, _, language, body in BLOCK.findall(path.read_text(encoding="utf-8"))
     if language in ("yaml", "csv")
 ]

@@ -1,4 +1,4 @@
-"""The derivations of docs/physics.md, each checked by another way than the one it was derived by."""
+"""The derivations of docs/equations.md, each checked by another way than the one it was derived by."""
 
 import math
 from dataclasses import replace

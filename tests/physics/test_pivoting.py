@@ -34,7 +34,7 @@ def part_above(value, slope, low, high):
 
 
 def followed(block, parameters, start, time, rule="geometric", motion=None):
-    """θ(t) by SciPy, from the two equations of the Lagrangian as they stand in docs/physics.md, section 4."""
+    """θ(t) by SciPy, from the two equations of the Lagrangian in docs/equations.md, section 4."""
     k, c, lam = parameters["k"], parameters.get("c", 0.0), parameters.get("lambda", 0.0)
     m, b, h = block.mass_kg, block.b, block.h
     edges = [0.0, time[-1]]

@@ -87,10 +87,10 @@ def test_faults_that_do_not_meet_the_run_do_not_count():
 
 
 def test_every_reason_is_documented():
-    table = (ROOT / "docs/signals.md").read_text(encoding="utf-8").partition("## Runs")[2]
+    table = (ROOT / "docs/verdicts.md").read_text(encoding="utf-8").partition("## Reasons")[2]
     rows = re.findall(r"^\| \w+.*? \| (`.+?) \|", table, re.M)
     documented = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     of_impacts = {f"{how}_restitution" for how in ("no", "alternating", "outlying", "uneven")}
     of_fits = {"unexplained", "disturbed", "disturbed_release", "not_fitted", "no_rest"}
-    of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor"}
+    of_fits |= {"other_debonding", "other_sign", "off_level", "rounded_edges", "slow_sensor", "pulled_input"}
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits

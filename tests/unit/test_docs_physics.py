@@ -1,4 +1,4 @@
-"""docs/physics.md: every formula has a source and a test that exists, every number is computed again."""
+"""docs/equations.md: every formula has a source and a test that exists, every number is computed again."""
 
 import ast
 import math
@@ -23,7 +23,8 @@ from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import LASERS
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = (ROOT / "docs/physics.md").read_text(encoding="utf-8")
+PAGES = [(ROOT / f"docs/{name}.md").read_text(encoding="utf-8") for name in ("equations", "physics")]
+DOCUMENT = "\n\n".join(PAGES)
 BLOCKS = {1: Block(0.42, 0.07, 8.67), 2: Block(0.28, 0.07, 5.84), 3: Block(0.14, 0.07, 2.98)}
 RELEASE_DEG = {1: 6, 2: 10, 3: 20}
 PIVOTING = Rules(kinematics="pivoting")

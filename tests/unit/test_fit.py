@@ -65,7 +65,7 @@ def test_only_the_freed_nuisances_are_fitted():
 
 
 def test_the_rigid_model_on_a_compliant_base_makes_up_for_the_longer_period():
-    """Fitted r 0.957 and not the 0.94 of the single impacts (docs/physics.md)."""
+    """Fitted r 0.957 and not the 0.94 of the single impacts (docs/equations.md)."""
     run = motion("hunt_crossley", TRUTHS["hunt_crossley"], sigma=1e-6, span=8.0)
     fit = fit_run("housner", CONFIG2, run, FitSettings(free=()))
     assert fit.value[0] == pytest.approx(0.957, abs=0.003)
@@ -128,7 +128,7 @@ def test_joint_fit_shares_the_parameters_and_is_tighter():
 
 @pytest.mark.parametrize("law", ["winkler", "hunt_crossley"])
 def test_the_guided_law_on_a_pivoting_block_gives_another_stiffness(law):
-    """docs/physics.md: k and λ mean what the kinematics makes of them."""
+    """docs/equations.md: k and λ mean what the kinematics makes of them."""
     run = motion(f"{law}_pivoting", TRUTHS[law], block=CONFIG3, alpha=math.radians(20))
     guided = fit_run(law, CONFIG3, run)
     assert guided.diagnostics["white"] == 0

@@ -95,7 +95,7 @@ def test_rivals_take_both_kinematics_unless_told_otherwise_and_there_are_none_in
 
 NAMED = [
     found
-    for page in sorted((ROOT / "docs").glob("*.md"))
+    for page in sorted((ROOT / "docs").rglob("*.md"))
     for found in re.findall(r"`([a-z]+)\.([a-z_]+): ([^`]+)`", page.read_text(encoding="utf-8"))
 ]
 

@@ -81,7 +81,7 @@ def judged(kind, seed, added=0.0):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_noise_as_at_rest_passes(kind):
-    """docs/identification.md has the same over thousands of cases."""
+    """docs/validation.md has the same over thousands of cases."""
     assert min(judged(kind, seed).p for seed in range(12)) > RESIDUAL
 
 

@@ -90,7 +90,7 @@ def test_prediction_is_the_scatter_of_fits():
 
 
 def test_known_bound():
-    """0.014 % of k and 0.021 % of λ at 0.01°, 2 kHz, 8 s (docs/plan.md)."""
+    """0.014 % of k and 0.021 % of λ at 0.01°, 2 kHz, 8 s (docs/how-to/plan.md)."""
     time_s = np.arange(16000) / 2000
     found = standard_errors("hunt_crossley", CONFIG2, MARBLE, time_s, TEN, SIGMA)
     assert 100 * found["k"] / MARBLE["k"] == pytest.approx(0.014, abs=5e-4)

@@ -1,4 +1,4 @@
-"""The published tables against one another, with the figures of docs/studies.md."""
+"""The published tables against one another, with the figures of docs/validation.md."""
 
 import math
 from pathlib import Path

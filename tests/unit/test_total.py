@@ -108,7 +108,7 @@ def test_a_member_that_is_not_explained_counts_little():
 
 
 def test_intervals_of_drawn_campaigns():
-    """Mean and next record; the study in docs/uncertainty.md draws more of each kind."""
+    """Mean and next record; the study in docs/validation.md draws more of each kind."""
     frame = means.run("small")
     assert frame["no_worse"].all()
     assert 0.93 <= frame["mean_inside"].mean() <= 0.985, frame["mean_inside"].mean()  # of 288: ± 2 %

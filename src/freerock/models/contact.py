@@ -147,7 +147,7 @@ def sideways(block: Block, theta: float, rules: Rules) -> tuple[float, float]:
 
     A guided base centre keeps its place (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024),
     x_G = h sinθ. A pivoting block keeps the corner that is down in its place, x_G = h sinθ ± b (1 - cosθ):
-    docs/physics.md, section 4. The right corner is down where theta [rad] is zero or positive.
+    docs/equations.md, section 4. The right corner is down where theta [rad] is zero or positive.
     """
     s, cos = math.sin(theta), math.cos(theta)
     arm = math.copysign(block.b, theta + 0.0) if rules.kinematics == "pivoting" else 0.0
@@ -166,7 +166,7 @@ def accelerations(
 ) -> tuple[float, float]:
     """Solve eq. (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) for z̈_cb and θ̈.
 
-    With the x_G(θ) of a pivoting block it is solved for that one: docs/physics.md, section 4.
+    With the x_G(θ) of a pivoting block it is solved for that one: docs/equations.md, section 4.
 
     The vertical ground acceleration z̈_g, positive upward, acts as a change of gravity,
     g + z̈_g in both equations; the paper prints the opposite sign in (1b), which contradicts (1a).

@@ -51,7 +51,7 @@ class Parameter:
         Step of the difference quotients, in that number.
     bounds : (float, float)
         Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
-        (docs/studies.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
+        (docs/validation.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
     grid : (float, float, int)
         Lowest and highest value (ratio to k, share; 1 - r) of the starting grid of a foundation's law, of r
         and the width that of a rigid block, and the number of values, in geometric order.

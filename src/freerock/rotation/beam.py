@@ -1,7 +1,7 @@
 """Where a beam meets the block: displacement of the target from rotation, and back.
 
 Kinematics: the block pivots, it turns as a rigid body about the corner that is down, and that corner does not
-slide. (A guided base centre leaves the face b(1 - cos θ) behind: docs/physics.md, section 8.) Nor does it
+slide. (A guided base centre leaves the face b(1 - cos θ) behind: docs/equations.md, section 8.) Nor does it
 sink, where rotation is found from displacement: no single beam knows how deep it lies.
 """
 

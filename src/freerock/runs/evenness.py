@@ -72,7 +72,7 @@ def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.
     """A warning where the restitutions do not follow a smooth curve.
 
     The scatter was set on 1500 clean runs of the three laws, on foundations of any stiffness and damping, of
-    worn corners and of pivoting blocks; docs/signals.md counts the false alarms of others. With fewer than
+    worn corners and of pivoting blocks; docs/validation.md counts the false alarms of others. With fewer than
     eight impacts the two kinds can't be told apart; with fewer than five, one impact that falls out can't be
     told from a curve. No peak is known better than to `peak_stderr` [rad], by the noise as it is at rest.
     """

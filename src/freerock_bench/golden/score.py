@@ -100,7 +100,7 @@ def _digits(errors: Floats) -> float:
 
 
 def line(graded: pd.DataFrame, name: str, n_scenes: int) -> str:
-    """A row of the table of docs/benchmark.md: scenes solved, and digits.
+    """A row of the table of scores: scenes solved, and digits.
 
     The digits of a law are those of its worst scene, — where none was solved; the last two are of all scenes.
     """

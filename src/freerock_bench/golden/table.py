@@ -1,4 +1,4 @@
-"""The table of scores in docs/benchmark.md: freerock by its tolerance, and methods without events.
+"""The table of scores in docs/validation.md: freerock by its tolerance, and methods without events.
 
 python -m freerock_bench.golden.table    # renews the rows made here, half a minute
 """
@@ -76,7 +76,7 @@ def _by_method(
     return Trajectory(right.time_s, method(problem, right.time_s, value).theta, None)
 
 
-def main(document: str = "docs/benchmark.md") -> None:
+def main(document: str = "docs/validation.md") -> None:
     """Put the table into the document."""
     renew(document, MARK, "\n".join([HEAD, *rows(scenes())]))
 

@@ -1,0 +1,195 @@
+"""The site: the pages of docs/ and others, the command line and the Python API, by Sphinx.
+
+    python -m freerock_bench.site [FOLDER]            # site/ by default; no warnings, nothing fetched
+
+Pages outside docs/ (README.md, config/README.md, ...) join the site. The command line, the Python API, the
+gallery and the page of each chapter are generated. A link of the repository is made right on the site.
+"""
+
+import inspect
+import io
+import os
+import posixpath
+import re
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import redirect_stdout, suppress
+from pathlib import Path
+
+from sphinx.cmd.build import build_main
+
+import freerock
+from freerock.cli.subcommands import COMMANDS, main
+
+ROOT = Path(__file__).parents[2]
+OUTSIDE = {  # file of the repository: page of the site
+    "README.md": "index.md",
+    "config/README.md": "configuration.md",
+    "benchmarks/README.md": "benchmarks.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+}
+CHAPTERS = {  # page of a chapter: its heading and pages
+    "how-to/index": (
+        "How to",
+        "two-lasers current-sensor own-rotation public-data add-records warned-run worn-corners review "
+        "correct-runs uncertainties parameters plan simulate figures paper-fits supplement many-records "
+        "cluster other-workflow accidents python",
+    ),
+    "explanation": ("Explanation", "physics signals identification uncertainty trust"),
+    "reference": (
+        "Reference",
+        "configuration command-line datasets verdicts records equations reliability "
+        "glossary benchmark api/index",
+    ),
+    "project": ("Project", "architecture contributing benchmarks changelog"),
+}
+TOP = "how-to/index explanation validation reference gallery project"
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
+FENCE = re.compile(r"(^ *```.*?^ *```$)", re.M | re.S)
+IMAGE = re.compile(r"!\[([^\]]+)\]\((?:\.\./)?(images/[\w.]+)\)")
+SHOWN = (".md", ".png", ".svg")  # of docs/; other files stand in the repository alone
+
+
+def build(folder: str | Path) -> int:
+    """Stage all pages in a temporary folder and build the site from them; Sphinx's exit code."""
+    with tempfile.TemporaryDirectory() as source:
+        stage(Path(source))
+        return build_main(["-W", "--keep-going", "-q", "-E", "-b", "html", source, str(folder)])
+
+
+def stage(source: Path) -> None:
+    """Write every page and figure of the site, with Sphinx's settings."""
+    shutil.copytree(ROOT / "docs/images", source / "images", ignore=shutil.ignore_patterns("*.py", "*.csv"))
+    for name in ("conf.py", "site.css"):
+        shutil.copy(ROOT / "docs/site" / name, source / name)
+    written = {page: converted(text, f"docs/{page}", page) for page, text in documents()}
+    for path, page in OUTSIDE.items():
+        written[page] = converted((ROOT / path).read_text(encoding="utf-8"), path, page)
+    written |= {"command-line.md": command_line(), "gallery.md": gallery(), **api()}
+    for page, (title, names) in CHAPTERS.items():
+        written[f"{page}.md"] = chapter(page, title, names.split(), written)
+    written["index.md"] += toctree(["Tutorial <tutorial>", *TOP.split()])
+    for page, text in written.items():
+        (source / page).parent.mkdir(exist_ok=True)
+        (source / page).write_text(text, encoding="utf-8")
+
+
+def documents() -> Iterator[tuple[str, str]]:
+    """Address below docs/ and text of each written page."""
+    for path in sorted((ROOT / "docs").rglob("*.md")):
+        yield path.relative_to(ROOT / "docs").as_posix(), path.read_text(encoding="utf-8")
+
+
+def converted(text: str, source: str, page: str) -> str:
+    """A page with the links of the site, outside of code; code of languages that Pygments lacks as text."""
+    parts = FENCE.split(text)
+    parts[::2] = [LINK.sub(lambda found: linked(found, source, page), part) for part in parts[::2]]
+    return re.sub(r"^( *)```csv$", r"\1```text", "".join(parts), flags=re.M)
+
+
+def linked(found: re.Match[str], source: str, page: str) -> str:
+    """A link as the site has it; the plain text where its target is a file of the repository alone."""
+    image, text, target = found.groups()
+    if re.match(r"[a-z]+:|#", target):
+        return found[0]
+    path, _, anchor = target.partition("#")
+    there = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
+    other = OUTSIDE.get(there, there.removeprefix("docs/") if there.startswith("docs/") else "")
+    if not other.endswith(SHOWN):
+        return text
+    relative = posixpath.relpath(other, posixpath.dirname(page) or ".")
+    return f"{image}[{text}]({relative}{'#' if anchor else ''}{anchor})"
+
+
+def chapter(page: str, title: str, names: list[str], written: dict[str, str]) -> str:
+    """The page of a chapter: a line for each of its pages."""
+    below = posixpath.dirname(page)
+    lines = []
+    for name in names:
+        heading = re.search(r"^# (.*)$", written[posixpath.join(below, f"{name}.md")], re.M)
+        assert heading, name
+        lines.append(f"- [{heading[1]}]({name}.md)")
+    return f"# {title}\n\n" + "\n".join(lines) + "\n" + toctree(names)
+
+
+def toctree(names: list[str]) -> str:
+    """Sphinx's tree of pages, hidden."""
+    return "\n\n```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
+
+
+def command_line() -> str:
+    """What `freerock COMMAND --help` prints, of all commands."""
+    text = "# Command line\n\nThis page shows the answer of `--help`, command by command.\n"
+    for name in ("", *COMMANDS):
+        text += f"\n## freerock {name}".rstrip() + f"\n\n```text\n{help_of(*name.split())}```\n"
+    return text
+
+
+def help_of(*words: str) -> str:
+    """The help of a command, 96 columns wide."""
+    printed = io.StringIO()
+    before, os.environ["COLUMNS"] = os.environ.get("COLUMNS"), "96"
+    with redirect_stdout(printed), suppress(SystemExit):
+        main([*words, "--help"])
+    del os.environ["COLUMNS"]
+    if before is not None:
+        os.environ["COLUMNS"] = before
+    return printed.getvalue()
+
+
+def api() -> dict[str, str]:
+    """A page for each room that has public names, and the list of all."""
+    rooms: dict[str, list[tuple[str, str]]] = {}
+    for name in freerock.__all__:
+        module = getattr(freerock, name).__module__
+        room = module.split(".")[1]
+        rooms.setdefault("config" if room == "errors" else room, []).append((name, f"{module}.{name}"))
+    pages = {
+        f"api/{room}.md": f"# freerock: {room}\n\n" + "\n\n".join(described(*each) for each in names) + "\n"
+        for room, names in rooms.items()
+    }
+    rows = [
+        f"| {{py:obj}}`{name} <{path}>` | {first_line(name)} |"
+        for names in rooms.values()
+        for name, path in names
+    ]
+    pages["api/index.md"] = (
+        "# Python API\n\nPublic names of `freerock`. Units are SI. Angles are in radians.\n"
+        "Everything else is internal and may change.\n\n| name | what it is |\n|---|---|\n"
+        + "\n".join(sorted(rows))
+        + "\n"
+        + toctree(sorted(rooms))
+    )
+    return pages
+
+
+def described(name: str, path: str) -> str:
+    """The directive that documents a public name."""
+    kind = "class" if inspect.isclass(getattr(freerock, name)) else "function"
+    return f"```{{eval-rst}}\n.. auto{kind}:: {path}\n```"
+
+
+def first_line(name: str) -> str:
+    """The first line of a docstring."""
+    return (inspect.getdoc(getattr(freerock, name)) or "").partition("\n")[0].replace("|", "\\|")
+
+
+def gallery() -> str:
+    """Every figure of the pages, with its text and a link to its page."""
+    shown: dict[str, tuple[str, str]] = {}
+    for page, text in documents():
+        for caption, image in IMAGE.findall(text):
+            shown.setdefault(image, (caption, page))
+    figures = [
+        f"```{{figure}} {image}\n:target: {page.removesuffix('.md')}.html\n\n{caption}\n```\n"
+        for image, (caption, page) in sorted(shown.items())
+    ]
+    head = "# Gallery\n\nEach figure links to the page that explains it. All records shown are simulated.\n\n"
+    return head + "\n".join(figures)
+
+
+if __name__ == "__main__":
+    raise SystemExit(build(sys.argv[1] if len(sys.argv) > 1 else ROOT / "site"))
