@@ -124,7 +124,7 @@ def docstrings(root: Path) -> Iterator[tuple[Path, int, str]]:
 
 def lint(root: Path) -> list[str]:
     """What the rules find: where, what; the length of pages and of sentences too."""
-    found = []
+    found: list[str] = []
     for page, text in pages(root).items():
         kept = text if page != "CONTRIBUTING.md" else text.partition("| before | after |")[0]
         for part in (MADE, FENCE, COMMENT):

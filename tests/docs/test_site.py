@@ -98,6 +98,7 @@ def test_a_broken_link_fails(tmp_path):
     stage(tmp_path / "source")
     with open(tmp_path / "source/trust.md", "a", encoding="utf-8") as page:
         page.write("\n[gone](physics.md#no-such-heading)\n")
-    command = [sys.executable, "-m", "sphinx", "-W", "-q", "-b", "dummy", tmp_path / "source", tmp_path / "site"]
+    folders = (tmp_path / "source", tmp_path / "site")
+    command = [sys.executable, "-m", "sphinx", "-W", "-q", "-b", "dummy", *folders]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and "no-such-heading" in done.stderr

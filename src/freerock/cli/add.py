@@ -94,7 +94,7 @@ def add_records(name: str, files: Sequence[str | Path], wanted: Mapping[str, str
     ------
     ConfigError
         The campaign has mistakes; a file can't be read, its name or content is there already, or what is
-        asked for does not fit: a line for each.
+        requested does not fit: a line for each.
     FreerockError
         Something can't be written, or was changed meanwhile.
     """
@@ -168,7 +168,7 @@ def _raise(problems: Sequence[FreerockError]) -> None:
 
 
 def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
-    """The cells of all lines: those that are asked for, else the only ones."""
+    """The cells of all lines: those requested, else the only ones."""
     assert source.campaign
     problems, cells = [], dict(wanted)
     for column in ("block", "foundation", "laser"):
@@ -188,7 +188,7 @@ def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
 
 
 def _looks(files: Sequence[str | Path]) -> list[RecordLook]:
-    """What is in each file; all that can't be read are told together."""
+    """What is in each file; all that can't be read are reported together."""
     problems: list[FreerockError] = []
     looks: list[RecordLook] = []
     for path in map(Path, files):
@@ -263,7 +263,7 @@ def _rows(
 
 
 def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
-    """The cell of the channels: as asked for, else the only one that may be the laser's."""
+    """The cell of the channels: as requested, else the only one that may be the laser's."""
     lasers = [source.lasers[name.strip()] for name in cells["laser"].split(";")]
     names = {channel.name: channel for channel in look.readable}
     wanted = [name.strip() for name in cells["channel"].split(";")] if cells["channel"] else []

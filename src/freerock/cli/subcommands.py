@@ -1,7 +1,7 @@
 """The command `freerock`: one subcommand per task, one line per problem.
 
 A subcommand is a line in `COMMANDS` and the module of its name, with `add_arguments(parser)` and
-`run(chosen)`. Only the module that is asked for is imported, so that `freerock --help` answers at once.
+`run(chosen)`. Only the module that is requested is imported, so that `freerock --help` answers at once.
 """
 
 import argparse
@@ -83,7 +83,7 @@ def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) 
 
 
 def _version(asked_for: str) -> str:
-    """Name and version, looked up only when they are asked for."""
+    """Name and version, looked up only when they are requested."""
     if asked_for != "--version":
         return ""
     from importlib.metadata import version
@@ -92,7 +92,7 @@ def _version(asked_for: str) -> str:
 
 
 def _parser(asked_for: str = "") -> argparse.ArgumentParser:
-    """The parser of the command line, with the arguments of the one subcommand that is asked for."""
+    """The parser of the command line, with the arguments of the one subcommand that is requested."""
     parser = argparse.ArgumentParser(
         prog="freerock",
         description="Free-rocking tests, from laser volts to identified models.",

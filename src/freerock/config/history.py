@@ -1,7 +1,7 @@
 """What a person changed in a campaign's CSV at the review desk, or looked at there: who, when, what and why.
 
 The log stands beside the CSV, `NAME.review.csv`. A line is written before the CSV is changed, so that no
-change is without one; a line whose change never came about is told by the cell, which holds something else.
+change is without one; the cell shows a line whose change never came about: it holds something else.
 """
 
 import csv
@@ -116,7 +116,7 @@ def append_changes(path: str | Path, changes: Sequence[Change]) -> None:
 
 
 def looked_at(changes: Sequence[Change]) -> dict[tuple[str, str], Change]:
-    """Who looked at which run, by test and number: a later correction of the record asks for another look."""
+    """Who looked at which run, by test and number: a later correction of the record requires another look."""
     found: dict[tuple[str, str], Change] = {}
     for change in changes:
         if change.cell == LOOKED_AT and change.after:

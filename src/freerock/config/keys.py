@@ -207,7 +207,7 @@ FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.
 
 
 class GivenSection(Section):
-    """What is said of a parameter before the fit, in lmfit's words and SI units."""
+    """What is given of a parameter before the fit, in lmfit's words and SI units."""
 
     value: Number | None = Field(
         None, description="its value, where vary is false; else a value to start from, beside the fit's own"
@@ -285,7 +285,7 @@ class FitsSection(Section):
 
     @property
     def given(self) -> dict[str, dict[str, dict[str, Any]]]:
-        """What is said of parameters before the fits, by law and parameter."""
+        """What is given of parameters before the fits, by law and parameter."""
         return {
             law: {name: section.model_dump(exclude_defaults=True) for name, section in own.items()}
             for law, own in self.parameters.items()

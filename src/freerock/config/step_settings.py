@@ -60,7 +60,7 @@ def laboratory(campaign: Campaign, record: Record) -> Settings:
 
 
 def laboratories(campaign: Campaign) -> Settings:
-    """That of each record, by its test."""
+    """The laboratory of each record, by its test."""
     return {record.test: laboratory(campaign, record) for record in campaign.records}
 
 

@@ -1,7 +1,7 @@
 """Text and YAML files, with the line on which each key stands.
 
 YAML is read as its version 1.2, in which numbers are what they look like: 017 is 17, and 1:30 is a text. The
-work that a file may ask for is bounded: its length, and its values after aliases have been followed.
+work that a file may require is bounded: its length, and its values after aliases have been followed.
 """
 
 from collections.abc import Iterator
@@ -81,7 +81,7 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
 
 
 def _plain_text(path: Path) -> str:
-    """The text of a YAML file; refuses directives, by which a file may ask for another version of YAML."""
+    """The text of a YAML file; refuses directives, with which a file may require another version of YAML."""
     text = read_text(path, MOST_YAML_BYTES)
     for number, line in enumerate(text.split("\n"), 1):
         if line.startswith("%"):

@@ -56,7 +56,7 @@ def draw(
     maps : sequence of freerock.products.misfit_maps.RecordMap
         As `open_misfit_maps` gives them.
     choice : pandas.DataFrame
-        Tidy table: where it rejects the law for the run of the contours, the panel says so.
+        Tidy table: where it rejects the law for the run of the contours, the panel states it.
 
     Returns
     -------

@@ -132,8 +132,8 @@ def _within(problem: Problem, x: Floats) -> tuple[tuple[Floats, Floats], Floats,
 
 
 class _AtLast:
-    """Residual and derivatives by the numbers that vary, asked for where the residual has just been: its
-    curve is theirs, where it is exact enough. SciPy asks for them once more after the step that ends the
+    """Residual and derivatives by the numbers that vary, requested where the residual has just been: its
+    curve is theirs, where it is exact enough. SciPy requires them once more after the step that ends the
     search, and does not use them: these are those of the step before."""
 
     def __init__(

@@ -50,7 +50,7 @@ class Whitened:
     was seen the noise is white and its level that of the residual: n ln(Σe²/n).
 
     Least squares weigh all frequencies alike, so that slow noise moves their end away from that of the
-    likelihood. One step of least squares weighted by the spectrum, from the derivatives, makes up for it.
+    likelihood. One step of least squares weighted by the spectrum, from the derivatives, corrects for that.
 
     Effective are (ΣS)²/ΣS² of the averaged samples (`Noise`), with S the spectral density: as many
     independent ones would give the variance of the noise as well (Bayley and Hammersley 1946,

@@ -28,7 +28,7 @@ class RockingModel(lmfit.Model):  # type: ignore[misc]
     """θ(t) [rad] of a block that is released at an angle theta0 [rad] at the instant t0 [s].
 
     Its parameters are those of the law, lambda as `lambda_`, then theta0 and t0 [SI]; `time` [s] is the
-    independent variable. A fit takes the noise to be white; `fit_run` takes it as the sensor has it, and the
+    independent variable. A fit takes the noise to be white; `fit_run` takes it as at rest, and the
     laboratory's inputs for what they are.
 
     Parameters

@@ -84,7 +84,7 @@ class Nuisances:
 
     @classmethod
     def of(cls, problem: Problem) -> "Nuisances":
-        """Those of a problem; none where several runs are fitted or no laboratory is known."""
+        """The nuisances of a problem; none where several runs are fitted or no laboratory is known."""
         laboratory = problem.motions[0].laboratory
         if laboratory is None or len(problem.motions) > 1 or problem.directions is not None:
             return cls(problem, ())

@@ -113,7 +113,7 @@ class Problem:
     fine : float
         Loosest rtol of the derivatives.
     stride : float
-        Times the steps of the difference quotients, which a looser `fine` asks for.
+        Times the steps of the difference quotients, which a looser `fine` requires.
     tilt : float
         Of the base, to the right, from which a fit starts that frees it [rad].
     directions : ndarray, shape (n_parameters, n_parameters), or None
@@ -191,7 +191,7 @@ class Problem:
 
     @cached_property
     def rules(self) -> Rules:
-        """Those of the simulation."""
+        """The rules of the simulation."""
         return CANDIDATES[self.model].rules(self.settings.debonding)
 
     def physical(self, x: Floats) -> Floats:
@@ -444,7 +444,7 @@ class Problem:
         return min(self.rtol, self.fine)
 
     def exact_curve(self, x: Floats, samples: Samples) -> tuple[Floats, Floats]:
-        """`curve` and its rate [rad/s], given where t0 is fitted, as exact as derivatives ask for."""
+        """`curve` and its rate [rad/s], given where t0 is fitted, as exact as derivatives require."""
         rate = np.empty(len(samples.time_s))
         return self.curve(x, samples, self.exact_rtol, rate=rate), rate
 
@@ -462,7 +462,7 @@ class Problem:
     ) -> Floats:
         """Derivatives of θ, shape (n_samples, n_parameters): difference quotients, but -θ̇ for the release.
 
-        The steps are about as small as the smallest standard errors, which asks for the tolerance `fine`.
+        The steps are about as small as the smallest standard errors, which requires the tolerance `fine`.
         Central ones leave no range: at a radius of 0 the quotient is the forward one.
         Those of parameters that are not `wanted` are left 0. `known` is `exact_curve` at x.
         """

@@ -1,4 +1,4 @@
-"""Fit of a motion that multiplies errors: horizons, steps and tolerances as fine as it asks for.
+"""Fit of a motion that multiplies errors: horizons, steps and tolerances as fine as it requires.
 
 The motion of a block that is hardly damped parts from its neighbours exponentially. Each horizon ends where
 what the last one left open of the numbers would move the curve by `reach` times the noise: so the next fit
@@ -27,7 +27,7 @@ class PursuitSettings:
     moved : float
         Times the noise: how far a step of a difference quotient moves the curve.
     within : float
-        Factor of that which will do.
+        Factor of it that suffices.
     rounds : int
         Of finding these steps: too long a step moves the curve by less than its derivative says.
     finest : float
@@ -152,7 +152,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
     """Least squares over horizons that grow as far as the numbers are known, by less where they lose them.
 
     None where they do so all the same. Where they had come to multiply errors by then, or do so by more than
-    can be followed, the solution is what the last horizon gave, and says so: the motion is the law's.
+    can be followed, the solution is what the last horizon gave, with a message: the motion is the law's.
 
     Parameters
     ----------

@@ -83,7 +83,7 @@ class Resolution:
 
 
 def search(problem: Problem, start: Mapping[str, float] | None) -> tuple[Problem, Solution, Resolution]:
-    """Best end of the starts over growing horizons, at the tolerance and sampling the noise asks for.
+    """Best end of the starts over growing horizons, at the tolerance and sampling the noise requires.
 
     Parameters
     ----------
@@ -193,7 +193,7 @@ def _looked_at_finely(problem: Problem, horizons: Sequence[float], best: Solutio
 
 
 def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
-    """The best of some ends; it says so where the motion multiplies errors and no other has come to it."""
+    """The best of some ends; a message where the motion multiplies errors and no other has come to it."""
     best, *others = sorted(ends, key=lambda end: end.mean_square)
     if not multiplies_errors(problem, best.x) or any(are_one(problem, best.x, end.x) for end in others):
         return best

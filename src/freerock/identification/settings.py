@@ -1,4 +1,4 @@
-"""What a fit is asked for, and what is refused."""
+"""What a fit shall do, and what is refused."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -29,7 +29,7 @@ class FitSettings:
     profile : bool
         Whether the intervals of the model's parameters are those of the profile likelihood.
     parameters : mapping of str to mapping of str to Given or mapping
-        By law and parameter what is said of it beforehand, in lmfit's words: value, min, max, vary, expr.
+        By law and parameter what is given of it beforehand, in lmfit's words: value, min, max, vary, expr.
     """
 
     free: Sequence[str] = PER_RUN
@@ -61,7 +61,7 @@ def freed(model: str, free: Sequence[str]) -> tuple[str, ...]:
 
 
 def is_rounded(model: str, debonding: str = GEOMETRIC.debonding) -> bool:
-    """Whether rounded edges are worked out for a candidate."""
+    """Whether rounded edges are implemented for a candidate."""
     rounds = "edge_radius" in law_of(model).nuisances
     return rounds and CANDIDATES[model].rules(debonding) == GEOMETRIC
 
@@ -80,7 +80,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     ------
     FreerockError
         Unknown model or nuisance; what is given of a parameter is wrong, or leaves nothing to fit; debonding
-        that is not worked out for the model; one width for several blocks; a restitution per impact of
+        that is not implemented for the model; one width for several blocks; a restitution per impact of
         several runs, or of a foundation.
     """
     if model not in CANDIDATES:

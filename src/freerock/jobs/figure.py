@@ -1,4 +1,4 @@
-"""A figure of a campaign: what its module asks for is read, drawn and saved."""
+"""A figure of a campaign: what its module requires is read, drawn and saved."""
 
 import inspect
 from collections.abc import Iterator, Mapping, Sequence

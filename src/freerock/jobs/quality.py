@@ -25,7 +25,7 @@ def make_pages(
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
     reason : str
-        Why the record can't be drawn: then there is one page, which says so.
+        Why the record can't be drawn: then there is one page with the reason.
     """
     record = open_record(record_file)
     drawn = (

@@ -44,7 +44,7 @@ def check_scene(
 
 
 def check_edges(model: str, block: Block, rules: Rules) -> None:
-    """Raise where rounded edges are not worked out."""
+    """Raise where rounded edges are not implemented."""
     if block.edge_radius == 0:
         return
     if not 0 < block.edge_radius < block.b:
@@ -56,7 +56,7 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
 
 
 def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
-    """Raise where the parameters are not those of the model, or the rules not worked out for it."""
+    """Raise where the parameters are not those of the model, or the rules not implemented for it."""
     if model in CANDIDATES and model not in LAWS:
         candidate = CANDIDATES[model]
         says = {"Rules(kinematics='pivoting')": candidate.kinematics != LAWS[candidate.law].kinematics[0]}

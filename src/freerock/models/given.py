@@ -1,4 +1,4 @@
-"""What is said of a law's parameters before a fit, in lmfit's words, and the arithmetic that ties them.
+"""What is given of a law's parameters before a fit, in lmfit's words, and the arithmetic that ties them.
 
 Nothing is evaluated but arithmetic: `arithmetic` refuses every other text by its syntax tree, and `evaluated`
 walks that tree itself. Only a text that passed may reach lmfit.
@@ -29,7 +29,7 @@ REMEDY = "use names of the law's other parameters, numbers, + - * / ** and brack
 
 @dataclass(frozen=True)
 class Given:
-    """What is said of one parameter [SI].
+    """What is given of one parameter [SI].
 
     Parameters
     ----------

@@ -334,7 +334,7 @@ def _fill_swing(
     """Fill θ, and θ̇ where wanted, of one swing.
 
     Of a block as slender and a swing as short as most are, in sums of powers: without branches, several
-    samples are worked out in one.
+    samples are computed in one.
     """
     scale, of_cosh, of_sinh, v, u, w = shape
     rate, of_rate = p * scale, -2 * side * p * of_sinh

@@ -1111,7 +1111,7 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     law : tuple of 9 floats
         k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
         where the block turns about its corners or 0 where it is guided, and the radius of its edges, which
-        asks for a guided block and the geometric rule of debonding.
+        requires a guided block and the geometric rule of debonding.
     restitution : float
         r of Housner's block; negative for a contact law.
     tensionless : bool

@@ -51,7 +51,7 @@ class Parameter:
         Step of the difference quotients, in that number.
     bounds : (float, float)
         Bounds of a fit, of the value, of the ratio to k or of the share: the frame inside the stability atlas
-        (docs/validation.md) in which every simulation ends. Those of r, θ₀ and t₀ become narrower by the run.
+        (docs/validation.md) in which every simulation ends. The run narrows those of r, θ₀ and t₀.
     grid : (float, float, int)
         Lowest and highest value (ratio to k, share; 1 - r) of the starting grid of a foundation's law, of r
         and the width that of a rigid block, and the number of values, in geometric order.
@@ -140,7 +140,7 @@ class Law:
         Laws that it becomes when one of its dampings is zero. It is fitted only where they leave more than
         noise, and starts from where their scans end.
     tensionless : bool
-        Whether the tensionless rule of debonding is worked out for all its dampings together.
+        Whether the tensionless rule of debonding is implemented for all its dampings together.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
     note : str
@@ -169,7 +169,7 @@ class Law:
         return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")
 
     def allows(self, debonding: str, dampings: int) -> bool:
-        """Whether a rule of debonding is worked out for as many dampings that are not zero."""
+        """Whether a rule of debonding is implemented for as many dampings that are not zero."""
         return self.tensionless or debonding != "tensionless" or dampings < len(self.dampings)
 
 
@@ -224,12 +224,12 @@ class Candidate:
 
     @property
     def is_rival(self) -> bool:
-        """Whether it differs from the law as the paper has it."""
+        """Whether it differs from the paper's law."""
         return self.width or self.kinematics != LAWS[self.law].kinematics[0]
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Those of its law, and the width where it is freed."""
+        """The parameters of its law, and the width where it is freed."""
         return (*LAWS[self.law].parameters, *(("width",) if self.width else ()))
 
     def rules(self, debonding: str = "geometric") -> Rules:

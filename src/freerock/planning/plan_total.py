@@ -107,7 +107,7 @@ def _budget_rows(
 def _as_seen(
     motion: Motion, model: str, laboratory: Laboratory, values: Mapping[str, float], settings: FitSettings
 ) -> Motion:
-    """The expected motion as the laboratory's laser has it."""
+    """The expected motion as the laboratory's laser shows it."""
     view = view_of(list(laboratory.lasers.values()), laboratory.block)
     theta = as_measured(
         CANDIDATES[model].law,

@@ -67,7 +67,7 @@ def impact_energy(
 ) -> ImpactEnergy:
     """Restitution by energy of the impacts of a fitted motion.
 
-    At a top θ̇ is zero, and the energy is what is left of it: of rising and sinking, of weight, and in the
+    At a top θ̇ is zero, and the energy has these parts only: of rising and sinking, of weight, and in the
     foundation (`freerock.models.contact.energy`). Standard errors are to first order those of the fitted
     numbers, through the law; inputs of the laboratory, such as the width, reach it both through these and by
     themselves. The energy before the first impact is that of the block when the finger has left; the total
@@ -81,7 +81,7 @@ def impact_energy(
         Of one run, by a law of the foundation, to be used.
     block : Block
     time_s : ndarray, shape (n_impacts,)
-        Impacts that are asked for, each the nearest of the law [s].
+        Impacts that are requested, each the nearest of the law [s].
     debonding : str
         The rule of the fit.
     view : View, optional
@@ -156,7 +156,7 @@ class _Law:
     theta0: float
 
     def of(self, block: Block, values: Mapping[str, float]) -> tuple[Floats, Floats, Floats, Floats]:
-        """Instants [s], speeds [m/s], restitutions of the impacts asked for; how many come before."""
+        """Instants [s], speeds [m/s], restitutions of the impacts requested; how many come before."""
         nothing = np.full(self.asked.size, np.nan)
         if not self.asked.size:
             return nothing, nothing, nothing, nothing

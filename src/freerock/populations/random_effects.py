@@ -72,7 +72,7 @@ def population(
     The spread is that of Paule and Mandel (1982, doi:10.6028/jres.087.022), its interval from the quantiles
     of the same sum (Viechtbauer 2007, doi:10.1002/sim.2514). The error of the mean is that of Hartung and
     Knapp (2001, doi:10.1002/sim.791) with Student's t of n - 1 degrees of freedom, and so is the next
-    value's: for equal noise these are the intervals of a sample of n values. That of the total has the
+    value's: for equal noise these are the intervals of a sample of n values. The total's interval has the
     degrees of freedom of Welch and Satterthwaite (JCGM 100:2008, G.4.1), those of the inputs being infinite.
 
     Parameters

@@ -149,7 +149,7 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
 
 
 def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
-    """Those of the variables named that a record has over time; raises as `open_record`."""
+    """The variables named that a record has over time; raises as `open_record`."""
     with readable(path) as file:
         file.set_auto_maskandscale(False)
         return {name: np.asarray(file[name][...]) for name in names if name in file.variables}

@@ -69,7 +69,7 @@ def other_software(
 
 
 def made_by(path: str | Path) -> dict[str, Any]:
-    """What made a record or its fits, as `provenance` has it; empty where it is not known.
+    """What made a record or its fits, as in `provenance`; empty where it is not known.
 
     Raises
     ------

@@ -84,7 +84,7 @@ def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None)
 
 
 def measured_in(record: xr.DataTree, samples: Mapping[str, Floats]) -> Measured:
-    """What fits take of a record; the noise is worked out when its samples may be let go.
+    """What fits take of a record; the noise is computed when its samples may be let go.
 
     `samples` are those that `OVER_TIME` names.
     """

@@ -154,7 +154,7 @@ def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
 
 
 def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dict[str, Channel]:
-    """The channel asked for, or all that can be read.
+    """The channel requested, or all that can be read.
 
     Raises
     ------

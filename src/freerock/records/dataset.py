@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset":
-    """Read the channel asked for, or all, into one dataset over time.
+    """Read the channel requested, or all, into one dataset over time.
 
     Parameters
     ----------

@@ -154,7 +154,7 @@ def _values(array: Any) -> Samples:
 
 
 def _unpacked(values: Samples, attributes: Attributes) -> Samples:
-    """Physical values of packed ones, as CF has it."""
+    """Physical values of packed ones, by CF."""
     stated = _numbers(attributes)
     for fill in (stated.get("_FillValue"), stated.get("missing_value")):
         if isinstance(fill, float):

@@ -67,7 +67,7 @@ def listed(items: Sequence[Sentence], word: str = "and") -> Sentence:
 
 
 class Tables:
-    """The tables of a campaign, asked for numbers with their sources.
+    """The tables of a campaign, which give numbers with their sources.
 
     Parameters
     ----------

@@ -219,7 +219,7 @@ def by_hand(changes: Sequence[Change], config: Mapping[str, Any], listed: Collec
     ----------
     changes : sequence of Change
     config : mapping
-        The campaign's section: a line whose cell holds something else by now says so.
+        The campaign's section: a line whose cell holds something else by now is marked.
     listed : collection of str
         Records that have a section in the page.
     """

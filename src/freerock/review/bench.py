@@ -33,7 +33,7 @@ BY_HAND = ("overrides", "exclusions", "excluded")
 
 
 class Superseded(Exception):
-    """Something newer was asked for meanwhile."""
+    """Something newer was requested meanwhile."""
 
 
 class Analysed(NamedTuple):

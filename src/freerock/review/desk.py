@@ -180,7 +180,7 @@ class Desk:
         ----------
         test : str
         correction : mapping
-            As `corrections.correction_of` has it.
+            As from `corrections.correction_of`.
         run : int, optional
             Number of the run that is shown.
         near_s : float, optional
@@ -376,7 +376,7 @@ class Desk:
     def _picture(
         self, line: Record, found: Analysed, run: int | None, near_s: float | None = None, means: bool = True
     ) -> Json:
-        """The runs of a record, and the picture of one: the nearest, the one asked for, or the first."""
+        """The runs of a record, and the picture of one: the nearest, the one requested, or the first."""
         runs = rows_of(line.test, found)
         numbers = {row["run"]: row["release_s"] for row in runs if row["run"] is not None}
         shown = run if run in numbers else next(iter(numbers), None)

@@ -64,7 +64,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         Of the run.
     block : Block
     means : bool
-        Whether the means of the record's runs are told: what computes them takes half a second to load.
+        Whether the means of the record's runs are shown: what computes them takes half a second to load.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def fits_of_group(group: xr.DataTree | None) -> Json | None:
 
 
 def means_of(fits: xr.DataTree | None) -> Json | None:
-    """The mean of a record's runs, candidate by candidate, as the table populations has it."""
+    """The mean of a record's runs, candidate by candidate, as in the table populations."""
     from freerock.tables.populations import populations_table
     from freerock.tables.tidy import contributions_table, parameters_table
 

@@ -20,7 +20,7 @@ LARGE_BYTES = 1 << 13  # from which an array is kept in a file
 
 
 class OnDisk:
-    """An array in a file, of which parts are read when they are asked for."""
+    """An array in a file, of which parts are read when they are requested."""
 
     def __init__(self, values: NDArray[Any]):
         folder = Path(mkdtemp(prefix="freerock-review-"))

@@ -53,7 +53,7 @@ class Work:
         self.newest = 0
 
     def needed(self) -> Callable[[], bool]:
-        """Says whether nothing newer has been asked for since."""
+        """Says whether nothing newer has been requested since."""
         self.newest += 1
         mine = self.newest
         return lambda: mine == self.newest
@@ -139,7 +139,7 @@ class File(Page):
 
 
 class Ask(Page):
-    """What the page asks for; it changes nothing."""
+    """What the page requires; it changes nothing."""
 
     async def get(self, what: str) -> None:
         """A question by its name."""

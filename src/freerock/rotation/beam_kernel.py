@@ -1,8 +1,8 @@
-"""The geometry of `beam` number by number, compiled: fits ask for it thousands of times.
+"""The geometry of `beam` number by number, compiled: fits use it thousands of times.
 
 Angles and displacements are those of the left face and of the top; who asks mirrors the right face. A beam
 is (1 where it is vertical or 0, position, height, half width B, half distance b of the corners turned about,
-that of the corners expected), all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
+that with the corners expected), all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
 """
 
 import math
@@ -73,7 +73,7 @@ def twice_arctangent(half: Number) -> Number:
 
 @compiled(forceinline=True)
 def twice_small_arctangent(half: Number) -> Number:
-    """2 atan(t) of t < `SHORT`, by a series of which what is left out is below 1e-15 of it."""
+    """2 atan(t) of t < `SHORT`, by a series whose remainder is below 1e-15 of it."""
     q = half * half
     return 2 * half * (1 - q * (1 / 3 - q * (1 / 5 - q * (1 / 7 - q * (1 / 9 - q * (1 / 11 - q / 13))))))
 

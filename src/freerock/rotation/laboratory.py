@@ -26,7 +26,7 @@ class Input:
     Parameters
     ----------
     owner : str
-        The block, laser or foundation that has it: records that name the same one share its error.
+        The block, laser or foundation it belongs to: records that name the same one share its error.
     name : str
         A key of `UNITS`, which has its unit.
     u : float

@@ -72,7 +72,7 @@ def _range(values: Floats, valid: Mask) -> float:
 def scatter(x: Floats | Sequence[Floats], step: float = 0.0) -> float:
     """Standard deviation of one sample's error, robust against outliers; NaN samples are left out.
 
-    Where the converter's step is fine it is the median absolute deviation as a normal distribution has it.
+    Where the converter's step is fine it is the median absolute deviation, scaled for a normal one.
     Else it is sqrt(σ² + step²/12), with σ of the noise before rounding: that of greatest likelihood of a
     normal variable of which each sample says only to what step it rounds (Heitjan 1989,
     doi:10.1214/ss/1177012601). Of what the samples can't tell apart the middle is taken: where only one value

@@ -195,7 +195,7 @@ def _mains_ratio(signal: StillSignal, mains_hz: float) -> tuple[float, float] | 
 
 
 def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:
-    """Rest levels that differ from the one before: by drift if the slopes at rest say so, else shifted.
+    """Rest levels that differ from the one before: by drift if the slopes at rest predict it, else shifted.
 
     per_output is the rotation per unit of the signal [rad].
     """

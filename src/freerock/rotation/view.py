@@ -56,7 +56,7 @@ class View:
         theta, z_cb : ndarray, shape (n_moments, n_time)
             Rotation [rad] and depth of the base centre [m].
         block : Block
-            That which turns; it may have other corners than the one expected.
+            The block that turns; it may have other corners than the one expected.
         foundation : Foundation or None
             What its corners sink into.
         """

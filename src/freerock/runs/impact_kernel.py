@@ -318,7 +318,7 @@ def shape_of(peak: Peak, block: Rigid) -> Shape:
 
 @compiled(fastmath=False)
 def arithmetic_geometric_mean(b: float) -> float:
-    """That of 1 and b: π/2 over it is the complete elliptic integral of the first kind of 1 - b²."""
+    """AGM of 1 and b: π/2 over it is the complete elliptic integral of the first kind of 1 - b²."""
     a = 1.0
     while abs(a - b) > EPSILON * a:
         a, b = (a + b) / 2, math.sqrt(a * b)

@@ -1,6 +1,6 @@
 """Noise that is louder while the block moves than at rest, octave by octave.
 
-Differences of the sixth order of means say nothing of a smooth motion, and what is left of them is noise.
+Differences of the sixth order of means say nothing of a smooth motion, and the remainder is noise.
 They are taken about the tops, away from impacts.
 """
 

@@ -142,7 +142,7 @@ def _in_motion(signal: Signal, hold: Phase, end_s: float) -> Noise:
 def _falls(signal: Signal, hold: Phase, end_s: float) -> tuple[float, float, float]:
     """When a block has fallen by a quarter of `FALL`, by `FALL` and by `FALL_MOST` of its held angle [s].
 
-    Medians of some samples tell: of heavy-tailed noise a single one may say so long before the release.
+    Medians of some samples tell: of heavy-tailed noise a single one may seem one long before the release.
     """
     first, last = np.searchsorted(signal.t, (hold.mid_s, end_s)).tolist()
     size = max(1, min(round(SEARCH_S / signal.step_s), (last - first) // 8))

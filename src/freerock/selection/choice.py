@@ -163,7 +163,7 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     A candidate explains a run when its residual is the noise at rest (`noise.against_rest`), holds no trace
     of a damping that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
     differs by `TELLS` in the BIC: of two candidates of as many numbers the wrong one is then named alone with
-    a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are. Of what is left, the least numbers
+    a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are. Among the others, the least numbers
     win, then the lowest BIC. A candidate that holds the selected one as a case is needless and not listed
     beside it, unless its BIC is lower.
 

@@ -24,7 +24,7 @@ def plan_text(frame: pd.DataFrame, labels: Mapping[str, str] | None = None) -> s
     Returns
     -------
     str
-        A line per case with a column per parameter; how well a tilt of the base is told; a line per reason.
+        A line per case with a column per parameter; the standard error of a tilt; a line per reason.
     """
     rows = _printed(frame, labels)
     rows = rows.assign(

@@ -98,7 +98,7 @@ def line_of(runs: Sequence[Floats], at: float) -> Line:
     runs : sequence of ndarray, shape (2, n_impacts)
         Speeds [m/s] and restitutions of each.
     at : float
-        Speed at which r is told [m/s].
+        Speed at which r is stated [m/s].
     """
     found = [_least_squares(speed - at, value) for speed, value in runs]
     r, slope = (population([each[i][0] for each in found], [each[i][1] for each in found]) for i in (0, 1))
