@@ -36,7 +36,6 @@ PATTERNS = {
     r"\bit is said\b|\bis said of\b|\bsays so\b|\bsay so\b": "'says so': say reports this",
     r"\bsaid and never done\b|\bnothing is said\b": "name who says what",
     r"\bhow sure\b": "'how sure': say uncertainty",
-    r"\bhas it\b(?= *[.,;:)])": "'as X has it': say as in X",
     r"\bworked out\b": "'worked out': say computed",
     r"\bmade up for\b|\bmakes up for\b": "'makes up for': say compensates",
     r"\bleft out\b(?= where)": "'left out where': say omitted if",
