@@ -42,7 +42,7 @@ CHAPTERS = {  # page of a chapter: its heading and pages
     "reference": (
         "Reference",
         "configuration command-line datasets verdicts records equations reliability "
-        "glossary benchmark api/index",
+        "glossary benchmark versions api/index",
     ),
     "project": ("Project", "architecture contributing benchmarks changelog"),
 }

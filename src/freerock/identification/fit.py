@@ -299,7 +299,7 @@ class _End:
 
 
 def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float, moved: _End | None) -> Fit:
-    """What is told of the end of a fit, whether its inputs moved or not."""
+    """The report of the end of a fit, whether its inputs moved or not."""
     best, known, likely = end.best, end.known, end.likely
     problem, x = best.problem, best.x
     solution = replace(solution, x=x, mean_square=float(np.mean(best.residual**2)))  # of all samples

@@ -203,7 +203,7 @@ def added_damping(
 
     By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
     is negative where the damping would have to drive the block. None where the law lacks no damping, where
-    debonding is not worked out for two, and of a motion that multiplies errors (`pursuit`).
+    debonding is not implemented for two, and of a motion that multiplies errors (`pursuit`).
 
     Parameters
     ----------

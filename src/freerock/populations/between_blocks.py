@@ -168,7 +168,7 @@ def _size(matrices: Floats) -> Floats:
 
 
 def _noncentrality(first: float, second: float) -> float:
-    """That of an F test which sees it with the power of `TEST`; NaN where it would be above the largest."""
+    """The noncentrality of an F test that sees it with the power of `TEST`; NaN if above the largest."""
     from scipy.optimize import brentq  # a fifth of a second
 
     def missed(of: float) -> float:

@@ -48,7 +48,7 @@ class Hypotheses:
 
     @property
     def candidates(self) -> tuple[str, ...]:
-        """All candidates, few freed numbers first; without a law for which debonding is not worked out, where
+        """All candidates, few freed numbers first; without a law for which debonding is not implemented, where
         another one remains."""
         worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].dampings))]
         return candidates(worked_out or self.models, self.kinematics, self.free)
@@ -61,7 +61,7 @@ class Hypotheses:
         return tuple(laws) or every[:1]
 
     def settings(self, model: str, widened: Sequence[str] = ()) -> FitSettings:
-        """Those of the fit of a hypothesis."""
+        """The settings of the fit of a hypothesis."""
         free = (*self.free[CANDIDATES[model].law], *self.of(model, widened).widened)
         return FitSettings(free=free, **self.options)
 
@@ -91,7 +91,7 @@ class Hypotheses:
 
     def _widens(self, model: str) -> tuple[str, ...]:
         """What a candidate may widen: nothing where its release is held, tilt or edges that are not freed
-        already, edges only where they are worked out."""
+        already, edges only where they are implemented."""
         free = {*self.free[CANDIDATES[model].law]}
         if not {*PER_RUN} <= free:
             return ()

@@ -48,7 +48,7 @@ class Screening:
     evaluations : int
         Of the residual.
     given_up : bool
-        Whether the mean square is beyond what was asked for.
+        Whether the mean square is beyond what was requested.
     success : bool
         A quick fit has no errors from which to doubt it.
     """
@@ -206,7 +206,7 @@ def _settled(problem: Problem, x: Floats) -> Posterior:
 def asks_for(best: Posterior) -> tuple[str, ...]:
     """What a fit takes for granted, and the data ask to be found: "release", "tilt", "edge_radius", "width".
 
-    What they ask for most comes first. By the ratio of likelihoods under the noise at rest, with the
+    What they require most comes first. By the ratio of likelihoods under the noise at rest, with the
     derivative by the tilt of the base or by the contact width, with what edges of a small radius would
     change, or with a free release, beside those by all that the fit frees and by its inputs. A width asks
     from where its gain is what the BIC charges for a number: worn corners are common.
@@ -291,7 +291,7 @@ def blur_of(best: Posterior, blur_s: float = 5e-4) -> tuple[float, float]:
 
 
 def asked_later(block: Block, motion: Motion, settings: FitSettings, fit: Fit) -> set[str]:
-    """What a run asks for (`off_zero`) from its first and from its second top on, with one sign.
+    """What a run requires (`off_zero`) from its first and from its second top on, with one sign.
 
     At the first tops a squat block on a soft bed still bounces, which looks like a tilt of one sign at the
     first and of the other at the second. Nothing of a run without two tops.

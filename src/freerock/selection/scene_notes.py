@@ -19,12 +19,12 @@ from freerock.selection.quick import blur_of
 
 @dataclass(frozen=True)
 class Telling:
-    """What is told of base and release, and from where on it is a warning.
+    """What is reported of base and release, and from where on it is a warning.
 
     Parameters
     ----------
     least_deg, least_mm : float
-        Least error of a tilt that is told, as that of the reading at rest is not in its own; of a radius.
+        Least error of a tilt that is reported, as that of the reading at rest is not in its own; of a radius.
     rounded : float
         Of b, radius of edges that is a warning: with sharp ones k would be off by percents.
     alike : float

@@ -2,7 +2,7 @@
 
 
 def steps(scene):
-    """Number of intervals at whose ends θ is asked for."""
+    """Number of intervals at whose ends θ is requested."""
     return round(scene["until_s"] / scene["every_s"])
 
 

@@ -2,7 +2,7 @@
 
 That is the tensionless rule. MuJoCo's contact is a soft constraint with a reference acceleration -k′ z - c′ ż
 and an impedance d. For d → 0 its force is d/(1 - d) of that over the weight A of the body, so k′ and c′ are
-chosen for k and c; what is left is of the order of d.
+chosen for k and c; the remainder is of the order of d.
 """
 
 import math
