@@ -48,8 +48,8 @@ class Hypotheses:
 
     @property
     def candidates(self) -> tuple[str, ...]:
-        """All candidates, few freed numbers first; without a law for which debonding is not implemented, where
-        another one remains."""
+        """All candidates, few freed numbers first; laws without an implemented debonding only where
+        no other remains."""
         worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].dampings))]
         return candidates(worked_out or self.models, self.kinematics, self.free)
 
