@@ -83,7 +83,7 @@ def cell(lab, column, test="tall"):
 
 def parameters(picture, of="fits"):
     return {
-        (each["model"], one["name"]): (one["value"], one["stderr"])
+        (each["model"], one["name"]): (one["value"], one["u"])
         for each in picture[of]["candidates"]
         for one in each["parameters"]
     }
@@ -92,11 +92,11 @@ def parameters(picture, of="fits"):
 def numbers_in(path, group):
     tree = open_fits(path).children[group]
     return {
-        (model, str(name)): (f"{value:.10g}", f"{stderr:.10g}" if np.isfinite(stderr) else "")
+        (model, str(name)): (f"{value:.10g}", f"{u:.10g}" if np.isfinite(u) else "")
         for model, fit in tree.children.items()
         if model != "choice"
-        for name, value, stderr in zip(
-            fit["parameter"].values, fit["value"].values, fit["stderr"].values, strict=True
+        for name, value, u in zip(
+            fit["parameter"].values, fit["value"].values, fit["u_total"].values, strict=True
         )
     }
 
@@ -173,9 +173,13 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     make_fits(of_fits, tmp_path / "r.nc", tmp_path / "f.nc")
     assert parameters(tried["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
     assert parameters(whole["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
-    means = populations_table(parameters_table([open_fits(tmp_path / "f.nc")]))
+    fits = [open_fits(tmp_path / "f.nc")]
+    means = populations_table(parameters_table(fits), contributions_table(fits))
     assert parameters(whole["picture"], "means") == {
-        (row.model, row.parameter): (f"{row.mean:.10g}", f"{row.stderr:.10g}")
+        (row.model, row.parameter): (
+            f"{row.mean:.10g}",
+            f"{row.u_total:.10g}" if np.isfinite(row.u_total) else "",
+        )
         for row in means[means["level"] == "record"].itertuples()
     }
     assert whole["cells"] == {"override": cells_of(own, line)["override"], "reason": "late"}

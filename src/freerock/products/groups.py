@@ -5,8 +5,10 @@ from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import xarray as xr
 
+from freerock.arrays import Floats
 from freerock.models.laws import MODELS
 from freerock.runs.verdict import Reason
 
@@ -123,3 +125,13 @@ def one_of_each(
             found[scene] = tree
         found.setdefault(scene, tree)
     return list(found.values())
+
+
+def total_uncertainty(fit: xr.Dataset) -> Floats:
+    """Total standard uncertainty of each parameter of a fit [its unit], shape (n_parameters,).
+
+    That of noise and law where nothing is known of the inputs.
+    """
+    if "u_total" in fit:
+        return np.asarray(fit["u_total"].values)
+    return np.asarray(np.hypot(fit["stderr"].values, fit["discrepancy"].values))

@@ -151,7 +151,12 @@ def _content(
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],
         "findings": findings(tables, labels),
-        "verdicts": [(each, n) for each in VERDICTS if (n := int((runs["verdict"] == each).sum()))],
+        "verdicts": [
+            (each, n)
+            for each in VERDICTS
+            if (n := int((runs["verdict"][~runs["excluded"].astype(bool)] == each).sum()))
+        ],
+        "n_excluded": int(runs["excluded"].astype(bool).sum()),
         "n_to_look_at": len(to_look_at),
         "to_look_at": [row for row in to_look_at if row.test in shown.tests],
         "noted": [

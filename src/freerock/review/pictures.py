@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, SYMBOLS
 from freerock.products.choices import GROUP
-from freerock.products.groups import impacts_of, reasons_in, runs_of
+from freerock.products.groups import impacts_of, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.bench import Analysed
 from freerock.review.signals import Json, on_screen, thin
@@ -152,7 +152,7 @@ def means_of(fits: xr.DataTree | None) -> Json | None:
             | {"says": f"{row['n_runs']} runs" if row["n_runs"] > 1 else "1 run", "parameters": []},
         )
         of["parameters"].append(
-            _parameter(row["parameter"], row["mean"], row["stderr"], row["unit"])
+            _parameter(row["parameter"], row["mean"], row["u_total"], row["unit"])
             | ({"more": f"spread τ = {quantity(row['tau'], digits=2)}"} if math.isfinite(row["tau"]) else {})
         )
     return {"candidates": [*found.values()]} if found else None
@@ -160,18 +160,18 @@ def means_of(fits: xr.DataTree | None) -> Json | None:
 
 def _parameters(fit: xr.DataTree) -> list[Json]:
     data = fit.dataset
-    columns = (data[name].values for name in ("parameter", "value", "stderr", "unit"))
+    columns = (data["parameter"].values, data["value"].values, total_uncertainty(data), data["unit"].values)
     return [_parameter(*row) for row in zip(*columns, strict=True)]
 
 
-def _parameter(name: str, value: float, stderr: float, unit: str) -> Json:
-    """A parameter as shown, and with the digits that tables have."""
+def _parameter(name: str, value: float, u: float, unit: str) -> Json:
+    """A parameter with its total standard uncertainty as shown, and with the digits that tables have."""
     return {
         "name": name,
         "symbol": symbol(name),
         "value": f"{value:.10g}",
-        "stderr": f"{stderr:.10g}" if math.isfinite(stderr) else "",
-        "text": quantity(value, stderr),
+        "u": f"{u:.10g}" if math.isfinite(u) else "",
+        "text": quantity(value, u),
         "unit": unit_text(str(unit)),
     }
 

@@ -275,7 +275,7 @@ function fitTable(old, now, isMean) {
     if (candidate.epsilon_text) lines.push(["ε_θ", part(then?.epsilon_text), now ? part(candidate.epsilon_text) : compared ? undefined : null, "%"]);
     lines.forEach(([symbol, a, b, unit, more], i) => {
       const value = (each, kind) => {
-        const cell = element("td", {className: `number ${kind}`, title: each?.value && each.text !== each.value ? `${each.value}${each.stderr ? ` ± ${each.stderr}` : ""}` : ""}, each?.text ?? "…");
+        const cell = element("td", {className: `number ${kind}`, title: each?.value && each.text !== each.value ? `${each.value}${each.u ? ` ± ${each.u}` : ""}` : ""}, each?.text ?? "…");
         if (each) Object.assign(cell.dataset, {value: each.value, parameter: symbol, model: candidate.model, of: isMean ? "mean" : "run", as: kind});
         return cell;
       };

@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODELS, unit_of
 from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
-from freerock.products.groups import fits_of, reasons_in, runs_of
+from freerock.products.groups import fits_of, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import in_one_line
 from freerock.tables.candidates import candidates_table
@@ -137,8 +137,7 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     for tree in fits:
         for run, model, fit in fits_of(tree):
             numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
-            without = np.hypot(numbers["stderr"], numbers["discrepancy"])
-            numbers["u_total"] = fit["u_total"].values if "u_total" in fit else without
+            numbers["u_total"] = total_uncertainty(fit)
             for i, parameter in enumerate(fit["parameter"].values.astype(str)):
                 rows.append(
                     {
