@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from freerock.runs.in_motion import in_motion
 from freerock.runs.noise import autocovariance, noise_at_rest, white_noise
-from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean
+from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
 from freerock_bench import integrated, noises
 
@@ -38,7 +38,9 @@ def test_errors_of_sums_are_those_of_the_covariance_matrix():
     matrix = toeplitz(autocovariance(noise, 128)[:90]) / noise.averaged
     weights = generator.standard_normal((3, 90))
     assert np.allclose(covariance_of_sums(noise, weights), weights @ matrix @ weights.T)
-    assert stderr_of_mean(noise, 90) == pytest.approx(noise.unsure * math.sqrt(matrix.mean()))
+    assert stderr_of_mean(noise, 90) == pytest.approx(
+        unsure_of_sum(noise, np.full(90, 1 / 90)) * math.sqrt(matrix.mean())
+    )
     means = covariance_of_means(noise, 3.0 * noise.averaged, 30)
     assert means[0, 4] == pytest.approx(matrix[:3, 12:15].mean())
 

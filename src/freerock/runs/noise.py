@@ -8,7 +8,7 @@ else there is: lines of the mains, other colours, the converter.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,7 @@ LEAST = 1e-9  # of the variance: its white part
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
+STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
 COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
 
 
@@ -91,15 +92,15 @@ class Noise:
 
     @property
     def stuck(self) -> float:
-        """Mean square of a converter's error of which a block that stands shows nothing [rad²].
+        """Of noise over σ, mean square of a converter's error of which a block that stands shows nothing.
 
         Its first harmonic over the place between two steps (Widrow and Kollár 2008,
-        doi:10.1017/CBO9780511754661).
+        doi:10.1017/CBO9780511754661). σ holds the error of rounding; a rest shows more or less of it.
         """
         if not self.step:
             return 0.0
         rounding = self.step**2 / 12
-        before = max(self.variance - (2 if np.max(self.dof) <= COARSELY else 1) * rounding, 0.0)
+        before = max(1 - rounding, 0.0)
         first: float = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
         return min(first**2 / 2, rounding)
 
@@ -113,18 +114,9 @@ class Noise:
             return 0.0
         lowest = OCTAVE * float(self.edges[1])
         density = (self.density(lowest * np.array([1.0, 4.0])) - self.white).tolist()
-        grows = (_grows(*density) + _grows(*self.ratio[[0, 2]].tolist())) / 2
-        a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest
+        grows = max(_grows(*density), _grows(*self.ratio[[0, 2]].tolist()))
+        a = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
         return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
-
-    @cached_property
-    def unsure(self) -> float:
-        """Student's over the normal quantile for what is slow, of which a rest shows little."""
-        lowest = float(self.density(np.array([OCTAVE * self.edges[1]]))[0])
-        share = max(1 - self.white / lowest, 0.0) if lowest > 0 else 0.0
-        ratio = float(stdtrit(max(self.dof[0], 1.0), QUANTILE) / ndtri(QUANTILE))
-        squared: float = 1 + share * (ratio**2 - 1)
-        return math.sqrt(squared)
 
     @property
     def law(self) -> Slow:
@@ -137,6 +129,11 @@ class Noise:
         """The same noise with its standard deviation times a factor."""
         white, slow = factor**2 * self.white, factor**2 * self.slow
         return replace(self, white=white, slow=slow, step=factor * self.step)
+
+
+def unsure(dof: float) -> float:
+    """Student's over the normal quantile of what is known with so many degrees of freedom."""
+    return float(stdtrit(max(dof, 1.0), QUANTILE) / ndtri(QUANTILE))
 
 
 def _grows(low: float, high: float) -> float:
@@ -224,6 +221,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
     m = samples_averaged(rate_hz)
     if not still:
         return None
+    still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
     longest = max(map(len, still))
     edges = [0.5]
     while edges[-1] / 2 > RESOLVED / longest:
@@ -241,7 +239,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
         rate_hz=rate_hz / m,
         step=step,
     )
-    if not _mean_square(still):
+    if _mean_square(still) <= (STANDS * step) ** 2:
         return alone
     where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
     power = [tapered_power(each)[1:] for each in still]

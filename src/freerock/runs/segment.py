@@ -249,12 +249,13 @@ class _Search:
         share, noise = 1.0, signal.relative_noise
         if len(near) == 2:
             share = (near[1].mid_s - time_s) / (near[1].mid_s - near[0].mid_s)
-        variance = 0.0
+        usual = float(np.nanmedian(signal.sigma[core(signal, near[0], self.limits.window_s)]))
+        variance = noise.stuck * usual**2  # one place between two steps, in all rests
         for each, weight in zip(near, (share, 1 - share), strict=False):
             part = core(signal, each, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
-            level = stderr_of_mean(noise, n) ** 2 + noise.stuck
+            level = stderr_of_mean(noise, n) ** 2
             wander = noise.wander(apart, noise.rate_hz * self.limits.held_s)
             own = weight**2 * level + weight * wander
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2
