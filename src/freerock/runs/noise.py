@@ -115,7 +115,7 @@ class Noise:
         lowest = OCTAVE * float(self.edges[1])
         density = (self.density(lowest * np.array([1.0, 4.0])) - self.white).tolist()
         grows = max(_grows(*density), _grows(*self.ratio[[0, 2]].tolist()))
-        a = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
+        a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
         return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
 
     @property
