@@ -89,6 +89,7 @@ def find_runs(
     by_hand: ByHand = NOTHING,
     limits: RunLimits = OF_RUNS,
     noise: Noise | None = None,
+    phases: Sequence[Phase] | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -112,6 +113,8 @@ def find_runs(
     limits : RunLimits, optional
     noise : Noise, optional
         Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
+    phases : sequence of Phase, optional
+        Of stillness, where they are known.
 
     Returns
     -------
@@ -126,7 +129,8 @@ def find_runs(
     if noise is None and len(signal.t) > 1:
         noise = sensor_noise(signal.t, signal.theta, signal.sigma, window_s=limits.window_s)
     signal = signal._replace(spectrum=noise)
-    phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
+    if phases is None:
+        phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
     found = search.with_unseen([search.found(hold) for hold in holds])

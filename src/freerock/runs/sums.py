@@ -1,6 +1,7 @@
 """Errors of what is linear in θ, such as a mean or a least-squares fit, under the noise of a sensor."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -46,6 +47,7 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
     return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
 
 
+@lru_cache(64)
 def stderr_of_mean(noise: Noise, n: int) -> float:
     """Standard error of the mean of n means of `averaged` samples [rad]."""
     n = max(n, 1)
