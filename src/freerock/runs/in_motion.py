@@ -22,7 +22,8 @@ INNER = 0.8  # of a swing, about its middle, that is looked at
 FEWEST = 6  # differences that tell
 SURE = 2.5  # standard errors by which noise is louder
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers
-EFFICIENCY = 0.37  # of that median
+FARTHEST = 9.0  # times what that median tells, at most, does a square count: what jumps is no noise
+EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
 EXTRAPOLATED = 4.0  # degrees of freedom, at most, with which octaves below those seen are known
 STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order
 
@@ -48,7 +49,8 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         found = found[np.isfinite(found)]
         if found.size < FEWEST:
             break
-        ratio = float(np.median(found**2)) / OF_MEDIAN / expected
+        squares = found**2 / expected
+        ratio = float(np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares))))
         dof = found.size * EFFICIENCY
         louder = ratio > 1 + SURE * math.sqrt(2 / dof)
         factors.append(ratio if louder else 1.0)
