@@ -17,8 +17,8 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
-from freerock.identification.estimate import NORMAL_95
 from freerock.identification.fit import fit_run
+from freerock.identification.levels import NORMAL_95
 from freerock_bench.analysed import measured
 from freerock_bench.document import publish
 from freerock_bench.integrated import RATE_HZ, candidate_of, laser_of, names_of, truth_of

@@ -19,8 +19,8 @@ import pandas as pd
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.estimate import NORMAL_95
 from freerock.identification.fit import fit_run
+from freerock.identification.levels import NORMAL_95
 from freerock.models.block import Block
 from freerock.populations.impact_energy import impact_energy
 from freerock_bench.analysed import Measured, measured
