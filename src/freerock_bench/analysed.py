@@ -11,10 +11,12 @@ from freerock.rotation.lattice import converter_step
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
+from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
-from freerock.runs.motion import Motion, loud, motion_of
+from freerock.runs.motion import Motion, heard, loud, motion_of
 from freerock.runs.noise import noise_at_rest
 from freerock.runs.quiet import quiet_stretches, usual_of
+from freerock.runs.segment import Run
 from freerock.runs.verdict import Verdict
 from freerock.selection.doubts import doubts_about
 from freerock.selection.hypotheses import BY_DEFAULT, Hypotheses
@@ -30,15 +32,19 @@ class Analysed(NamedTuple):
     motion: Motion | None
 
 
-def analysed(
-    time_s: Floats,
-    volts: Floats,
-    laser: Laser,
-    block: Block,
-    hypotheses: Hypotheses = BY_DEFAULT,
-    laboratory: Laboratory | None = None,
-) -> Analysed:
-    """The first run of a record, as the jobs of a campaign treat it.
+class Measured(NamedTuple):
+    """A run, its impacts, what a fit takes of it, none of a run that fails; σ of a sample at rest [V]."""
+
+    run: Run
+    impacts: Impacts
+    motion: Motion | None
+    noise_v: float
+
+
+def measured(
+    time_s: Floats, volts: Floats, laser: Laser, block: Block, laboratory: Laboratory | None = None
+) -> Measured:
+    """The first run of a record, as the jobs of a campaign measure it.
 
     Parameters
     ----------
@@ -46,7 +52,6 @@ def analysed(
         The channel of the laser [s, V].
     laser : Laser
     block : Block
-    hypotheses : Hypotheses
     laboratory : Laboratory, optional
         Whose inputs a fit moves; without it they are exact.
 
@@ -59,14 +64,28 @@ def analysed(
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     time_s, theta, sigma, _ = signal
     step = converter_step(volts, theta)
-    run, _ = judged_runs(signal, block, signal_quality(record), step=step)[0]
+    run, impacts = judged_runs(signal, block, signal_quality(record), step=step)[0]
     if run.verdict.level == "fail":
-        return Analysed(run.verdict, Identified(), None)
+        return Measured(run, impacts, None, record.attrs["noise_v"])
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     noise = noise_at_rest(quiet_stretches(time_s, theta, sigma), rate_hz, step)
     noise = noise and noise.scaled(loud(run, time_s, sigma, usual_of(sigma)))
-    motion = motion_of(run, time_s, theta, noise, view_of([laser], block))
-    motion = replace(motion, laboratory=laboratory)
+    motion = heard(motion_of(run, time_s, theta, view=view_of([laser], block)), noise)
+    return Measured(run, impacts, replace(motion, laboratory=laboratory), record.attrs["noise_v"])
+
+
+def analysed(
+    time_s: Floats,
+    volts: Floats,
+    laser: Laser,
+    block: Block,
+    hypotheses: Hypotheses = BY_DEFAULT,
+    laboratory: Laboratory | None = None,
+) -> Analysed:
+    """What the jobs of a campaign make of that run; all else, and the errors, as in `measured`."""
+    run, _, motion, _ = measured(time_s, volts, laser, block, laboratory)
+    if motion is None:
+        return Analysed(run.verdict, Identified(), None)
     found = identify_run(block, motion, hypotheses)
     doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
     return Analysed(run.verdict.adding(doubts), found, motion)

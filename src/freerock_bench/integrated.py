@@ -15,6 +15,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
+from freerock.models.laws import LAWS, Candidate
 from freerock.models.published import TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -27,7 +28,7 @@ TILT_S, REST_S, LONGEST_S = 1.2, 2.0, 12.0
 AT_REST = 2e-5  # [rad]
 LARGEST_LEAN = 0.01  # of a block at rest [rad]
 STEP_S = 5e-5  # at most, of the integration
-KINDS = ("guided", "pivoting", "worn")
+KINDS = ("guided", "pivoting", "worn", "rigid")
 BLOCKS, FOUNDATIONS = tuple(CONFIGURATIONS), tuple(TABLE_2)
 
 
@@ -44,6 +45,12 @@ class Scene:
     held_s: float
     r: float = math.nan
     tilt: float = 0.0  # of the base, lower on the right [rad]
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """What a fit may find: of the law, and the distance of the corners [SI]."""
+        found = dict(zip(("k", "c", "lambda"), self.law, strict=True))
+        return {**found, "r": self.r, "width": 2 * self.b}
 
     @property
     def body(self) -> "Body":
@@ -125,8 +132,23 @@ class Truth:
 
 
 def names_of(i: int) -> tuple[str, str, str]:
-    """Block, foundation and kind of the i-th scene: each in turn, eighteen make a round."""
-    return BLOCKS[i % 3], FOUNDATIONS[i // 3 % 2], KINDS[i // 6 % 3]
+    """Block, foundation and kind of the i-th scene: each in turn, twenty-four make a round."""
+    return BLOCKS[i % 3], FOUNDATIONS[i // 3 % 2], KINDS[i // 6 % len(KINDS)]
+
+
+def law_of(i: int) -> str:
+    """The law of the i-th scene."""
+    kind = names_of(i)[2]
+    if kind == "rigid":
+        return "housner"
+    return "winkler" if kind == "pivoting" and i // 24 % 2 else "hunt_crossley"
+
+
+def candidate_of(i: int) -> str:
+    """The candidate that holds the truth of the i-th scene."""
+    kind = names_of(i)[2]
+    kinematics = "pivoting" if kind == "pivoting" else LAWS[law_of(i)].kinematics[0]
+    return Candidate(law_of(i), kinematics, kind == "worn").name
 
 
 def laser_of(i: int) -> Laser:
@@ -139,17 +161,19 @@ def scene_of(i: int) -> Scene:
     draw = np.random.default_rng([SEED, 35, i])
     name, foundation, kind = names_of(i)
     block, angle, _ = CONFIGURATIONS[name]
-    table = TABLE_2[foundation]["winkler" if kind == "pivoting" and i // 18 % 2 else "hunt_crossley"]
-    soil = {key: value * draw.uniform(0.9, 1.1) for key, value in table.items()}
+    soil = {key: value * draw.uniform(0.9, 1.1) for key, value in TABLE_2[foundation][law_of(i)].items()}
+    if kind == "rigid":
+        soil = {"r": TABLE_2[foundation]["housner"]["r"] ** draw.uniform(1.0, 1.5)}
     worn = draw.uniform(0.92, 0.98) if kind == "worn" else 1.0
     return Scene(
         block,
         block.width_m / 2 * worn,
-        (soil["k"], soil.get("c", 0.0), soil.get("lambda", 0.0)),
+        (soil.get("k", 0.0), soil.get("c", 0.0), soil.get("lambda", 0.0)),
         kind == "pivoting",
         angle * draw.uniform(0.6, 1.0) * draw.choice([-1, 1]),
         draw.uniform(3e-3, 12e-3),
         round(draw.uniform(1.5, 2.5), 3),  # whole samples
+        soil.get("r", math.nan),
     )
 
 

@@ -1,15 +1,17 @@
 """Release, release angle and restitution under many kinds of noise, on motions of another integrator."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
+from freerock.identification.fit import fit_run
 from freerock.runs.in_motion import in_motion
 from freerock.runs.noise import autocovariance, noise_at_rest, white_noise
-from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean
+from freerock.runs.sums import covariance_of_means, covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
 from freerock_bench import integrated, noises
 
@@ -38,7 +40,9 @@ def test_errors_of_sums_are_those_of_the_covariance_matrix():
     matrix = toeplitz(autocovariance(noise, 128)[:90]) / noise.averaged
     weights = generator.standard_normal((3, 90))
     assert np.allclose(covariance_of_sums(noise, weights), weights @ matrix @ weights.T)
-    assert stderr_of_mean(noise, 90) == pytest.approx(noise.unsure * math.sqrt(matrix.mean()))
+    assert stderr_of_mean(noise, 90) == pytest.approx(
+        unsure_of_sum(noise, np.full(90, 1 / 90)) * math.sqrt(matrix.mean())
+    )
     means = covariance_of_means(noise, 3.0 * noise.averaged, 30)
     assert means[0, 4] == pytest.approx(matrix[:3, 12:15].mean())
 
@@ -60,6 +64,38 @@ def test_noise_that_is_louder_in_motion():
     assert seen[true.band(np.array([twenty_hz]))[0] - len(true.ratio)] == pytest.approx(expected, rel=0.5)
 
 
+def test_a_fit_takes_the_noise_that_is_heard_in_motion():
+    """A residual twice as loud as the rest is noise where the motion itself shows it, and else is not."""
+    truth, volts = noises.record_of("speckle by rate", 1)
+    motion = noises.measured_of(truth, volts, 1).motion
+    at_rest = replace(motion.noise, ratio=np.ones_like(motion.noise.ratio))
+    assert motion.noise.ratio[-1] > 1.2
+    fits = [
+        fit_run(integrated.candidate_of(1), truth.scene.block, replace(motion, noise=each))
+        for each in (motion.noise, at_rest)
+    ]
+    assert [fit.diagnostics["noise"] for fit in fits] == [1.0, 0.0]
+
+
+def test_a_sum_is_as_unsure_as_the_octaves_it_rests_on():
+    known = white_noise(1.0, RATE_HZ)
+    few = replace(known, dof=np.append(4.0, known.dof[1:]))
+    level, fast = np.full(4000, 1 / 4000), np.tile([1.0, -1.0], 2000)
+    assert unsure_of_sum(known, level) == pytest.approx(1.0, rel=1e-3)
+    assert unsure_of_sum(few, level) == pytest.approx(2.776 / 1.96, rel=0.02)  # Student's t of 4
+    assert unsure_of_sum(few, fast) == pytest.approx(1.0, rel=1e-3)
+
+
+def test_rests_of_one_value_show_no_spectrum():
+    """A converter that hides the noise in one rest, and all but hides it in another."""
+    step, generator = 1e-3, np.random.default_rng(1)
+    stuck = np.full(4000, 1e-20) * generator.standard_normal(4000)
+    toggles = step * (generator.uniform(size=4000) < 1e-3)
+    for rests in ([stuck], [stuck, toggles]):
+        noise = noise_at_rest(rests, RATE_HZ, step)
+        assert np.all(np.isfinite(noise.ratio)) and noise.variance >= step**2 / 12
+
+
 def test_the_truth_keeps_its_energy_but_for_what_the_bed_takes():
     truth = integrated.truth_of(7)
     assert np.all(np.diff(truth.energies) < 0)
@@ -71,7 +107,7 @@ def test_intervals_hold_the_truth_in_slow_noise_as_in_white():
     kinds = ("white", "white, ¼ of 50 ms", "20 ms", "200 ms", "1/f")
     for noise in kinds:
         rows = [row for i in range(10) for row in noises.rows_of((noise, i))]
-        for number, least in (("release", 0.8), ("theta0", 0.8), ("restitution", 0.8)):
+        for number, least in (("release", 0.8), ("theta0", 0.8), ("restitution", 0.8), ("k", 0.8)):
             inside = [row["inside"] for row in rows if row["number"] == number]
             assert np.mean(inside) >= least, (noise, number)
 

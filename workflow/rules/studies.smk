@@ -2,6 +2,7 @@
 # `snakemake studies --config studies=small`.
 
 STUDIES = [
+    "bits",
     "speed_accuracy",
     "engines",
     "numerics",

@@ -11,7 +11,8 @@ from scipy.linalg.lapack import dtbtrs
 
 from freerock.arrays import Floats, Indices
 from freerock.identification.noise import NO_TRACE, of_runs
-from freerock.runs.noise import Noise, smoothed
+from freerock.runs.noise import Noise
+from freerock.runs.noise_law import smoothed
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -13,7 +12,7 @@ from freerock.products.names import IMPACTS, RUN
 from freerock.rotation.lattice import converter_step
 from freerock.rotation.view import View, view_in
 from freerock.runs.impacts import Impacts
-from freerock.runs.motion import Motion, loud, motion_of
+from freerock.runs.motion import Motion, heard, loud, motion_of
 from freerock.runs.noise import Noise, Rests, noise_of, rests_of
 from freerock.runs.quiet import quiet_stretches, usual_of
 from freerock.runs.segment import Run
@@ -59,7 +58,7 @@ class Measured(NamedTuple):
     step: float
 
     def with_noise(self, known_from: Callable[[Rests, float], Noise | None] = noise_of) -> dict[int, Motion]:
-        """The motions with the noise of the sensor, from all rests and holds of the record.
+        """The motions with the noise of the sensor, from all rests and holds and from the motion.
 
         `known_from` does what `noise_of` does: one that remembers spares the work.
         """
@@ -67,8 +66,7 @@ class Measured(NamedTuple):
         if noise is None:
             return self.motions
         return {
-            number: replace(motion, noise=noise.scaled(self.loud[number]))
-            for number, motion in self.motions.items()
+            number: heard(motion, noise.scaled(self.loud[number])) for number, motion in self.motions.items()
         }
 
 

@@ -18,9 +18,9 @@ CLEAR = 12.0  # times that median
 def other_line(segments: Floats, step: float, mains_hz: float | None) -> tuple[float, float] | None:
     """The strongest line in the spectrum of a still signal that is no harmonic of the mains.
 
-    The mean spectrum of the segments (Hann window) stands above the median of its neighbourhood by more than
-    chance allows: `SURE` standard deviations of the mean of as many exponential variables, in the
-    approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
+    The mean spectrum of the segments (Hann window), all made equally loud, stands above the median of its
+    neighbourhood by more than chance allows: `SURE` standard deviations of the mean of as many exponential
+    variables, in the approximation of Wilson and Hilferty (1931, doi:10.1073/pnas.17.12.684).
 
     Parameters
     ----------
@@ -40,6 +40,8 @@ def other_line(segments: Floats, step: float, mains_hz: float | None) -> tuple[f
         return None
     window = np.hanning(n)
     level = segments - segments.mean(axis=1, keepdims=True)
+    square = np.mean(level**2, axis=1, keepdims=True)
+    level *= np.sqrt(square.mean() / np.where(square > 0, square, 1.0))
     power = (np.abs(np.fft.rfft(level * window, axis=1)) ** 2).mean(axis=0)
     frequency = np.fft.rfftfreq(n, step)
     width = frequency[1]

@@ -12,6 +12,7 @@ __all__ = [
     "limits",
     "motion",
     "noise",
+    "noise_law",
     "quiet",
     "release",
     "segment",

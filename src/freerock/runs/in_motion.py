@@ -16,12 +16,15 @@ from freerock.runs.noise import Noise
 from freerock.runs.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
-INNER = 0.7  # of a swing, about its middle, that is looked at
+INNER = 0.8  # of a swing, about its middle, that is looked at
 FEWEST = 6  # differences that tell
 SURE = 2.5  # standard errors by which noise is louder
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers
-EFFICIENCY = 0.37  # of that median
+FARTHEST = 9.0  # times what that median tells, at most, does a square count: what jumps is no noise
+EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
+EXTRAPOLATED = 4.0  # degrees of freedom, at most, with which octaves below those seen are known
 STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order
 
 
@@ -38,7 +41,7 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         Between impacts.
     """
     pieces = [_means(noise, theta[each] / sigma[each]) for each in swings]
-    factors = list[float]()
+    factors, seen, told = list[float](), list[float](), list[float]()
     for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
         weights, expected = _difference(noise, k)
         long = [each for each in pieces if len(each) >= len(weights)]
@@ -46,17 +49,23 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         found = found[np.isfinite(found)]
         if found.size < FEWEST:
             break
-        ratio = float(np.median(found**2)) / OF_MEDIAN / expected
-        limit = 1 + SURE * math.sqrt(2 / (found.size * EFFICIENCY))
-        factors.append(ratio if ratio > limit else 1.0)
+        squares = found**2 / expected
+        ratio = float(np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares))))
+        dof = found.size * EFFICIENCY
+        louder = ratio > 1 + SURE * math.sqrt(2 / dof)
+        factors.append(ratio if louder else 1.0)
+        seen.append(ratio)
+        told.append(dof if louder else math.inf)
     if max(factors, default=1.0) == 1.0:
         return noise
     whole = np.ones(len(noise.ratio))
     whole[len(whole) - len(factors) :] = factors[::-1]
     below = slice(0, len(whole) - len(factors))
-    steeper = factors[-1] / factors[-2] if len(factors) > 1 and factors[-2] > 1.0 else 1.0
+    steeper = (factors[-1] - 1) / max(seen[-2] - 1, 1 / STEEPEST) if len(seen) > 1 else 1.0
     whole[below] = 1 + (factors[-1] - 1) * min(max(steeper, 1.0), STEEPEST)
-    return replace(noise, ratio=noise.ratio * whole)
+    dof = np.full(len(whole), min(told[-1], EXTRAPOLATED) if factors[-1] > 1.0 else math.inf)
+    dof[len(whole) - len(told) :] = told[::-1]
+    return replace(noise, ratio=noise.ratio * whole, dof=np.minimum(noise.dof, dof))
 
 
 @lru_cache(32)

@@ -10,6 +10,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.lattice import scatter
+from freerock.rotation.still import stationary_phases
 from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
@@ -39,9 +40,10 @@ def judged_runs(
     and `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
-    noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s)
+    phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
+    noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s, phases)
     judged = []
-    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise):
+    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases):
         during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
         found = find_impacts(
             time_s[during],

@@ -1,13 +1,15 @@
 """A run of a record as fits and predictions take it: θ(t) since its release, and what is known of it."""
 
+import math
 from collections.abc import Iterable
-from dataclasses import InitVar, dataclass
+from dataclasses import InitVar, dataclass, replace
 
 import numpy as np
 
 from freerock.arrays import Floats
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View
+from freerock.runs.in_motion import SWING, in_motion, swings_of
 from freerock.runs.noise import Noise, noise_at_rest
 from freerock.runs.quiet import relative_noise
 from freerock.runs.segment import Run
@@ -74,7 +76,7 @@ def motion_of(
     time_s, theta : ndarray, shape (n_time,)
         The record's clock [s] and rotation [rad].
     noise : Noise, optional
-        At rest, as `loud` as it is during the run.
+        Of the sensor while the block moves (`heard`).
     view : View, optional
         What the sensor makes of a motion.
     """
@@ -90,6 +92,15 @@ def motion_of(
         noise=noise,
         view=view,
     )
+
+
+def heard(motion: Motion, at_rest: Noise | None) -> Motion:
+    """A motion with the noise that a sensor has at rest, or as loud as it is in motion (`in_motion`)."""
+    if at_rest is None:
+        return motion
+    theta = motion.theta
+    swings = swings_of(theta, SWING * math.sqrt(at_rest.variance))
+    return replace(motion, noise=in_motion(at_rest, theta, np.ones(len(theta)), swings))
 
 
 def loud(run: Run, time_s: Floats, sigma_theta: Floats, usual: float) -> float:

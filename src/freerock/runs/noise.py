@@ -8,7 +8,7 @@ else there is: lines of the mains, other colours, the converter.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -17,13 +17,13 @@ from scipy.special import ndtri, stdtrit
 
 from freerock.arrays import Complexes, Floats, Indices
 from freerock.rotation.tapers import TAPERS, frequencies, tapered, tapered_power, tapers
+from freerock.runs.noise_law import fit_law, slow_and_white
 from freerock.runs.whitening import Slow
 
 LEAST_RATE_HZ = 400.0  # after averaging: what is faster says nothing of a rocking block
 EFFICIENCY = 1 / (1 + 1 / (2 * TAPERS))  # share of the degrees of freedom that the tapers leave
 LINE = 8.0  # times the median of its neighbours: tapered power above it is a line
 SHORTEST = 64  # samples of a stretch that says something of a spectrum
-SLOWEST = 0.15  # times one over the length of a stretch: the lowest corner of the slow part
 RESOLVED = 2.5  # times one over the length of a stretch: least upper end of the lowest band
 VARIANCE_STEPS = 4096  # frequencies at which a density is summed
 OCTAVE = 0.7  # of its upper end: the middle of an octave
@@ -32,6 +32,7 @@ LEAST = 1e-9  # of the variance: its white part
 OCTAVES = 8  # below half the sampling rate, where there is no rest
 CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
+STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
 COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
 
 
@@ -91,15 +92,15 @@ class Noise:
 
     @property
     def stuck(self) -> float:
-        """Mean square of a converter's error of which a block that stands shows nothing [rad²].
+        """Of noise over σ, mean square of a converter's error of which a block that stands shows nothing.
 
         Its first harmonic over the place between two steps (Widrow and Kollár 2008,
-        doi:10.1017/CBO9780511754661).
+        doi:10.1017/CBO9780511754661). σ holds the error of rounding; a rest shows more or less of it.
         """
         if not self.step:
             return 0.0
         rounding = self.step**2 / 12
-        before = max(self.variance - (2 if np.max(self.dof) <= COARSELY else 1) * rounding, 0.0)
+        before = max(1 - rounding, 0.0)
         first: float = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
         return min(first**2 / 2, rounding)
 
@@ -113,18 +114,9 @@ class Noise:
             return 0.0
         lowest = OCTAVE * float(self.edges[1])
         density = (self.density(lowest * np.array([1.0, 4.0])) - self.white).tolist()
-        grows = (_grows(*density) + _grows(*self.ratio[[0, 2]].tolist())) / 2
-        a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest
+        grows = max(_grows(*density), _grows(*self.ratio[[0, 2]].tolist()))
+        a: float = 2 * grows * max(density[0], 0.0) / self.averaged * lowest * unsure(self.dof[0]) ** 2
         return 2 * a * (math.log(max(apart / together, 1.0)) + 1.5)
-
-    @cached_property
-    def unsure(self) -> float:
-        """Student's over the normal quantile for what is slow, of which a rest shows little."""
-        lowest = float(self.density(np.array([OCTAVE * self.edges[1]]))[0])
-        share = max(1 - self.white / lowest, 0.0) if lowest > 0 else 0.0
-        ratio = float(stdtrit(max(self.dof[0], 1.0), QUANTILE) / ndtri(QUANTILE))
-        squared: float = 1 + share * (ratio**2 - 1)
-        return math.sqrt(squared)
 
     @property
     def law(self) -> Slow:
@@ -137,6 +129,11 @@ class Noise:
         """The same noise with its standard deviation times a factor."""
         white, slow = factor**2 * self.white, factor**2 * self.slow
         return replace(self, white=white, slow=slow, step=factor * self.step)
+
+
+def unsure(dof: float) -> float:
+    """Student's over the normal quantile of what is known with so many degrees of freedom."""
+    return float(stdtrit(max(dof, 1.0), QUANTILE) / ndtri(QUANTILE))
 
 
 def _grows(low: float, high: float) -> float:
@@ -224,6 +221,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
     m = samples_averaged(rate_hz)
     if not still:
         return None
+    still = [each for each in still if _mean_square([each]) > (STANDS * step) ** 2] or still
     longest = max(map(len, still))
     edges = [0.5]
     while edges[-1] / 2 > RESOLVED / longest:
@@ -241,7 +239,7 @@ def noise_of(rests: Rests, step: float = 0.0) -> Noise | None:
         rate_hz=rate_hz / m,
         step=step,
     )
-    if not _mean_square(still):
+    if _mean_square(still) <= (STANDS * step) ** 2:
         return alone
     where = [frequencies(len(each))[1:] for each in still]  # the lowest goes with the level
     power = [tapered_power(each)[1:] for each in still]
@@ -313,81 +311,6 @@ def degrees_of_freedom(band: Indices, taken: Floats, n: int, n_bands: int) -> Fl
 
 def _mean_square(values: Sequence[Floats]) -> float:
     return sum((float(each @ each) for each in values), 0.0) / max(1, sum(map(len, values)))
-
-
-def slow_and_white(frequency: Floats, white: float, slow: float, corner: float, m: int = 1) -> Floats:
-    """Density of white noise with a slow part, which is autoregressive of the first order.
-
-    Frequencies and the corner in cycles per sample, each of which is the mean of m measured ones, times √m.
-    """
-    squared = np.sin(np.pi * frequency) ** 2
-    return np.asarray(white + slow * (1 - smoothed(m) * squared) / _rise(squared, corner))
-
-
-def _rise(squared: Floats, corner: float) -> Floats:
-    """By what the slow part falls beyond its corner, of sin²πf."""
-    away = -math.expm1(-2 * math.pi * corner)
-    return 1 + 4 * (1 - away) * squared / away**2
-
-
-def smoothed(m: int) -> float:
-    """What means of m samples lack of the power of slow noise at half their rate.
-
-    Of a random walk they have the share 1 - 2/3 (1 - 1/m²) sin²πf of the density that it has when it is only
-    looked at as often: its increments have the variance (2m² + 1)/3m² and the neighbours' covariance
-    (m² - 1)/6m² (Working 1960, doi:10.2307/1907574).
-    """
-    return 2 / 3 * (1 - 1 / m**2)
-
-
-def fit_law(frequency: Floats, power: Floats, n: int, line: float, m: int = 1) -> tuple[float, float, float]:
-    """White, slow and corner of `slow_and_white`, by Whittle's likelihood of a measured power.
-
-    Whittle 1953, doi:10.1007/BF02590998.
-
-    Parameters
-    ----------
-    frequency, power : ndarray, shape (n_frequencies,)
-        Frequencies in cycles per sample.
-    n : int
-        Samples of the longest stretch: what is slower is not known, and would grow without bounds.
-    line : float
-        Power over the median of its neighbours, above which it is a line, such as that of the mains, and left
-        out.
-    m : int
-        Samples averaged into one.
-    """
-    from scipy.optimize import minimize  # a fifth of a second, and most jobs only read what was found
-
-    order = np.argsort(frequency)
-    frequency, power = frequency[order], power[order]
-    edges = np.unique(np.geomspace(1, len(power) + 1, 80).astype(int)) - 1
-    medians = [np.median(part) for part in np.split(power, edges[1:-1])]
-    kept = power <= line * np.repeat(medians, np.diff(edges))
-    number = np.add.reduceat(kept, edges[:-1], dtype=int)
-    power, frequency = (np.add.reduceat(each * kept, edges[:-1]) / number for each in (power, frequency))
-    squared, level = np.sin(np.pi * frequency) ** 2, float(power[-1])
-    coarse, weight = 1 - smoothed(m) * squared, number.astype(float)
-    low, high = np.array([(-30, -30, np.log(SLOWEST / n)), (30, 30, 0)])
-
-    def law(x: Floats) -> tuple[float, float, float]:
-        a, b, f_0 = np.exp(np.minimum(np.maximum(x, low), high))
-        return float(level * a), float(level * b), float(f_0)
-
-    def misfit(x: Floats) -> float:
-        white, slow, corner = law(x)
-        expected = white + slow * coarse / _rise(squared, corner)
-        return float(weight @ (np.log(expected) + power / expected))
-
-    starts = [
-        np.array([0.0, np.log(ratio), np.log(f_0)])
-        for ratio in (1.0, 100.0)
-        for f_0 in (2 / n, 20 / n, 200 / n)
-    ]
-    best = min(starts, key=misfit)
-    simplex = np.vstack([best, best - np.eye(3)])  # SciPy's own hardly moves a number that starts at zero
-    options = {"maxiter": 400, "xatol": 1e-2, "fatol": 1e-1, "initial_simplex": simplex}
-    return law(minimize(misfit, best, method="Nelder-Mead", options=options).x)
 
 
 @lru_cache(8)

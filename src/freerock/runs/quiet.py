@@ -15,7 +15,11 @@ SWINGS = 4.0  # times the usual mean square of averages, from which a part still
 
 
 def quiet_stretches(
-    time_s: Floats, theta: Floats, sigma_theta: Floats, window_s: float = 0.25
+    time_s: Floats,
+    theta: Floats,
+    sigma_theta: Floats,
+    window_s: float = 0.25,
+    phases: Sequence[Phase] | None = None,
 ) -> Iterator[Floats]:
     """Yield θ about its level in each quiet stretch of a record, as loud as the noise usually is there [rad].
 
@@ -31,9 +35,12 @@ def quiet_stretches(
         Rotation and the standard deviation of its white noise [rad]; NaN where flagged.
     window_s : float
         Window of the search for stillness [s].
+    phases : sequence of Phase, optional
+        Of stillness, where they are known.
     """
     step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    phases = [each for each in stationary_phases(time_s, theta, window_s=window_s) if each.kind != "paused"]
+    known = stationary_phases(time_s, theta, window_s=window_s) if phases is None else phases
+    phases = [each for each in known if each.kind != "paused"]
     usual_noise, cores = usual_of(sigma_theta), [_core(time_s, phase, window_s) for phase in phases]
     alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
     swings = [_mean_squares(np.array_split(own, PARTS), max(1, round(BLOCK_S / step))) for own in alike]
@@ -47,20 +54,25 @@ def quiet_stretches(
 
 
 def sensor_noise(
-    time_s: Floats, theta: Floats, sigma_theta: Floats, step: float = 0.0, window_s: float = 0.25
+    time_s: Floats,
+    theta: Floats,
+    sigma_theta: Floats,
+    step: float = 0.0,
+    window_s: float = 0.25,
+    phases: Sequence[Phase] | None = None,
 ) -> Noise | None:
     """Noise of a sensor over sigma_theta, from all that is quiet in a record; None where too little is.
 
     Parameters
     ----------
-    time_s, theta, sigma_theta, window_s :
+    time_s, theta, sigma_theta, window_s, phases :
         As for `quiet_stretches`.
     step : float
         Of the converter [rad].
     """
     rate_hz = (len(time_s) - 1) / float(time_s[-1] - time_s[0])
     usual = usual_of(sigma_theta)
-    found = noise_at_rest(quiet_stretches(time_s, theta, sigma_theta, window_s), rate_hz, step)
+    found = noise_at_rest(quiet_stretches(time_s, theta, sigma_theta, window_s, phases), rate_hz, step)
     return found.scaled(1 / usual) if found and found.variance > 0 else None
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from freerock.arrays import Floats, Indices, Mask
 from freerock.models.compiled import run
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
-from freerock.runs.in_motion import in_motion, swings_of
+from freerock.runs.in_motion import SWING, in_motion, swings_of
 from freerock.runs.limits import RunLimits
 from freerock.runs.noise import Noise
 from freerock.runs.signal import Signal
-from freerock.runs.sums import covariance_of_sums, stderr_of_mean
+from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
@@ -25,7 +25,7 @@ EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the conve
 PASSES = 2  # from the guess: the windows of the second are those of the release within a few of its errors
 FEWEST = 6  # means of the early motion that give an instant
 SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
-SWING, SWINGS = 20.0, 8  # standard deviations of the noise that a swing is high, and how many tell its noise
+SWINGS = 8  # so many tell the noise in motion
 SURE = 4.0  # standard errors of a push
 BLOCK_S, MIN_BLOCKS = 0.025, 4  # a hold shows in means over this long whether it moves; fewer are no hold
 QUICK = 0.3  # of the noise's variance at least must be within such means, to tell how loud a hold is
@@ -108,12 +108,12 @@ def find_release(signal: Signal, hold: Phase, end_s: float, limits: RunLimits) -
     finger_s = limits.finger_s
     release = guess = float(2 * early - late)  # a fall grows as time squared
     late, start = max(late, min(latest, guess + 3 * finger_s)), None
-    for _ in range(PASSES):
+    for last in range(1 - PASSES, 1):
         held = held_angle(signal, hold, release, limits)
         since_s = max(hold.start_s + limits.window_s / BLOCKS_PER_WINDOW, release - finger_s - limits.held_s)
         means = _means(signal, (since_s, release - finger_s), (release + finger_s, late), release)
         leaves = lowered(FALL * held.theta0 / 0.5 / max(late - release, finger_s) ** 2, finger_s)
-        found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start)
+        found = _early_motion(means, noise, held, math.hypot(held.moved, leaves), start, errors=not last)
         start = found.numbers
         begun = release + found.start_s
         if not abs(begun - guess) < max(finger_s, late - guess):
@@ -259,7 +259,12 @@ class _Fall:
 
 
 def _early_motion(
-    means: _Means, noise: Noise, held: HeldAngle, moved: float, start: Floats | None = None
+    means: _Means,
+    noise: Noise,
+    held: HeldAngle,
+    moved: float,
+    start: Floats | None = None,
+    errors: bool = True,
 ) -> _EarlyMotion:
     """Start and height of the early motion by generalised least squares; NaN where the fit fails.
 
@@ -276,6 +281,8 @@ def _early_motion(
         Standard deviation of θ_top about the held angle [rad]; infinite where it may be any.
     start : ndarray, optional
         Numbers of `_Fall` to begin with.
+    errors : bool
+        Whether standard errors are worked out; else they are not numbers.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
@@ -297,6 +304,9 @@ def _early_motion(
         if off.max() < HUBER:
             break
         fall = replace(fall, weight=np.minimum(1.0, np.sqrt(HUBER / np.maximum(off, HUBER))))
+    numbers = np.array([*x[:3], max(abs(x[3]), 1 / t[-1]), 0.0])
+    if not errors:
+        return _EarlyMotion(x[4], math.nan, x[1], math.nan, numbers)
     by = fall.slopes(x)
     scale = np.linalg.norm(by, axis=0)
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
@@ -304,6 +314,7 @@ def _early_motion(
     weights = np.ascontiguousarray(inverse @ (by[:-1] * fall.weight[:, None]).T)
     influence[:, place] = run(transposed, weights, place, noise.law)
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
+    variance += noise.stuck * influence[:, place[~early]].sum(axis=1) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
-    stderr = np.sqrt(loud * variance)
-    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1], np.array([*x[:3], max(abs(x[3]), 1 / t[-1]), 0.0]))
+    stderr = np.sqrt(loud * variance) * unsure_of_sum(noise, influence[4])
+    return _EarlyMotion(x[4], stderr[4], x[1], stderr[1], numbers)

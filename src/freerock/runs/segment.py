@@ -89,6 +89,7 @@ def find_runs(
     by_hand: ByHand = NOTHING,
     limits: RunLimits = OF_RUNS,
     noise: Noise | None = None,
+    phases: Sequence[Phase] | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -112,6 +113,8 @@ def find_runs(
     limits : RunLimits, optional
     noise : Noise, optional
         Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
+    phases : sequence of Phase, optional
+        Of stillness, where they are known.
 
     Returns
     -------
@@ -126,7 +129,8 @@ def find_runs(
     if noise is None and len(signal.t) > 1:
         noise = sensor_noise(signal.t, signal.theta, signal.sigma, window_s=limits.window_s)
     signal = signal._replace(spectrum=noise)
-    phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
+    if phases is None:
+        phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
     holds = find_holds(signal, phases, limits.window_s)
     search = _Search(signal, phases, block, quality, by_hand, limits)
     found = search.with_unseen([search.found(hold) for hold in holds])
@@ -249,12 +253,13 @@ class _Search:
         share, noise = 1.0, signal.relative_noise
         if len(near) == 2:
             share = (near[1].mid_s - time_s) / (near[1].mid_s - near[0].mid_s)
-        variance = 0.0
+        usual = float(np.nanmedian(signal.sigma[core(signal, near[0], self.limits.window_s)]))
+        variance = noise.stuck * usual**2  # one place between two steps, in all rests
         for each, weight in zip(near, (share, 1 - share), strict=False):
             part = core(signal, each, self.limits.window_s)
             n = (part.stop - part.start) // noise.averaged
             apart = abs(each.mid_s - time_s) * noise.rate_hz
-            level = stderr_of_mean(noise, n) ** 2 + noise.stuck
+            level = stderr_of_mean(noise, n) ** 2
             wander = noise.wander(apart, noise.rate_hz * self.limits.held_s)
             own = weight**2 * level + weight * wander
             variance += own * float(np.nanmedian(signal.sigma[part])) ** 2

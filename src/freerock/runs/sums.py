@@ -1,12 +1,13 @@
 """Errors of what is linear in θ, such as a mean or a least-squares fit, under the noise of a sensor."""
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from freerock.arrays import Floats
-from freerock.runs.noise import Noise, autocovariance
+from freerock.runs.noise import Noise, autocovariance, unsure
 
 LAGS = 128  # in steps of so many autocovariances are worked out
 
@@ -46,12 +47,31 @@ def covariance_of_means(noise: Noise, together: float, n: int) -> Floats:
     return np.asarray(found[np.abs(np.subtract.outer(np.arange(n), np.arange(n)))])
 
 
+@lru_cache(64)
 def stderr_of_mean(noise: Noise, n: int) -> float:
     """Standard error of the mean of n means of `averaged` samples [rad]."""
     n = max(n, 1)
     lags = _lags(noise, n) * (2 - 2 * np.arange(n) / n)
     variance = max(float(lags.sum() - lags[0] / 2), 0.0) / n / noise.averaged
-    return math.sqrt(variance) * noise.unsure
+    return math.sqrt(variance) * unsure_of_sum(noise, np.full(n, 1 / n))
+
+
+def unsure_of_sum(noise: Noise, weights: Floats) -> float:
+    """Student's over the normal quantile of a weighted sum of noise, whose octaves are known as they are.
+
+    Degrees of freedom by Welch and Satterthwaite (doi:10.2307/3002019).
+
+    Parameters
+    ----------
+    noise : Noise
+    weights : ndarray, shape (n_means,)
+    """
+    size = next_fast_len(2 * len(weights), real=True)
+    frequency = np.arange(size // 2 + 1) / size
+    power = np.abs(rfft(weights, size)) ** 2 * noise.density(frequency)
+    parts = np.bincount(noise.band(frequency), power, len(noise.dof))
+    spread = float(np.sum(parts**2 / np.maximum(noise.dof, 1.0)))
+    return unsure(float(parts.sum()) ** 2 / spread) if spread > 0 else 1.0
 
 
 def _lags(noise: Noise, n: int) -> Floats:

@@ -1,0 +1,111 @@
+"""Converters of few bits: is a clean run still ok, its noise known and its k as certain as stated?
+
+Records of `integrated` on foundations, which share nothing with the laws that are fitted, with white noise of
+1, 2 and 5 mV, through converters of 8 to 24 bits over ±10.5 V, go as volts the public way to runs and the fit
+of the law that is true.
+
+    python -m freerock_bench.bits results/studies/bits.csv full docs/signals.md
+
+measures (`small`: two records of each; `full`: 54, in five minutes of processor time) and renews the table in
+the documentation, where it is named.
+"""
+
+import math
+import sys
+
+import numpy as np
+import pandas as pd
+
+from freerock.errors import FreerockError
+from freerock.identification.fit import fit_run
+from freerock.identification.levels import NORMAL_95
+from freerock_bench.analysed import measured
+from freerock_bench.document import publish
+from freerock_bench.integrated import RATE_HZ, candidate_of, laser_of, names_of, truth_of
+from freerock_bench.virtual_run import SEED, Row, rows_of_all
+
+BITS, SIGMAS_MV = (8, 10, 12, 14, 16, 24), (1.0, 2.0, 5.0)
+SPAN_V = 21.0  # of the converter
+SIZES = {"small": 2, "full": 54}  # records of each; eighteen make a round of scenes
+ALIKE = 0.05  # by which σ may be off
+COLUMNS = ["bits", "sigma_mv", "record", "scene", "level", "names", "sigma_ratio", "noise", "error", "stderr"]
+COLUMNS += ["inside"]
+MARK = ("<!-- bits -->\n", "<!-- end of the bits -->\n")
+
+
+def run(size: str = "full") -> pd.DataFrame:
+    """Every converter and noise on scenes in turn.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row per record: bits; sigma_mv, noise before the converter; record, scene; level and names of the
+        run's verdict; sigma_ratio, σ found over that of noise and rounding; of the fit of the true law, noise
+        (whether its residual passes for it), error and stderr of k [N/m²], inside: 1.96 stderr hold it. NaN
+        where there is no run or no fit.
+    """
+    scenes = [i for i in range(2 * max(SIZES.values())) if names_of(i)[2] != "rigid"][: SIZES[size]]
+    cases = [(bits, sigma, i) for i in scenes for bits in BITS for sigma in SIGMAS_MV]
+    return pd.DataFrame(rows_of_all(rows_of, cases), columns=COLUMNS)
+
+
+def rows_of(case: tuple[int, float, int]) -> list[Row]:
+    """The row of one record."""
+    bits, sigma_mv, i = case
+    row: Row = {"bits": bits, "sigma_mv": sigma_mv, "record": i, "scene": " ".join(names_of(i))}
+    truth, laser, step = truth_of(i), laser_of(i), SPAN_V / 2**bits
+    draw = np.random.default_rng([SEED, bits, round(sigma_mv), i])
+    offset, volts = draw.uniform(), truth.volts + 1e-3 * sigma_mv * draw.standard_normal(len(truth.volts))
+    volts = step * (np.rint(volts / step + offset) - offset)
+    try:
+        found = measured(np.arange(len(volts)) / RATE_HZ, volts, laser, truth.scene.block)
+    except FreerockError as refused:
+        return [row | {"level": "fail", "names": str(refused.what)}]
+    row |= {"level": found.run.verdict.level, "names": " ".join(found.run.verdict.names)}
+    row["sigma_ratio"] = found.noise_v / math.hypot(1e-3 * sigma_mv, step / math.sqrt(12))
+    if found.motion is None:
+        return [row]
+    fit = fit_run(candidate_of(i), truth.scene.block, found.motion)
+    if fit.success:
+        error, stderr = fit.value[0] - truth.scene.parameters["k"], fit.stderr[0]
+        row |= {"noise": bool(fit.diagnostics["noise"]), "error": error, "stderr": stderr}
+        row["inside"] = bool(abs(error) <= NORMAL_95 * stderr)
+    return [row]
+
+
+def told(frame: pd.DataFrame) -> pd.DataFrame:
+    """Of each noise and converter: records, shares [%] ok and failed, of σ within `ALIKE`, of k inside; the
+    step over σ."""
+    rows = []
+    for (sigma_mv, bits), own in frame.groupby(["sigma_mv", "bits"]):
+        usable = own[own["level"] != "fail"]
+        row = {"sigma_mv": sigma_mv, "bits": bits, "steps": SPAN_V / 2**bits / (1e-3 * sigma_mv)}
+        row |= {"records": len(own), "ok": 100 * (own["level"] == "ok").mean()}
+        row |= {"failed": 100 * (own["level"] == "fail").mean()}
+        row["sigma"] = 100 * ((usable["sigma_ratio"] - 1).abs() <= ALIKE).mean()
+        row["explained"] = 100 * usable["noise"].dropna().astype(float).mean()
+        row["k"] = 100 * usable["inside"].dropna().astype(float).mean()
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per noise and converter."""
+    lines = [
+        "| noise [mV] | bits | a step [σ] | records | ok | failed | σ within 5 % | fit is noise | k inside |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for row in told(frame).to_dict("records"):
+        shares = [f"{row[name]:.0f} %" for name in ("ok", "failed", "sigma", "explained", "k")]
+        cells = [f"{row['sigma_mv']:g}", int(row["bits"]), f"{row['steps']:.2g}", int(row["records"])]
+        lines.append(f"| {' | '.join(map(str, [*cells, *shares]))} |")
+    return "\n".join(lines) + "\n"
+
+
+def main(product: str, size: str, document: str = "") -> None:
+    """Measure, write the product, and renew the table of a document."""
+    publish(run(size), product, document, MARK, markdown)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
