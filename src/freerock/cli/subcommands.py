@@ -7,11 +7,14 @@ A subcommand is a line in `COMMANDS` and the module of its name, with `add_argum
 import argparse
 import importlib
 import io
+import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from errno import ENAMETOOLONG
 
 from freerock.errors import FreerockError
+from freerock.files import regular
 
 COMMANDS = {  # what each does, as `freerock --help` lists it
     "init": "begin a laboratory's own folder, for records and settings beside an installed freerock",
@@ -66,6 +69,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         sys.stdout = None
     except Exception as error:
+        if isinstance(error, OSError) and error.errno == ENAMETOOLONG:
+            long = FreerockError(f"{str(error.filename)[:50]}…", os.strerror(ENAMETOOLONG), "shorten it")
+            return _failed(error, str(long), 1, chosen)
         what = f"{type(error).__name__}: {error}".partition("\n")[0]
         return _failed(error, f"freerock {chosen.command}: {what}; report it with {LOG}", 3, chosen)
     return 0
@@ -76,7 +82,7 @@ def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) 
     import traceback
 
     trace = "".join(traceback.format_exception(error))
-    with suppress(OSError), open(LOG, "w", encoding="utf-8") as log:
+    with suppress(OSError), open(LOG, "w", encoding="utf-8", opener=regular) as log:
         log.write(f"freerock {chosen.command}\n{line}\n\n{trace}")
     print(f"{trace}{line}" if chosen.debug else line, file=sys.stderr)
     return code

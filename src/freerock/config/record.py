@@ -12,17 +12,21 @@ from pydantic import Field, ValidationInfo, field_validator
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.override import RUN, read_overrides
 from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
-from freerock.config.yaml_lines import Key, read_text
+from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
+
+LONGEST_CELL = 10_000  # characters
 
 
 class Record(Section):
     """A record: one line of config/campaigns/<name>.csv."""
 
     test: Name = Field(description="the name of the record: letters, digits and _")
-    file: str = Field(min_length=1, description="the record file, inside the raw folder")
+    file: str = Field(min_length=1, max_length=1000, description="the record file, inside the raw folder")
     channel: str = Field(
-        "", description="the channel of the laser; empty when the file has only one; of two lasers, as a;b"
+        "",
+        max_length=1000,
+        description="the channel of the laser; empty when the file has only one; of two lasers, as a;b",
     )
     block: str = Field(description="the name of a block")
     foundation: str = Field(description="the name of a foundation")
@@ -30,10 +34,12 @@ class Record(Section):
     exclude: str = Field(
         "",
         pattern=f"^(record|{RUN}(;{RUN})*)?$",
+        max_length=LONGEST_CELL,
         description="nothing, record, or the numbers of the runs left out, as 2;3",
     )
     override: str = Field(
         "",
+        max_length=LONGEST_CELL,
         description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
         "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
     )
@@ -103,15 +109,22 @@ class Record(Section):
 
 
 def read_records(
-    path: Path, names: Mapping[str, Any], yaml_path: Path, problems: list[FreerockError]
+    path: Path,
+    names: Mapping[str, Any],
+    yaml_path: Path,
+    problems: list[FreerockError],
+    content: bytes | None = None,
 ) -> list[tuple[int, Record]]:
-    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML."""
+    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML.
+
+    `content` counts in place of what the file holds.
+    """
 
     def fault(line: int, column: str, what: str, remedy: str) -> None:
         problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
 
     try:
-        (header_line, header), *rows = _read_table(path)
+        (header_line, header), *rows = _read_table(path, content)
     except FreerockError as error:
         problems.append(error)
         return []
@@ -149,9 +162,10 @@ def _in_line(line: str, loc: Key) -> str:
     return f"{line}: {'.'.join(loc)}"
 
 
-def _read_table(path: Path) -> list[tuple[int, list[str]]]:
+def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
-    rows = csv.reader(_blanked(io.StringIO(read_text(path), newline="")), strict=True)
+    text = read_text(path) if content is None else text_of(content, path)
+    rows = csv.reader(_blanked(io.StringIO(text, newline="")), strict=True)
     try:
         table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
     except csv.Error as error:
