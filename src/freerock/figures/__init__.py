@@ -3,13 +3,14 @@
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
 figure says so) and `labels`, printed names of blocks and foundations. It returns the figure, or its pages,
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its
-caption, such as the runs drawn, is told by the function `caption` beside. What is read for a figure, and from
-where, stands in the workflow's rule of figures.
+caption, such as the runs drawn, is told by the function `caption` beside. Its literal `FIGURE` has title,
+caption and what is read for it; the workflow reads it without importing the module (`declared`).
 """
 
 __all__ = [
     "backbone",
     "budget",
+    "declared",
     "energy",
     "evidence",
     "foundation_effect",
