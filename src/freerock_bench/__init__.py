@@ -30,6 +30,7 @@ __all__ = [
     "methods",
     "mishaps",
     "moves",
+    "mutation",
     "naming",
     "noises",
     "numerics",
