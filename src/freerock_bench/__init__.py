@@ -36,6 +36,7 @@ __all__ = [
     "numerics",
     "paper",
     "peers",
+    "rooms",
     "scale",
     "scenes",
     "shared",
