@@ -11,13 +11,13 @@ from freerock.figures.style import (
     Axes,
     Labels,
     Style,
+    as_text,
     footer,
     gathered,
     label,
     legend_on_top,
     nothing_drawn,
     panel,
-    plain,
     printed,
     size,
 )
@@ -25,6 +25,13 @@ from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.populations.means import LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.text import INPUT_LABELS
+
+FIGURE = {
+    "title": "Uncertainty budget of the identified parameters",
+    "caption": "Share of each input in the square of the total standard uncertainty u of each mean (k = 1, "
+    "in per cent of the mean at the right); runs, their scatter beyond what the inputs explain.",
+    "reads": ["budget", "choice"],
+}
 
 MOST_ROWS = 40
 NARROWEST_IN = 1.8  # of a panel and of the names beside
@@ -134,5 +141,5 @@ def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
             names.append(f"{label(labels, foundation)}, all records")
         else:
             name = f"{label(labels, block)}, {label(labels, foundation)}"
-            names.append(f"{name}: {plain(test)}" if records[block, foundation] > 1 else name)
+            names.append(f"{name}: {as_text(test)}" if records[block, foundation] > 1 else name)
     return names

@@ -15,11 +15,11 @@ from freerock.figures.style import (
     Labels,
     Style,
     axis_of,
-    columns,
     drawn_runs,
     footer,
     gathered,
     label,
+    legend_columns,
     number_ticks,
     panel,
     printed,
@@ -29,6 +29,15 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
+
+FIGURE = {
+    "title": "Misfit maps around the identified parameters",
+    "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified "
+    "on the first run of each record, in per cent; full dot, those parameters; open dots, the "
+    "parameters identified on its other runs. Law rejected: the choice of a model rejects it for "
+    "the first run, and the parameters describe the fit, not the foundation.",
+    "reads": ["maps", "choice"],
+}
 
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
@@ -85,7 +94,7 @@ def draw(
         ax.set_axis_off()
     handles = _handles(maps)
     names = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
+    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(names))
     if maps:
         footer(figure, origin)
     return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)

@@ -13,10 +13,10 @@ from freerock.figures.style import (
     Axes,
     Labels,
     Style,
-    columns,
     footer,
     gathered,
     label,
+    legend_columns,
     nothing_drawn,
     panel,
     printed,
@@ -25,6 +25,14 @@ from freerock.figures.style import (
     size,
 )
 from freerock.models.laws import MODEL_LABELS, MODELS
+
+FIGURE = {
+    "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
+    "caption": "Discrepancy ε_θ of each run with the parameters fitted to it, with those of the other runs "
+    "of its record, and with those of another block on the same foundation. Failed fits predict "
+    "nothing.",
+    "reads": ["predictions", "epsilon"],
+}
 
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
@@ -85,7 +93,7 @@ def draw(
         for kind, style in kinds.items()
     ]
     named = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(named))
+    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(named))
     footer(figure, origin)
     return figure, data
 

@@ -6,22 +6,15 @@ the figures that name them. Returned are the figure, or its pages, and the rows 
 
 __all__ = [
     "bits",
-    "choice",
     "confusion",
     "coverage",
-    "discrepancy",
     "drawn",
     "engines",
     "faults",
-    "inputs",
     "mishaps",
-    "model_cost",
-    "model_error",
     "numerics",
     "paper",
-    "scatter",
     "shared",
     "speed_accuracy",
     "stability",
-    "success",
 ]
