@@ -26,7 +26,7 @@ from freerock.identification.model_discrepancy import (
     model_discrepancy,
 )
 from freerock.identification.noise import AgainstRest
-from freerock.identification.nuisances import Posterior, held, settled
+from freerock.identification.nuisances import Nuisances, Posterior, held, settled
 from freerock.identification.problem import Problem
 from freerock.identification.search import Resolution, search, stopped
 from freerock.identification.settings import FitSettings, check
@@ -229,7 +229,8 @@ def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Reso
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     """What the end of the search is worth: with the inputs moved where that explains the run, else held."""
-    best = settled(problem, solution.x) if solution.success else None
+    moves = solution.success and Nuisances.of(problem).sources
+    best = settled(problem, solution.x) if moves else None
     if best is None or best.result is None:
         return _held(problem, solution, resolution)
     moved = _End(best, *uncertainty(best))
