@@ -58,6 +58,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else [*arguments]
     chosen = argparse.Namespace(command=" ".join(words[:1]), debug="--debug" in words)
     try:
+        if sys.platform == "win32":
+            raise FreerockError(
+                "freerock", "needs the file locks of a POSIX system", "use Linux, macOS or WSL"
+            )
         chosen = _parser(*words[:1]).parse_args(words)  # imports the subcommand
         chosen.run(chosen)
         sys.stdout.flush()
