@@ -9,7 +9,7 @@ on the ground act at once (Moreau 1988, doi:10.1007/978-3-7091-2624-0_1): of eac
 P the impulse, v the velocity of the corner, e the normal restitution. With one corner it is the impact of
 Wang and Mason (1992, doi:10.1115/1.2893797) with Newton's restitution. With two it also holds the corner that
 was on the ground already. A slender block leaves it, as Housner's does. A squat one on a slippery base turns
-back about it at -e times its rate. Newton's restitution may gain energy where a corner's sliding turns round in an
+back about it at -e times its rate. Newton's restitution may gain energy where the sliding turns round in an
 impact (Wang and Mason 1992): seen at e above 0.8 only.
 """
 
