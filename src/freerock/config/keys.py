@@ -167,8 +167,8 @@ class RunsSection(Section):
     )
     start: Literal["hold", "motion"] = Field(
         "hold",
-        description="how runs begin: hold (released from a hold) or motion (in motion already, as after a drop "
-        "or where the record was cut)",
+        description="how runs begin: hold (released from a hold) or motion (in motion already, as after a "
+        "drop or where the record was cut)",
     )
 
 

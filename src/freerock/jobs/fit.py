@@ -110,7 +110,7 @@ def make_fits(
 def _read(
     record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
 ) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any], list[NotFitted]]:
-    """Runs and motions that can be fitted, the record's attributes, and the runs that no law here can describe.
+    """Runs and motions that can be fitted, the record's attributes, and the runs that no law can describe.
 
     Its samples are let go.
     """

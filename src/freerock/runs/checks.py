@@ -237,8 +237,8 @@ CHECKS: tuple[Check, ...] = (
 def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
     """The first two peaks on one side between which θ came to zero and did not pass it [rad]; None if none.
 
-    Turning points are those of `SWING` standard deviations and `REBOUND` of the first peak. Between two peaks on
-    one side lies one on the other, unless the block turned back at zero.
+    Turning points are those of `SWING` standard deviations and `REBOUND` of the first peak. Between two peaks
+    on one side lies one on the other, unless the block turned back at zero.
     """
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     theta = run.signal.theta[during]
@@ -259,7 +259,7 @@ def turning_points(theta: Floats, least: float) -> list[float]:
     """The first value and those at which θ turns back by more than `least`, in the order of time [rad]."""
     turns, extreme, rising = [float(theta[0])], float(theta[0]), 0
     for value in theta.tolist():
-        if rising * (value - extreme) > 0 or not rising and abs(value - turns[0]) > least:
+        if rising * (value - extreme) > 0 or (not rising and abs(value - turns[0]) > least):
             rising = rising or int(math.copysign(1, value - turns[0]))
             extreme = value
         elif rising and rising * (extreme - value) > least:

@@ -37,8 +37,8 @@ def judged_runs(
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each, `step` that of the converter [rad], `position` that of the centre; all else, and the errors, as in `segment.find_runs`
-    and `impacts.find_impacts`.
+    (n_time,) each, `step` that of the converter [rad], `position` that of the centre; all else, and the
+    errors, as in `segment.find_runs` and `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
     noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s)

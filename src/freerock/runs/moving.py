@@ -48,8 +48,8 @@ def begun_moving(
     """How a run begins that is in motion already, None where nothing moves.
 
     It begins after the last time something else acted: when |θ| was last at θ_cr or beyond, which is
-    another face's, and where the position is known, when the block was last in the air before its first impact.
-    A block that rises begins at the top of that swing.
+    another face's, and where the position is known, when the block was last in the air before its first
+    impact. A block that rises begins at the top of that swing.
 
     Parameters
     ----------
