@@ -22,6 +22,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
     "plan": "predict, before any test, how well each parameter will be known",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
+    "respond": "tell whether blocks fall under ground motions, by the laws that a campaign names",
     "review": "see, correct and refit runs in the browser",
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",

@@ -44,7 +44,8 @@ def read_at2(path: str | Path) -> tuple[Floats, Floats]:
     words = [(i, word) for i, line in enumerate(lines[HEADER:], HEADER + 1) for word in line.split()]
     if len(words) != n or n < 2:
         raise FreerockError(path, f"has {len(words)} samples and states NPTS= {n}", COPY_AGAIN)
-    return np.arange(n) * step_s, np.array([_number(path, line, word) for line, word in words])
+    time_s: Floats = np.arange(n, dtype=float) * step_s
+    return time_s, np.array([_number(path, line, word) for line, word in words])
 
 
 def _number(path: Path, line: int, word: str) -> float:

@@ -142,7 +142,7 @@ def slid(signal: Signal, start_s: float, block: Block, position: Position) -> Re
 
 
 def _first_swing(signal: Signal, start_s: float, end_s: float) -> tuple[float, float]:
-    """From when on the first swing falls and until when it is on its side, of a swing that begins before [s]."""
+    """From when to when the first swing falls on its side [s]."""
     during = signal.during(start_s, end_s)
     t, theta = signal.t[during], signal.theta[during]
     down = np.flatnonzero(theta * np.sign(theta[:1]) <= 0)
