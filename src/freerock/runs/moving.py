@@ -19,6 +19,7 @@ from freerock.runs.verdict import Reason
 LOCAL_S, FEWEST = 0.04, 6  # the local fit takes so long of the motion, and at least so many samples
 LOOSE, LOOSE_S = 0.05, 0.02  # standard uncertainty of the first guesses: of θ₀ as a share, of t₀
 AIRBORNE = 0.1  # of the half width: a corner so much higher than at rest has left the ground
+RISES = 5.0  # standard deviations of the noise
 SLIDES = 0.1  # of the half width, by which the corner that stands may move
 
 
@@ -150,7 +151,8 @@ def _first_swing(signal: Signal, start_s: float, end_s: float) -> tuple[float, f
     if not np.isfinite(swing).any():
         return start_s, start_s
     top = int(np.nanargmax(swing))
-    rises = top > 0 and np.all(np.diff(swing[: top + 1]) >= 0)
+    noise = RISES * float(np.nanmedian(signal.sigma[during]))
+    rises = swing[top] > swing[0] + noise and np.nanmin(swing[: top + 1]) > swing[0] - noise
     return float(t[top if rises else 0]), float(t[swing.size - 1])
 
 
