@@ -12,6 +12,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.runs.beginning import Beginning
+from freerock.runs.limits import OF_RUNS
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal
 from freerock.runs.verdict import Reason
@@ -45,6 +46,7 @@ def begun_moving(
     end_s: float,
     block: Block,
     position: Position | None = None,
+    settle_s: float = OF_RUNS.finger_s,
 ) -> Beginning | None:
     """How a run begins that is in motion already, None where nothing moves.
 
@@ -60,6 +62,9 @@ def begun_moving(
     block : Block
     position : Position, optional
         Of the centre, at the signal's instants.
+    settle_s : float
+        No sample is fitted for so long after the top of a swing: a motion let go from rest there begins in
+        static equilibrium, one that passes by does not [s].
     """
     start_s = _last_acted(signal, after_s, end_s, block, position)
     start_s, impact_s = _first_swing(signal, start_s, end_s)
@@ -78,7 +83,8 @@ def begun_moving(
     height, before_s = top
     held = HeldAngle(side * height, LOOSE * height, 0.0)
     release = Release(start_s - before_s, LOOSE_S, 0.0, start_s)
-    return Beginning(start_s, release, held, start_s, (Reason("ok", "in_motion", seen),))
+    fit_start_s = max(start_s, release.instant_s + settle_s)
+    return Beginning(start_s, release, held, fit_start_s, (Reason("ok", "in_motion", seen),))
 
 
 def local_fit(signal: Signal, start_s: float, end_s: float) -> LocalFit | None:

@@ -182,7 +182,7 @@ class _Search:
         for rest in (each for each in self.phases if each.kind == "rest"):
             still = core(signal, rest, limits.window_s)
             end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
-            begins = begun_moving(signal, after_s, end_s, self.block, self.position)
+            begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
             if begins and end_s > begins.fit_start_s:
                 found.append(_Motion(begins, end_s, rest, signal.noise(still)))
             after_s = rest.end_s
