@@ -64,9 +64,12 @@ def _row(number: int) -> list[Row]:
         fit = fit_run(model, scene.block, motion)
     except FreerockError as error:
         return [names | {"parameter": "refused", "what": str(error)}]
-    at = int(np.argmin(np.abs(clock - found.fit_start_s)))
+    instant = np.array([cut_s + found.fit_start_s])
+    begun = simulate(
+        scene.law, scene.block, scene.parameters, instant, theta0=scene.theta0, rules=rules, solver=EXACT
+    )
     states = _states(scene, rules, found.fit_start_s - found.release_s, fit.value, fit.covariance)
-    expected = {**scene.parameters, "theta_start": truth.theta[at], "rate_start": truth.theta_rate[at]}
+    expected = {**scene.parameters, "theta_start": begun.theta[0], "rate_start": begun.theta_rate[0]}
     values = {name: (fit.values[name], fit.stderr[fit.parameters.index(name)]) for name in scene.parameters}
     values |= dict(zip(("theta_start", "rate_start"), states, strict=True))
     return [

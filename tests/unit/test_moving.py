@@ -94,7 +94,7 @@ def test_a_run_begins_when_the_block_has_come_down_and_says_that_it_slides():
     assert run.fit_start_s > 0.5 * landed
     assert "slid" in run.verdict.names
     (run,) = runs(time, found.theta, SQUARE, SHORT)
-    assert run.fit_start_s == 0
+    assert run.fit_start_s < 0.5 * landed
 
 
 def test_the_shape_of_the_block_is_asked_for():

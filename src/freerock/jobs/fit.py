@@ -68,14 +68,14 @@ def make_fits(
         Written to be looked at once: not compressed, without the contributions of the laboratory's inputs and
         without energies.
     """
-    runs, motions, attrs, missed = _read(record_file, hear)
+    runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
     hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
     motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
     found = (identify or identify_runs)(block, motions, hypotheses)
     choices: dict[int, Choice] = {number: each.choice(hypotheses) for number, each in found.items()}
-    not_fitted = missed + _report(found, choices, settings["attributes"]["test"])
+    not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {number: _in_order(each) for number, each in found.items() if each.fits}
     for number, of_run in fits.items():
@@ -109,24 +109,14 @@ def make_fits(
 
 def _read(
     record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
-) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any], list[NotFitted]]:
-    """Runs and motions that can be fitted, the record's attributes, and the runs that no law can describe.
-
-    Its samples are let go.
-    """
+) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
+    """Runs, the motions that a law here can describe, and the record's attributes; its samples are let go."""
     record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     measured = measured_in(record, samples_in(record_file, OVER_TIME))
     motions = measured.with_noise(hear)
-    beyond = {
-        number: reason.text
-        for number, run in runs.items()
-        for reason in run.verdict.reasons
-        if reason.name in NO_LAW
-    }
-    motions = {number: each for number, each in motions.items() if number in runs and number not in beyond}
-    missed = [NotFitted(number, f"no law fitted: {text}") for number, text in beyond.items()]
-    return runs, motions, record.attrs, missed
+    rocks = {number for number, run in runs.items() if not {*NO_LAW} & {*run.verdict.names}}
+    return runs, {number: each for number, each in motions.items() if number in rocks}, record.attrs
 
 
 def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:

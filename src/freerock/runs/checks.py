@@ -149,7 +149,7 @@ def bounced(run: Facts) -> Iterator[Reason]:
     """After an impact the block rocks over the other corner; one that bounces comes back over the same."""
     if peak := peak_on_the_same_side(run):
         before, after = (f"{math.degrees(height):.2f}°" for height in peak)
-        text = f"after {before} its next peak is {after}, on the same side: it bounces or leaves the ground"
+        text = f"after {before} its next peak is {after}, on the same side: it bounces, as no fitted law does"
         yield Reason("warn", "bounced", text)
 
 

@@ -20,6 +20,7 @@ from freerock.runs.verdict import Reason
 LOCAL_S, FEWEST = 0.04, 6  # the local fit takes so long of the motion, and at least so many samples
 LOOSE, LOOSE_S = 0.05, 0.02  # standard uncertainty of the first guesses: of θ₀ as a share, of t₀
 AIRBORNE = 0.1  # of the half width: a corner so much higher than at rest has left the ground
+LEFT = 0.5  # of its top at least a swing has to fall yet where a run begins in it; else it begins in the next
 RISES = 5.0  # standard deviations of the noise
 SLIDES = 0.1  # of the half width, by which the corner that stands may move
 
@@ -67,16 +68,24 @@ def begun_moving(
         static equilibrium, one that passes by does not [s].
     """
     start_s = _last_acted(signal, after_s, end_s, block, position)
-    start_s, impact_s = _first_swing(signal, start_s, end_s)
-    found = local_fit(signal, start_s, impact_s)
+    for _ in range(2):
+        start_s, impact_s = _first_swing(signal, start_s, end_s)
+        found = local_fit(signal, start_s, impact_s)
+        top = (
+            let_go(found if found.theta * found.rate < 0 else found._replace(rate=0.0), block)
+            if found
+            else None
+        )
+        if found and (top is None or abs(found.theta) > LEFT * top[0]):
+            break
+        start_s = _next_swing(signal, impact_s, end_s)  # hardly any of this one is left
     if found is None:
         return None
     side, first = math.copysign(1.0, found.theta), float(signal.theta[np.searchsorted(signal.t, start_s)])
     seen = f"begins in motion at {start_s:.3f} s: {math.degrees(found.theta):.2f}°, "
     seen += f"{math.degrees(found.rate):.1f}°/s"
-    top = let_go(found if found.theta * found.rate < 0 else found._replace(rate=0.0), block)
     if top is None:
-        text = f"{seen}: so fast that no angle below the critical one lets it go from rest"
+        text = f"{seen}, faster than from rest below the critical angle: no law is fitted"
         held = HeldAngle(first, found.theta_stderr, 0.0)
         release = Release(start_s, LOOSE_S, 0.0, start_s)
         return Beginning(start_s, release, held, start_s, (Reason("warn", "thrown", text),))
@@ -160,6 +169,15 @@ def _first_swing(signal: Signal, start_s: float, end_s: float) -> tuple[float, f
     noise = RISES * float(np.nanmedian(signal.sigma[during]))
     rises = swing[top] > swing[0] + noise and np.nanmin(swing[: top + 1]) > swing[0] - noise
     return float(t[top if rises else 0]), float(t[swing.size - 1])
+
+
+def _next_swing(signal: Signal, impact_s: float, end_s: float) -> float:
+    """When a swing begins that follows an impact [s]: at its first sample that stands out of the noise."""
+    during = signal.during(impact_s, end_s)
+    t, theta = signal.t[during], signal.theta[during]
+    side = theta * np.sign(theta[:1])
+    over = np.flatnonzero(side < -RISES * float(np.nanmedian(signal.sigma[during]))) if t.size else side
+    return float(t[int(over[0])]) if over.size else end_s
 
 
 def _last_acted(
