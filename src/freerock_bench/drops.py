@@ -28,9 +28,9 @@ from freerock.errors import FreerockError
 from freerock.jobs.record import POSITIONS, rotation_of
 from freerock.models.block import Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on
+from freerock.models.contact import State
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules
-from freerock.models.contact import State
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.faults import signal_quality
 from freerock.runs.judged import judged_runs

@@ -31,7 +31,7 @@ STEPS = 150.0  # per 1/p, at most so long is a step; the error per step is then 
 HALVINGS = 60  # of a step in which something happens: to the last digit of time
 OVER = math.pi / 2  # a block turned further lies on its side
 SWEEPS = 200  # of the impulses of two corners
-State = tuple[float, float, float, float, float, float]
+PlaneState = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ def bounce(
     block: Block,
     restitution: float,
     friction: float,
-    start: State,
+    start: PlaneState,
     time_s: ArrayLike,
     max_impacts: int = 10_000,
 ) -> Bounces:
@@ -106,8 +106,8 @@ def bounce(
     return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy())
 
 
-def standing_on(block: Block, corner: int, theta: float, rate: float, x: float = 0.0) -> State:
-    """State of a block that turns at a rate [rad/s] about a corner that sticks, at x [m], z = 0."""
+def standing_on(block: Block, corner: int, theta: float, rate: float, x: float = 0.0) -> PlaneState:
+    """PlaneState of a block that turns at a rate [rad/s] about a corner that sticks, at x [m], z = 0."""
     rx, rz = _arm(corner, theta, (block.b, block.h, 0.0, 0.0))
     return x - rx, -rz, theta, -rate * rz, rate * rx, rate
 
@@ -269,7 +269,7 @@ def _first_step(mode, corner, y, shape, longest):
 
 @compiled()
 def _begin(y, restitution, friction, shape):
-    """State, mode, sense, corner after what happens in a state, and which corner came down, -1 for none."""
+    """PlaneState, mode, sense, corner after what happens in a state, and which corner came down, -1 for none."""
     down = np.zeros(2, np.bool_)
     struck = -1
     for corner in range(2):
