@@ -269,7 +269,7 @@ def _first_step(mode, corner, y, shape, longest):
 
 @compiled()
 def _begin(y, restitution, friction, shape):
-    """PlaneState, mode, sense, corner after what happens in a state, and which corner came down, -1 for none."""
+    """State, mode, sense and corner after an event, and the corner that came down, -1 for none."""
     down = np.zeros(2, np.bool_)
     struck = -1
     for corner in range(2):
