@@ -37,9 +37,9 @@ def run(folder: str = "") -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns rock, way (equivalent block, logistic regression, always stands), n, right (share), brier (mean
-        square of probability less outcome), alpha, size_m, restitution (of the best block, first half). Rows of
-        way "reliability" have n, foretold (mean probability) and fell (share) of each bin.
+        Columns rock, way (equivalent block, logistic regression, always stands), n, right (share), brier
+        (mean square of probability less outcome), alpha, size_m, restitution (of the best block, first
+        half). Rows of way "reliability" have n, foretold (mean probability), fell (share) of each bin.
 
     Raises
     ------
