@@ -25,7 +25,8 @@ SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft
 AROUND = 6  # swings on either side show how evenly heights fall
 FEWEST = 4  # of them at least, to show it
 SURE = 5.0  # times their scatter, from which on a rise is none of them: of hardly damped blocks at most 4.3
-REBOUND = 0.01  # of the first peak at least is a turn: half of the measured drops turn back by 0.03 and more
+TURN = 0.01  # of the highest peak: a turn of less is none
+REBOUND = 0.03  # of it at least is a peak after a bounce; of measured drops 0.05 to 0.13
 NEAR_ZERO = 0.1  # of a peak: a block that turns back further from zero was not at an impact
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
@@ -237,19 +238,21 @@ CHECKS: tuple[Check, ...] = (
 def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
     """The first two peaks on one side between which θ came to zero and did not pass it [rad]; None if none.
 
-    Turning points are those of `SWING` standard deviations and `REBOUND` of the first peak. Between two peaks
-    on one side lies one on the other, unless the block turned back at zero.
+    Turning points are those of `SWING` standard deviations and `TURN` of the highest peak. Between two peaks
+    on one side lies one on the other, unless the block turned back at zero. Peaks lower than `REBOUND` may be
+    about a rest that has moved.
     """
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     theta = run.signal.theta[during]
     theta = theta[np.isfinite(theta)]
     if theta.size < FEWEST:
         return None
-    least = max(SWING * run.sigma_theta, REBOUND * float(np.abs(theta).max()))
+    highest = float(np.abs(theta).max())
+    least = max(SWING * run.sigma_theta, TURN * highest)
     turns = turning_points(theta, least)
     for one, between, other in zip(turns, turns[1:], turns[2:], strict=False):
         side = math.copysign(1.0, one)
-        back = side * other > least and abs(between) < NEAR_ZERO * abs(one)
+        back = side * other > max(least, REBOUND * highest) and abs(between) < NEAR_ZERO * abs(one)
         if back and side * between > -0.5 * side * other:
             return one, other
     return None
