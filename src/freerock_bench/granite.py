@@ -25,7 +25,7 @@ from freerock.models.block import GRAVITY, Block
 from freerock.response.ensemble import respond
 from freerock.response.motions import Accelerogram
 
-ALPHA, SIZE_M, RESTITUTION = np.linspace(0.10, 0.46, 13), np.geomspace(0.06, 1.0, 6), (0.65, 0.85)
+ALPHA, SIZE_M, RESTITUTION = np.linspace(0.04, 0.28, 13), np.geomspace(0.06, 1.0, 6), (0.65, 0.85)
 TOGETHER = 2  # samples of the table, averaged into one
 BINS = np.array([0, 0.05, 0.2, 0.4, 0.6, 0.8, 0.95, 1.0])
 ROCKS = ("rock 1", "rock 2")
