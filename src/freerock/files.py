@@ -8,9 +8,11 @@ import csv
 import hashlib
 import json
 import os
+import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from errno import EINVAL
 from pathlib import Path, PurePosixPath
 from secrets import token_hex
 from typing import Any
@@ -21,6 +23,56 @@ MANIFEST = "manifest.csv"
 MOST_JSON_BYTES = 50_000_000
 PARTIAL = ".*.partial*"  # names of files that are being written
 COLUMNS = ["file", "sha256", "bytes"]
+ROOM = "free some space or allow writing to the folder"
+SPECIAL = {
+    stat.S_IFIFO: "a FIFO",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def special(mode: int) -> str:
+    """What a path names by its mode, where that is neither file nor folder; else empty."""
+    return SPECIAL.get(stat.S_IFMT(mode), "")
+
+
+def check_special(path: str | Path, mode: int) -> None:
+    """Refuse a FIFO, a socket or a device in the place of a file, which might be waited for without end.
+
+    Raises
+    ------
+    FreerockError
+        By its mode it is one.
+    """
+    if kind := special(mode):
+        raise FreerockError(path, f"is {kind}, not a file", "remove it, or put the file in its place")
+
+
+def regular(path: str, flags: int) -> int:
+    """Open a file and nothing else, for the `opener` of `open`; OSError for a FIFO, a socket or a device."""
+    with suppress(FileNotFoundError):
+        if kind := special(os.stat(path).st_mode):
+            raise OSError(EINVAL, f"{kind}, not a file", path)
+    return os.open(path, flags | os.O_NONBLOCK, 0o666)
+
+
+def read_bytes(path: str | Path, most_bytes: int | None = None) -> bytes:
+    """What a file holds.
+
+    Raises
+    ------
+    FreerockError
+        It can't be read, or is longer than `most_bytes`.
+    """
+    try:
+        with open(path, "rb", opener=regular) as file:
+            content = file.read() if most_bytes is None else file.read(most_bytes + 1)
+    except OSError as error:
+        raise FreerockError(path, f"cannot be read ({error.strerror})", "write the file") from None
+    if most_bytes is not None and len(content) > most_bytes:
+        raise FreerockError(path, f"has more than {most_bytes} bytes", "split it into several campaigns")
+    return content
 
 
 @contextmanager
@@ -41,11 +93,91 @@ def atomic(path: str | Path) -> Iterator[Path]:
             os.fsync(written.fileno())  # a power cut after the renaming leaves no empty file
         os.replace(partial, path)
     except OSError as error:
-        remedy = "free some space or allow writing to the folder"
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", remedy) from error
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
     finally:
         with suppress(OSError):
             partial.unlink()
+
+
+def replace_together(contents: Mapping[Path, bytes]) -> None:
+    """Replace several files, all or none, also where the process is killed or the disk full meanwhile.
+
+    What they will hold is written beside them first. The renaming of the first file decides: before it
+    nothing has happened, after it `recover` renames the others. The caller holds a lock.
+
+    Parameters
+    ----------
+    contents : mapping of Path to bytes
+        What each file will hold; one that exists keeps its rights.
+
+    Raises
+    ------
+    FreerockError
+        A file can't be written: all are as they were.
+    """
+    recover([*contents])
+    first = path = next(iter(contents))
+    try:
+        for path, content in contents.items():
+            with open(_next(path), "wb", opener=regular) as file:
+                if path.exists():
+                    os.chmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+        _sync_folders(contents)
+        os.replace(_next(first), first)
+    except BaseException as error:
+        _drop([*contents])
+        if not isinstance(error, OSError):
+            raise
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
+    with suppress(OSError, FreerockError):  # it has happened: `recover` does the rest
+        _sync_folders(contents)
+        recover([*contents])
+
+
+def recover(paths: Sequence[Path]) -> None:
+    """Finish what a killed `replace_together` of these files had decided, or remove what it had begun.
+
+    Raises
+    ------
+    FreerockError
+        The folder can't be written.
+    """
+    first, *others = paths
+    path = first
+    try:
+        if _next(first).exists():
+            _drop(paths)
+            return
+        for path in others:
+            if _next(path).exists():
+                os.replace(_next(path), path)
+    except OSError as error:
+        raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
+
+
+def _next(path: Path) -> Path:
+    """Where what a file will hold is written."""
+    return path.with_name(f".{path.name}.next")
+
+
+def _drop(paths: Sequence[Path]) -> None:
+    """Remove what was written, the first file's last: another's alone would mean that it was decided."""
+    with suppress(OSError):  # one that stays keeps those before it, so that nothing counts as decided
+        for path in reversed(paths):
+            _next(path).unlink(missing_ok=True)
+
+
+def _sync_folders(paths: Iterable[Path]) -> None:
+    """Let the names of files reach the disk."""
+    for folder in {path.parent for path in paths}:
+        opened = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(opened)
+        finally:
+            os.close(opened)
 
 
 def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
@@ -62,7 +194,7 @@ def read_json(path: str | Path, remedy: str) -> Any:
         With the remedy: the file is missing, too long, or no JSON.
     """
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb", opener=regular) as file:
             content = file.read(MOST_JSON_BYTES + 1)
         if len(content) > MOST_JSON_BYTES:
             raise FreerockError(path, f"has more than {MOST_JSON_BYTES} bytes", remedy)
@@ -83,7 +215,7 @@ def write_text(path: str | Path, text: str) -> None:
 def sha256(path: str | Path) -> str:
     """SHA-256 of a file, hexadecimal; FreerockError where it can't be read."""
     try:
-        with open(path, "rb") as stream:
+        with open(path, "rb", opener=regular) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except OSError as error:
         raise FreerockError(
@@ -103,7 +235,7 @@ def listed_checksums(folder: str | Path) -> dict[str, str]:
     if not manifest.exists():
         return {}
     try:
-        with open(manifest, newline="", encoding="utf-8-sig") as stream:
+        with open(manifest, newline="", encoding="utf-8-sig", opener=regular) as stream:
             rows = csv.DictReader(stream)
             columns, listed = rows.fieldnames or (), list(rows)
     except (OSError, UnicodeDecodeError, csv.Error) as error:

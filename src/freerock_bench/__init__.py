@@ -11,6 +11,7 @@ __all__ = [
     "confusion",
     "coverage",
     "damage",
+    "desk",
     "discrepancy",
     "document",
     "drawn",

@@ -14,7 +14,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from freerock.config.history import Change, append_changes, log_of, looked_at, read_changes
+from freerock.config.history import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import give_up, make_fits
@@ -26,7 +26,7 @@ from freerock.products.groups import fits_of, not_fitted_in
 from freerock.products.netcdf import open_fits
 from freerock.review import server
 from freerock.review.bench import Superseded
-from freerock.review.corrections import cells_of, corrected
+from freerock.review.corrections import Correction, cells_of, corrected
 from freerock.review.desk import Desk
 from freerock.review.pictures import impact_speed
 from freerock.review.signals import signals_of
@@ -68,8 +68,11 @@ def desk(lab):
     return Desk("small")
 
 
+BLANK = {"overrides": [], "exclude": [], "reason": "", "note": ""}
+
+
 def correction(**own):
-    return {"overrides": [], "exclude": [], "reason": "", "note": ""} | own
+    return Correction.model_validate(BLANK | own)
 
 
 def moved(run, release_s, end_s):
@@ -255,7 +258,6 @@ REFUSED = {
         correction(overrides=moved(1, 5.0, 4.0), reason="x"),
         "tall: override: run 1 ends before it is released; give the release first",
     ),
-    "no correction": ({"exclude": []}, "tall: is no correction ('overrides'); correct the fields"),
 }
 
 
@@ -276,8 +278,8 @@ def test_a_cell_that_says_the_same_stays_as_it_is(desk, lab):
     desk.again()
     line = desk.campaign.record("tall")
     own = desk.record("tall", 1)["correction"]
-    assert cells_of(own, line) == {}
-    assert cells_of(own | {"note": "x"}, line) == {"note": "x"}
+    assert cells_of(correction(**own), line) == {}
+    assert cells_of(correction(**own | {"note": "x"}), line) == {"note": "x"}
 
 
 def test_a_failed_record_and_one_left_out_are_seen(desk, lab):
@@ -303,10 +305,17 @@ def test_a_look_holds_until_the_record_is_corrected(desk):
 def test_a_line_of_the_log_that_was_cut_short_spoils_no_other(tmp_path):
     path = tmp_path / "a.review.csv"
     lines = [Change("t", "me", "a", "", "note", "", 'x, "y"\u2028', "z"), Change(*"abcdefgh")]
-    append_changes(path, lines[:1])
-    path.write_bytes(path.read_bytes() + b"t,me,half")
-    append_changes(path, lines[1:])
-    assert read_changes(path) == lines
+    torn = [b"t,me,half", b't,me,a,,note,,"half a quote', b"t,me,a,,note,,\xc3", b"t,me," + b"x" * 200_000]
+    content = b""
+    for line in torn:
+        content = appended(content, lines[:1]) + line
+    path.write_bytes(appended(content, lines[1:]))
+    assert read_changes(path) == [*lines[:1] * len(torn), *lines[1:]]
+
+
+def test_an_entry_of_the_log_is_one_line(tmp_path):
+    content = appended(b"", [Change("t", "me", "a", "", "override", "1@2:3;\r\n2@4:5", "", "why")])
+    assert content.count(b"\n") == 2 and b"\r" not in content
 
 
 def test_a_window_keeps_every_extreme_of_ten_minutes():
@@ -403,31 +412,79 @@ def test_a_page_of_another_name_or_form_is_refused(desk):
     assert "nothing was saved" in json.loads(found[-1][2])["error"]
 
 
-RIGHT = {"test": "tall_mat", "correction": {}, "run": None, "near_s": None, "whole": True}
-WRONG = [
-    ("refit", RIGHT | {"test": 3}),
-    ("refit", RIGHT | {"run": "1"}),
-    ("refit", RIGHT | {"near_s": "early"}),
-    ("refit", RIGHT | {"correction": []}),
-    ("refit", RIGHT | {"more": 1}),
-    ("misfit", {"test": "tall_mat", "run": 1.5, "correction": {}}),
-    ("keep", {"corrections": ["tall_mat"], "known": "", "why": ""}),
-    ("look", {"test": "tall_mat", "run": 1, "seen": "yes"}),
-    ("undo", []),
-    ("undo", {"test": "tall_mat"}),
-    ("keep", {"corrections": {}, "why": ""}),
+RIGHT = {"test": "tall", "correction": BLANK, "run": None, "near_s": None, "whole": True}
+KEPT = {"corrections": {"tall": BLANK}, "known": "0" * 64, "why": ""}
+BEYOND = {"run": 1, "release_s": 1e400, "end_s": 2, "hold_s": None}
+
+
+def kept(**own):
+    return "keep", KEPT | {"corrections": {"tall": BLANK | own}}
+
+
+WRONG = [  # request, and the field that its answer names
+    ("refit", RIGHT | {"test": 3}, "test"),
+    ("refit", RIGHT | {"run": "1"}, "run"),
+    ("refit", RIGHT | {"run": 1.9}, "run"),
+    ("refit", RIGHT | {"run": True}, "run"),
+    ("refit", RIGHT | {"near_s": "early"}, "near_s"),
+    ("refit", RIGHT | {"correction": []}, "correction"),
+    ("refit", RIGHT | {"more": 1}, "more"),
+    ("refit", RIGHT | {"whole": 1}, "whole"),
+    ("misfit", {"test": "tall", "run": 1.5, "correction": BLANK}, "run"),
+    ("misfit", {"test": "tall", "run": 1, "correction": {"exclude": []}}, "correction.overrides"),
+    ("keep", KEPT | {"corrections": ["tall"]}, "corrections"),
+    ("keep", KEPT | {"known": "x"}, "known"),
+    ("keep", KEPT | {"why": "x" * 131_073}, "why"),
+    ("keep", {"corrections": {}, "why": ""}, "known"),
+    (*kept(exclude="12"), "corrections.tall.exclude"),
+    (*kept(exclude=[True]), "corrections.tall.exclude.0"),
+    (*kept(exclude=[0]), "corrections.tall.exclude.0"),
+    (*kept(reason=["wet"]), "corrections.tall.reason"),
+    (*kept(note="x" * 131_073), "corrections.tall.note"),
+    (*kept(overrides=[BEYOND]), "corrections.tall.overrides.0.release_s"),
+    (*kept(overrides=[BEYOND | {"release_s": 1, "hold_s": [1]}]), "corrections.tall.overrides.0.hold_s"),
+    (*kept(overrides=[BEYOND | {"release_s": 1, "run": 1.9}]), "corrections.tall.overrides.0.run"),
+    ("look", {"test": "tall", "run": 1, "seen": "yes"}, "seen"),
+    ("undo", [], ""),
+    ("undo", {"test": "tall"}, "test"),
 ]
+ENDLESS = "[" * 50_000 + "]" * 50_000
+ASKED = ["record?test=tall&run=%C2%B2", "record?test=tall&run=1.5", "record", "list?x=1", "means?test="]
+ASKED += ["window?test=tall&from_s=nan&to_s=1", "window?test=tall&from_s=1e300&to_s=1", "window?test=tall"]
 
 
-def test_a_request_of_another_form_is_refused(desk):
-    """The last has the right form, but its correction is none."""
+def test_a_request_of_another_form_is_refused_by_its_field(desk):
     told = {"method": "POST", "headers": {"Content-Type": "application/json"}}
-    requests = [(f"/s3cret/do/{what}", told | {"body": json.dumps(given)}) for what, given in WRONG]
-    endless = {"overrides": [{"run": 1e400, "release_s": 1, "end_s": 2, "hold_s": None}], "exclude": []}
-    keep = {"corrections": {desk.campaign.records[0].test: endless}, "known": "", "why": ""}
-    *wrong, last = asked(desk, *requests, ("/s3cret/do/keep", told | {"body": json.dumps(keep)}))
-    assert [status for status, *_ in wrong] == [400] * len(WRONG)
-    assert last[0] == 409 and "is no correction" in json.loads(last[2])["error"]
+    requests = [(f"/s3cret/do/{what}", told | {"body": json.dumps(given)}) for what, given, _ in WRONG]
+    for (status, _, body), (_, _, field) in zip(asked(desk, *requests), WRONG, strict=True):
+        where, *_ = json.loads(body)["error"].partition(": ")
+        assert (status, where) == (400, f"request.{field}" if field else "request")
+    bodies = [b"", b"{", ENDLESS.encode(), b'{"test": ' + ENDLESS.encode() + b"}", b"\xff", b"NaN"]
+    found = asked(desk, *(("/s3cret/do/undo", told | {"body": body}) for body in bodies))
+    assert [status for status, *_ in found] == [400] * len(bodies)
+    found = asked(desk, *((f"/s3cret/ask/{path}", {}) for path in ASKED))
+    assert [status for status, *_ in found] == [*[400] * 4, 409, *[400] * 3]
+    assert not log_of(desk.csv).exists()
+
+
+def test_a_refused_save_leaves_both_files_and_a_table_that_is_away_is_one_line(desk, lab):
+    own, known = correction(note="x"), desk.listing()["digest"]
+    before, yaml = desk.csv.read_bytes(), desk.yaml.read_text()
+    desk.yaml.write_text(yaml.replace("mass_kg:", "mass:"))
+    with pytest.raises(FreerockError, match="mass"):
+        desk.keep({"tall": own}, known, "heard")
+    assert desk.csv.read_bytes() == before and not log_of(desk.csv).exists()
+    desk.yaml.write_text(yaml)
+    for spoil in (desk.csv.unlink, desk.csv.mkdir):
+        spoil()
+        for do in (lambda: desk.keep({"tall": own}, known, "heard"), lambda: desk.look("tall", 1, True)):
+            with pytest.raises(
+                FreerockError, match=r"small\.csv: can.*t be read .*; (put it back|write the file)"
+            ):
+                do()
+        with pytest.raises(FreerockError, match=r"small\.csv: can't be read .*; put it back"):
+            desk.again()
+    assert not log_of(desk.csv).exists()
 
 
 def test_no_page_may_load_from_elsewhere(desk):

@@ -1,6 +1,8 @@
 """Files written whole or not at all, and checksums of raw files."""
 
 import hashlib
+import os
+import socket
 import subprocess
 import sys
 
@@ -13,10 +15,16 @@ from freerock.files import (
     check_manifest,
     listed_checksums,
     main,
+    read_bytes,
+    read_json,
+    recover,
+    replace_together,
     sha256,
     write_json,
     write_manifest,
 )
+from freerock.jobs.contents import look
+from freerock.records.read import read_record
 
 
 @pytest.fixture
@@ -158,3 +166,49 @@ def test_unwritable_folder_is_told(tmp_path):
     (tmp_path / "results").write_text("a file, not a folder")
     with pytest.raises(FreerockError, match=r"results/a\.json: cannot be written \(.*\); free some space"):
         write_json(tmp_path / "results" / "a.json", {})
+
+
+@pytest.mark.parametrize("kind", ["FIFO", "socket", "device"])
+def test_what_is_no_file_is_refused_and_not_waited_for(kind, tmp_path):
+    path = tmp_path / "record.csv"
+    if kind == "FIFO":
+        os.mkfifo(path)
+    elif kind == "socket":
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(str(path))
+    else:
+        path.symlink_to(os.devnull)
+    for read in (sha256, read_bytes, lambda path: read_json(path, "mend it")):
+        with pytest.raises(FreerockError, match=f"a {kind}, not a file"):
+            read(path)
+    with pytest.raises(FreerockError, match=f"is a {kind}, not a file; remove it"):
+        look(path)
+    with pytest.raises(FreerockError, match=f"is a {kind}, not a file; remove it"):
+        read_record(path)
+
+
+@pytest.mark.parametrize("begun", [0, 1, 2, 3])
+def test_files_replaced_together_are_all_new_or_all_old_after_a_kill(begun, tmp_path, monkeypatch):
+    """Killed before the renaming of the first file, after it, and after that of the second."""
+    paths = [tmp_path / name for name in "abc"]
+    for path in paths:
+        path.write_bytes(b"old")
+    rename, left = os.replace, [begun]
+
+    def killed(*names):
+        if not left[0]:
+            raise SystemExit
+        left[0] -= 1
+        rename(*names)
+
+    monkeypatch.setattr(os, "replace", killed)
+    monkeypatch.setattr("freerock.files._drop", lambda paths: None)  # nobody cleans up after a kill
+    if begun < 3:
+        with pytest.raises(SystemExit):
+            replace_together(dict.fromkeys(paths, b"new"))
+    else:
+        replace_together(dict.fromkeys(paths, b"new"))
+    monkeypatch.undo()
+    recover(paths)
+    assert {path.read_bytes() for path in paths} == {b"new" if begun else b"old"}
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a", "b", "c"]

@@ -1,5 +1,7 @@
 """What is refused before anything runs: our own line is the last one told, and nothing is written."""
 
+import os
+
 import pytest
 from small_campaign import CAMPAIGN, add_campaign, check_out
 
@@ -115,6 +117,32 @@ def test_results_that_cannot_be_written(lab):
     told = "results: can't be written (Not a directory); give yourself the right to write there"
     assert done.stderr.splitlines()[-1] == f"{told}, or use --directory"
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "results/lab/records/one.nc",
+        "results/lab/tables/runs.csv",
+        "results/lab/logs/tables.log",
+        "results/lab/ledger/tables.json",
+        "results/lab/benchmarks/tables.tsv",
+        "raw/lab/one.tdms",
+        "raw/lab/truth.json",
+        "config/campaigns/lab.csv",
+        "config/config.yaml",
+    ],
+)
+def test_a_fifo_in_place_of_a_file_is_refused_and_not_waited_for(lab, path):
+    (lab / path).parent.mkdir(parents=True, exist_ok=True)
+    (lab / path).unlink(missing_ok=True)
+    os.mkfifo(lab / path)
+    done = lab.snakemake()
+    assert done.returncode == 1
+    last = done.stderr.splitlines()[-1]
+    assert last.startswith(f"{path}: ") and "a FIFO, not a file" in last
+    assert "Traceback" not in done.stderr
+    assert not list((lab / "results").rglob("*.nc")) or path.endswith(".nc")
 
 
 def test_another_campaign_may_miss_its_raw_folder(lab):

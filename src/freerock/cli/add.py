@@ -9,9 +9,8 @@ import io
 import os
 import re
 import shutil
-import tempfile
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -310,12 +309,8 @@ def _checked(
     source: Source, content: bytes, rows: Sequence[dict[str, str]]
 ) -> tuple[tuple[int, dict[str, str]], ...]:
     """Number and cells of each new line, after the CSV as it will be has been read as any other."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, source.path.name)
-        shutil.copyfile(source.path, path)
-        path.with_suffix(".csv").write_bytes(content)
-        read = read_campaign(path)
-    _raise(list(_of(read.problems, folder, str(source.path.parent))))
+    read = read_campaign(source.path, content)
+    _raise(read.problems)
     n = len(source.records)
     known, new = read.records[:n], read.records[n:]
     found = [{column: getattr(record, column) for column in rows[0]} for _, record in new]
@@ -323,13 +318,6 @@ def _checked(
         what = "the new lines would not be read as they are meant"
         raise FreerockError(source.path.with_suffix(".csv"), what, "move the column test to the front")
     return tuple((line, row) for row, (line, _) in zip(rows, new, strict=True))
-
-
-def _of(problems: Sequence[FreerockError], folder: str, parent: str) -> Iterator[FreerockError]:
-    for each in problems:
-        yield FreerockError(
-            *(str(part).replace(folder, parent) for part in (each.where, each.what, each.remedy))
-        )
 
 
 def _copy(look: RecordLook, target: Path) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from freerock.errors import FreerockError
+from freerock.files import regular
 
 COMMANDS = {  # what each does, as `freerock --help` lists it
     "init": "begin a laboratory's own folder, for records and settings beside an installed freerock",
@@ -81,7 +82,7 @@ def _failed(error: Exception, line: str, code: int, chosen: argparse.Namespace) 
     import traceback
 
     trace = "".join(traceback.format_exception(error))
-    with suppress(OSError), open(LOG, "w", encoding="utf-8") as log:
+    with suppress(OSError), open(LOG, "w", encoding="utf-8", opener=regular) as log:
         log.write(f"freerock {chosen.command}\n{line}\n\n{trace}")
     print(f"{trace}{line}" if chosen.debug else line, file=sys.stderr)
     return code

@@ -231,15 +231,22 @@ def load_config(
     return Config.model_construct(campaigns=loaded)
 
 
-def load_campaign(path: str | Path) -> Campaign:
+def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
     """Read and check one campaign: its YAML file and the CSV file of the same name beside it.
+
+    Parameters
+    ----------
+    path : path
+        The YAML file.
+    table : bytes, optional
+        What the CSV file will hold; left out, what it holds.
 
     Raises
     ------
     ConfigError
         All problems of both files.
     """
-    source = read_campaign(path)
+    source = read_campaign(path, table)
     if source.campaign is None:
         raise ConfigError(source.problems)
     return source.campaign
@@ -334,18 +341,22 @@ class Source:
         return place(self.path, self.lines, key)
 
 
-def read_campaign(path: str | Path) -> Source:
-    """Read the YAML file of a campaign and the CSV file beside it; never raises for what they hold."""
+def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
+    """Read the YAML file of a campaign and the CSV file beside it; never raises for what they hold.
+
+    `table` counts in place of what the CSV file holds.
+    """
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
     if fault := name_fault(path.stem):
         problems.append(FreerockError(path, *fault))
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
-    records = read_records(path.with_suffix(".csv"), names, path, problems) if path.exists() else []
+    csv = path.with_suffix(".csv")
+    records = read_records(csv, names, path, problems, table) if path.exists() else []
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
-            problems.append(FreerockError(f"{path.with_suffix('.csv')}:{line}: laser", what, remedy))
+            problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))
     raw = str((data or {}).get("raw") or "").strip().rstrip("/") or f"raw/{path.stem}"
     campaign = None
     if file and not problems:

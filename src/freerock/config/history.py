@@ -1,21 +1,21 @@
 """What a person changed in a campaign's CSV at the review desk, or looked at there: who, when, what and why.
 
-The log stands beside the CSV, `NAME.review.csv`. A line is written before the CSV is changed, so that no
-change is without one; the cell shows a line whose change never came about: it holds something else.
+The log stands beside the CSV, `NAME.review.csv`: one line each, which is read by itself. A damaged one hides
+no other. Log and CSV are replaced together (`files.replace_together`): neither holds a change alone.
 """
 
+import codecs
 import csv
-import fcntl
 import getpass
 import io
-import os
+import re
 from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from freerock.config.yaml_lines import read_text
 from freerock.errors import FreerockError
+from freerock.files import read_bytes
 
 BY_HAND = ("exclude", "override", "reason")  # cells that say which runs there are
 LOOKED_AT = "looked_at"  # in place of a column: the run was looked at
@@ -70,9 +70,7 @@ def login() -> str:
 
 
 def read_changes(path: str | Path) -> list[Change]:
-    """The log, oldest first; empty where there is none.
-
-    A line that was cut short, as by a lack of power, is left out.
+    """The log, oldest first; empty where there is none. A damaged line is left out.
 
     Raises
     ------
@@ -80,39 +78,34 @@ def read_changes(path: str | Path) -> list[Change]:
         It can't be read, or has other columns.
     """
     path = Path(path)
-    if not path.exists():
-        return []
-    rows = [row for row in csv.reader(io.StringIO(read_text(path))) if row]
-    if rows and rows[0] != list(Change._fields):
+    return changes_in(read_bytes(path), path) if path.exists() else []
+
+
+def changes_in(content: bytes, path: Path) -> list[Change]:
+    """The entries of a log by its bytes; raises as `read_changes`."""
+    first, *rows = [_cells(line) for line in content.removeprefix(codecs.BOM_UTF8).split(b"\n")]
+    if first and first != list(Change._fields):
         raise FreerockError(path, "has other columns", f"write {','.join(Change._fields)} first")
-    return [Change(*row) for row in rows[1:] if len(row) == len(Change._fields)]
+    return [Change(*row) for row in rows if len(row) == len(Change._fields)]
 
 
-def append_changes(path: str | Path, changes: Sequence[Change]) -> None:
-    """Add lines to the log, in one write that reaches the disk.
-
-    Raises
-    ------
-    FreerockError
-        The log can't be written.
-    """
-    text = io.StringIO()
+def _cells(line: bytes) -> list[str]:
+    """The cells of a line; none where it is damaged."""
     try:
-        with open(path, "a+b") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            size = file.seek(0, os.SEEK_END)
-            if size:
-                file.seek(size - 1)
-                text.write("" if file.read(1) == b"\n" else "\n")
-            else:
-                csv.writer(text, lineterminator="\n").writerow(Change._fields)
-            csv.writer(text, lineterminator="\n").writerows(changes)
-            file.write(text.getvalue().encode())
-            file.flush()
-            os.fsync(file.fileno())
-    except OSError as error:
-        remedy = "free some space or allow writing to the folder"
-        raise FreerockError(path, f"cannot be written ({error.strerror or error})", remedy) from error
+        return next(csv.reader([line.decode().rstrip("\r")], strict=True), [])
+    except (UnicodeDecodeError, csv.Error):
+        return []
+
+
+def appended(content: bytes, changes: Sequence[Change]) -> bytes:
+    """The bytes of a log with further entries, each in one line."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    if not content:
+        rows.writerow(Change._fields)
+    rows.writerows([re.sub(r"[\r\n]+", " ", cell) for cell in change] for change in changes)
+    end = b"" if not content or content.endswith(b"\n") else b"\n"
+    return content + end + text.getvalue().encode()
 
 
 def looked_at(changes: Sequence[Change]) -> dict[tuple[str, str], Change]:

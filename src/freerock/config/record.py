@@ -12,7 +12,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.override import RUN, read_overrides
 from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
-from freerock.config.yaml_lines import Key, read_text
+from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
 
 
@@ -126,15 +126,22 @@ class Record(Section):
 
 
 def read_records(
-    path: Path, names: Mapping[str, Any], yaml_path: Path, problems: list[FreerockError]
+    path: Path,
+    names: Mapping[str, Any],
+    yaml_path: Path,
+    problems: list[FreerockError],
+    content: bytes | None = None,
 ) -> list[tuple[int, Record]]:
-    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML."""
+    """The records of a CSV file with their lines; `names` are the blocks, foundations, lasers of the YAML.
+
+    `content` counts in place of what the file holds.
+    """
 
     def fault(line: int, column: str, what: str, remedy: str) -> None:
         problems.append(FreerockError(f"{path}:{line}: {column}", what, remedy))
 
     try:
-        (header_line, header), *rows = _read_table(path)
+        (header_line, header), *rows = _read_table(path, content)
     except FreerockError as error:
         problems.append(error)
         return []
@@ -172,9 +179,10 @@ def _in_line(line: str, loc: Key) -> str:
     return f"{line}: {'.'.join(loc)}"
 
 
-def _read_table(path: Path) -> list[tuple[int, list[str]]]:
+def _read_table(path: Path, content: bytes | None) -> list[tuple[int, list[str]]]:
     """Line number and cells of each row of a CSV file; empty rows and rows that start with # are left out."""
-    rows = csv.reader(_blanked(io.StringIO(read_text(path), newline="")), strict=True)
+    text = read_text(path) if content is None else text_of(content, path)
+    rows = csv.reader(_blanked(io.StringIO(text, newline="")), strict=True)
     try:
         table = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
     except csv.Error as error:

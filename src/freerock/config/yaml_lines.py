@@ -17,6 +17,7 @@ from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.tag import Tag
 
 from freerock.errors import FreerockError
+from freerock.files import read_bytes
 
 Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
 Lines = dict[Key, int]  # line of each key of a YAML file
@@ -36,14 +37,13 @@ PLAIN = "give the value alone, in quotes where it is a text"
 
 def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
     """The text of a file in UTF-8; raises FreerockError where it can't be read or is longer than that."""
+    return text_of(read_bytes(path, most_bytes), path)
+
+
+def text_of(content: bytes, path: Path) -> str:
+    """The text that the bytes of a file are in UTF-8, with plain ends of lines; raises FreerockError."""
     try:
-        with open(path, "rb") as file:
-            content = file.read(most_bytes + 1)
-        if len(content) > most_bytes:
-            raise FreerockError(path, f"has more than {most_bytes} bytes", "split it into several campaigns")
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
-    except OSError as error:
-        raise FreerockError(path, f"cannot be read ({error.strerror})", "write the file") from None
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise FreerockError(f"{path}:{line}", "is not UTF-8 text", "save the file as UTF-8") from None

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from freerock.files import sha256, write_text
+from freerock.files import check_special, regular, sha256, write_text
 
 LOOKS = Path(".snakemake/freerock.looks.json")  # of files on this machine; without it they are read again
 TICK_NS, COARSE_TICK_NS = 20_000_000, 2_000_000_000  # of a file system's clock, and of one in whole seconds
@@ -31,11 +31,18 @@ def checksum(path: str | Path) -> tuple[str, Look | None]:
 
 
 def look(path: str | Path) -> Look | None:
-    """How a file looks without being read: what changes its content changes this. None without a file."""
+    """How a file looks without being read: what changes its content changes this. None without a file.
+
+    Raises
+    ------
+    FreerockError
+        It is a FIFO, a socket or a device.
+    """
     try:
         seen = os.stat(path)
     except OSError:
         return None
+    check_special(path, seen.st_mode)
     return seen.st_size, seen.st_mtime_ns, seen.st_ctime_ns, seen.st_ino
 
 
@@ -102,7 +109,8 @@ def known(seen: Iterable[tuple[str, str, Look]]) -> Known:
 def noted(notes: Path = LOOKS) -> list[tuple[str, str, Look]]:
     """Path, checksum and look of each file as an earlier run wrote them down; none where they are damaged."""
     with suppress(OSError, ValueError, RecursionError):
-        read = json.loads(notes.read_text(encoding="utf-8"))
+        with open(notes, encoding="utf-8", opener=regular) as file:
+            read = json.load(file)
         if isinstance(read, dict) and all(isinstance(each, list) for each in read.values()):
             return [(path, each[0], tuple(each[1:])) for path, each in read.items() if is_look(each[1:])]
     return []

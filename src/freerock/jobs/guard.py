@@ -11,6 +11,7 @@ from pathlib import Path
 
 from freerock.errors import FreerockError
 from freerock.files import PARTIAL
+from freerock.jobs.contents import look
 
 ROOM = "give yourself the right to write there, or use --directory"
 RUNS, JOBS = Path("results/.runs"), Path("results/.jobs")
@@ -109,14 +110,14 @@ def check_room(folder: Path) -> None:
 
 
 def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: float = 5.0) -> None:
-    """Set the times of products that lie in the future to now; refuse inputs from the future.
+    """Set the times of products from the future to now; refuse inputs from there, and what is no file.
 
     To Snakemake a product that is older than an input is outdated, and the job that made it has failed.
 
     Raises
     ------
     FreerockError
-        An input's time lies in the future.
+        An input's time lies in the future; a FIFO, a socket or a device is among the products.
     """
     now = time.time()
     for path in inputs:
@@ -129,5 +130,5 @@ def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: f
             )
     with suppress(OSError):  # read-only: Snakemake will say so where it wants to write
         for path in products:
-            if path.stat().st_mtime > now + tolerance_s:
+            if (seen := look(path)) and seen[1] > (now + tolerance_s) * 1e9:
                 os.utime(path, (now, now))

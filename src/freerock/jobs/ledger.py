@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from freerock.errors import DamagedProduct, FreerockError
-from freerock.files import sha256, write_text
+from freerock.files import regular, sha256, write_text
 from freerock.jobs import reruns
 from freerock.jobs.again import is_one
 from freerock.jobs.contents import checksum, is_look, look
@@ -62,7 +62,8 @@ def entry_path(log: str | Path) -> Path:
 def read_entry(path: str | Path) -> Entry | None:
     """The entry in a file of the ledger; None where there is none that can be understood."""
     try:
-        entry = Entry(**json.loads(Path(path).read_text(encoding="utf-8")))
+        with open(path, encoding="utf-8", opener=regular) as file:
+            entry = Entry(**json.load(file))
     except (OSError, ValueError, TypeError, RecursionError):
         return None
     texts = (entry.inputs, entry.outputs, entry.software)

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 
 from freerock.errors import DamagedProduct, FreerockError, printable
+from freerock.files import ROOM, read_bytes, regular
 
 
 def log_to(path: str | Path) -> logging.Logger:
@@ -18,9 +19,13 @@ def log_to(path: str | Path) -> logging.Logger:
     Errors show on the terminal too, each in a line. A `FreerockError` ends the script with its one line,
     anything else with a traceback. A damaged product of an earlier step is deleted, so that it is made again.
     """
-    logging.basicConfig(filename=path, filemode="w", format="%(message)s", encoding="utf-8")
-    logging.captureWarnings(True)
     sys.excepthook = _report
+    try:
+        stream = open(path, "w", encoding="utf-8", opener=regular)  # noqa: SIM115 (to the end of the process)
+    except OSError as error:
+        raise FreerockError(path, f"cannot be written ({error.strerror})", ROOM) from error
+    logging.basicConfig(stream=stream, format="%(message)s")
+    logging.captureWarnings(True)
     logger = logging.getLogger("freerock")
     logger.setLevel(logging.INFO)
     terminal = logging.StreamHandler()
@@ -43,7 +48,7 @@ def why_failed(logs: Iterable[str | Path]) -> list[str]:
     found = []
     for log in logs:
         for path in re.findall(r"log: (\S+) \(check log file", Path(log).read_text("utf-8", "replace")):
-            lines = Path(path).read_text("utf-8", "replace").splitlines() if Path(path).exists() else []
+            lines = read_bytes(path).decode("utf-8", "replace").splitlines() if Path(path).exists() else []
             found += lines if Path(path).stem == "complete" else lines[-1:]
     return list(dict.fromkeys(map(printable, found)))
 
@@ -60,5 +65,6 @@ def _report(kind: type[BaseException], error: BaseException, trace: TracebackTyp
         Path(str(error.where)).unlink(missing_ok=True)
         error = FreerockError(error.where, error.what, "it has been deleted: run the same command again")
     text = str(error) if isinstance(error, FreerockError) else "".join(traceback.format_exception(error))
-    logging.error(text)
+    if logging.root.handlers:
+        logging.error(text)
     print(text, file=sys.stderr)

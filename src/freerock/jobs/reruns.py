@@ -11,7 +11,8 @@ from functools import cache
 from itertools import chain
 from pathlib import Path
 
-from freerock.files import sha256, write_text
+from freerock.errors import FreerockError
+from freerock.files import read_json, sha256, write_text
 from freerock.jobs.home import PACKAGE, PACKED
 
 MEANINGS = Path(".snakemake/freerock.code.json")  # by SHA-256 of a file's bytes; without it all are parsed
@@ -103,8 +104,8 @@ def _parts(node: object) -> Iterator[str]:
 @cache
 def _meanings() -> dict[str, str]:
     """Checksum of the syntax tree by that of the bytes, as an earlier run wrote them down."""
-    with suppress(OSError, ValueError, RecursionError):
-        read = json.loads(MEANINGS.read_text(encoding="utf-8"))
+    with suppress(FreerockError):
+        read = read_json(MEANINGS, "delete it")
         if isinstance(read, dict) and all(isinstance(each, str) for each in read.values()):
             return dict(read)
     return {}
@@ -113,7 +114,7 @@ def _meanings() -> dict[str, str]:
 def note_meanings() -> None:
     """Write down the meanings that were found, for the next run."""
     told = json.dumps(_meanings(), indent=1, sort_keys=True)
-    if not MEANINGS.exists() or MEANINGS.read_text(encoding="utf-8") != told:
+    if not MEANINGS.is_file() or MEANINGS.read_text(encoding="utf-8") != told:
         write_text(MEANINGS, told)
 
 

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from freerock.jobs.contents import Contents, Known, known, noted
+from freerock.jobs.contents import Contents, Known, known, look, noted
 from freerock.jobs.ledger import FOLDER, Entry, entry_path, plain, read_entry, software
 
 VERIFIED = "verified:"  # comes before what a verification found, below what Snakemake tells
@@ -99,9 +99,11 @@ class Comparison:
         Raises
         ------
         FreerockError
-            A file can't be read.
+            A file can't be read, or a FIFO, a socket or a device is in its place.
         """
         self.contents.look_at([*step.inputs, *step.outputs])
+        look(step.log)
+        look(entry_path(step.log))
         self.steps.append(step)
         entry = self.entries[step.log] = self._ledger.get(entry_path(step.log))
         if any(_doubts(step, entry, self.contents, ())):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
+from freerock.files import check_special
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, by_name
 from freerock.records.dataset import dataset
 
@@ -87,6 +88,8 @@ def list_channels(path: str | Path) -> dict[str, Channel]:
 @contextmanager
 def _opened(path: Path) -> Iterator[Contents]:
     """What the reader of a file's format finds in it, while the file is open."""
+    if path.exists():
+        check_special(path, path.stat().st_mode)
     if not path.is_file():
         raise FreerockError(
             path, "no such file", "put it there, or correct the file column of the campaign's CSV"

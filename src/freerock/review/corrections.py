@@ -1,25 +1,52 @@
 """What a person sets by hand in a record, as the page has it and as the cells of the CSV hold it."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, ConfigDict, Field
 
 from freerock.config.mistakes import validate
 from freerock.config.override import Override, read_overrides, written_overrides
 from freerock.config.record import Record
+from freerock.config.values import Number, Section, Text, Whole
 from freerock.errors import FreerockError
 
 COLUMNS = ("exclude", "override", "reason", "note")
+MOST = 1000  # runs set by hand or left out, of a record
+Run = Annotated[Whole, Field(ge=1, le=999_999)]
+Seconds = Annotated[Number, Field(ge=-1e9, le=1e9), AfterValidator(lambda time_s: round(time_s, 6))]
+
+
+class Sent(Section):
+    """What a page sends: no value counts as one of another type."""
+
+    model_config = ConfigDict(strict=True)
+
+
+class SentOverride(Sent):
+    """A run set by hand."""
+
+    run: Run = Field(description="the number of the run")
+    release_s: Seconds = Field(description="its release in seconds")
+    end_s: Seconds = Field(description="its end in seconds")
+    hold_s: Annotated[list[Seconds], Field(min_length=2, max_length=2)] | None = Field(
+        description="from when to when it is held before, in seconds, or null"
+    )
+
+
+class Correction(Sent):
+    """What is set by hand in a record."""
+
+    overrides: list[SentOverride] = Field(max_length=MOST, description="runs set by hand")
+    exclude: Annotated[list[Run], Field(max_length=MOST)] | Literal["record"] = Field(
+        description='"record" or a list of runs'
+    )
+    reason: Text = Field(description="why, as a text")
+    note: Text = Field(description="a text")
 
 
 def correction_of(line: Record) -> dict[str, Any]:
-    """What is set by hand in a record.
-
-    Returns
-    -------
-    dict
-        JSON: overrides, a list of run, release_s, end_s, hold_s (two instants or None) [s]; exclude, "record"
-        or a list of runs; reason; note.
-    """
+    """What is set by hand in a record, as JSON of the form of `Correction`."""
     return {
         "overrides": [each._asdict() for each in read_overrides(line.override)],
         "exclude": "record" if line.excluded else [run for run, _ in line.exclusions],
@@ -28,23 +55,20 @@ def correction_of(line: Record) -> dict[str, Any]:
     }
 
 
-def cells_of(correction: Mapping[str, Any], line: Record) -> dict[str, str]:
+def cells_of(correction: Correction, line: Record) -> dict[str, str]:
     """The cells that a correction changes in a record, by column; a cell that says the same stays as it is.
 
     Raises
     ------
     FreerockError
-        The correction has another form, or the configuration would refuse a cell.
+        The configuration would refuse a cell.
     """
-    try:
-        overrides = [_override(each) for each in correction["overrides"]]
-        exclude = correction["exclude"]
-        runs = sorted({int(run) for run in exclude}) if exclude != "record" else []
-        texts = {key: " ".join(str(correction[key]).split()) for key in ("reason", "note")}
-    except (ArithmeticError, KeyError, TypeError, ValueError) as error:
-        raise FreerockError(line.test, f"is no correction ({error})", "correct the fields") from error
+    overrides = [_override(each) for each in correction.overrides]
+    exclude = correction.exclude
+    runs = [] if exclude == "record" else sorted({*exclude})
     now = correction_of(line)
-    cells = {"override": line.override, "exclude": line.exclude, **texts}
+    cells = {"override": line.override, "exclude": line.exclude}
+    cells |= {"reason": correction.reason, "note": correction.note}
     if overrides != list(read_overrides(line.override)):
         cells["override"] = written_overrides(overrides)
     if (exclude == "record") != line.excluded or (
@@ -72,12 +96,6 @@ def corrected(line: Record, cells: Mapping[str, str]) -> Record:
     return made
 
 
-def _override(each: Mapping[str, Any]) -> Override:
-    hold = each["hold_s"]
-    hold_s = (_instant(hold[0]), _instant(hold[1])) if hold else None
-    return Override(int(each["run"]), _instant(each["release_s"]), _instant(each["end_s"]), hold_s)
-
-
-def _instant(time_s: Any) -> float:
-    """An instant to the microsecond [s]."""
-    return round(float(time_s), 6)
+def _override(each: SentOverride) -> Override:
+    hold_s = (each.hold_s[0], each.hold_s[1]) if each.hold_s else None
+    return Override(each.run, each.release_s, each.end_s, hold_s)

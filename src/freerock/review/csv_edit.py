@@ -8,14 +8,14 @@ import fcntl
 import hashlib
 import os
 import unicodedata
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 from freerock.errors import FreerockError
-from freerock.files import atomic
+from freerock.files import regular, replace_together
 
 KEY = "test"  # the column that names a record
 SEPARATORS = ",;\t"
@@ -158,8 +158,14 @@ def edited(content: bytes, edits: Sequence[Edit], path: str | Path = "CSV") -> b
     return made
 
 
-def save(path: str | Path, known: str, edits: Sequence[Edit], back_to: bytes | None = None) -> bytes:
-    """Change cells of a CSV file in one step; returns its new content.
+def save(
+    path: str | Path,
+    known: str,
+    edits: Sequence[Edit],
+    back_to: bytes | None = None,
+    beside: Callable[[bytes], Mapping[Path, bytes]] = lambda made: {},
+) -> bytes:
+    """Change cells of a CSV file, and what is beside it, all or none; returns its new content.
 
     Parameters
     ----------
@@ -170,28 +176,32 @@ def save(path: str | Path, known: str, edits: Sequence[Edit], back_to: bytes | N
     edits : sequence of Edit
     back_to : bytes, optional
         What the file held before: written instead, so that what is undone is as it was, quotes included.
+    beside : callable
+        Gives what other files will hold, by the new content; what it raises, nothing is written after.
 
     Raises
     ------
     FreerockError
-        The file was changed since; it can't be read or written; as `edited`.
+        The file was changed since; one can't be read or written; as `edited`.
     """
     path = Path(os.path.realpath(path))  # a link stays one
-    with _locked(path) as content:
+    with locked(path) as content:
         if digest(content) != known:
             raise FreerockError(path, "was changed by someone else since it was read", READ_AGAIN)
         made = edited(content, edits, path) if back_to is None else back_to
-        if made != content:
-            mode = path.stat().st_mode
-            with atomic(path) as partial:
-                partial.write_bytes(made)
-                partial.chmod(mode)
+        replace_together({path: made, **beside(made)})
     return made
 
 
 @contextmanager
-def _locked(path: Path) -> Iterator[bytes]:
-    """The content of a file that no other desk changes meanwhile: its lock goes with the file replaced."""
+def locked(path: Path) -> Iterator[bytes]:
+    """The content of a file that no other desk changes meanwhile: its lock goes with the file replaced.
+
+    Raises
+    ------
+    FreerockError
+        It can't be read.
+    """
     while True:
         with _opened(path) as stream:
             fcntl.flock(stream, fcntl.LOCK_EX)
@@ -206,9 +216,11 @@ def _locked(path: Path) -> Iterator[bytes]:
 
 def _opened(path: Path) -> BinaryIO:
     try:
-        return open(path, "rb")
+        return open(path, "rb", opener=regular)
     except OSError as error:
-        raise FreerockError(path, f"can't be read ({error.strerror})", "check the file") from error
+        raise FreerockError(
+            path, f"can't be read ({error.strerror})", "put it back, then read the file again"
+        ) from error
 
 
 def _rows(text: str, path: str | Path) -> Iterator[tuple[int, str, list[Cell]]]:

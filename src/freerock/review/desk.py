@@ -14,22 +14,22 @@ from freerock.config.campaign import Campaign, load_campaign
 from freerock.config.history import (
     LOOKED_AT,
     Change,
-    append_changes,
+    appended,
     changed,
+    changes_in,
     log_of,
     looked_at,
-    read_changes,
 )
 from freerock.config.record import Record
 from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
-from freerock.files import listed_checksums
+from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
-from freerock.review.corrections import cells_of, corrected, correction_of
-from freerock.review.csv_edit import Edit, digest, save
+from freerock.review.corrections import Correction, cells_of, corrected, correction_of
+from freerock.review.csv_edit import Edit, digest, locked, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
 from freerock.review.pictures import means_of, rows_of, run_picture, symbol
 from freerock.review.signals import Json, Signals, signals_of
@@ -48,7 +48,7 @@ class Saved(NamedTuple):
 
 
 class Desk:
-    """A campaign at the desk; the page sends what its methods take, in the kinds of their type hints.
+    """A campaign at the desk; `requests` says what the page may send to its methods.
 
     Parameters
     ----------
@@ -65,6 +65,7 @@ class Desk:
         self.name = name
         self.yaml = Path("config/campaigns", f"{name}.yaml")
         self.csv = self.yaml.with_suffix(".csv")
+        self._files = [Path(os.path.realpath(each)) for each in (self.csv, log_of(self.csv))]
         self.results = Path("results", name)
         self._held = RLock()  # what is open is looked at and corrected in two threads
         self._open: OrderedDict[str, Analysed] = OrderedDict()
@@ -78,10 +79,16 @@ class Desk:
 
     def read(self) -> None:
         """Read the campaign's files again; what was open of them is forgotten."""
+        if not self.yaml.exists():
+            load_campaign(self.yaml)  # says so
+        with locked(self.csv) as table:
+            self._take(table, load_campaign(self.yaml, table), self._log())
+
+    def _take(self, table: bytes, campaign: Campaign, log: bytes) -> None:
+        """Go on with what the campaign's files hold."""
+        changes = changes_in(log, self._files[1])
         with self._held:
-            self._digest = digest(self.csv.read_bytes()) if self.csv.exists() else ""
-            self.campaign: Campaign = load_campaign(self.yaml)
-            self.changes = read_changes(log_of(self.csv))
+            self._digest, self.campaign, self.changes = digest(table), campaign, changes
             self._listed, self._then = listed_rows(self.results), analysed_lines(self.results)
             self._open.clear()
             self._signals.clear()
@@ -168,7 +175,7 @@ class Desk:
     def refit(
         self,
         test: str,
-        correction: Mapping[str, Any],
+        correction: Correction,
         run: int | None,
         near_s: float | None,
         whole: bool,
@@ -179,8 +186,7 @@ class Desk:
         Parameters
         ----------
         test : str
-        correction : mapping
-            As from `corrections.correction_of`.
+        correction : Correction
         run : int, optional
             Number of the run that is shown.
         near_s : float, optional
@@ -212,7 +218,7 @@ class Desk:
         picture = self._picture(then, found, run, near_s, means=whole or key == known)
         return {"cells": cells, "rows": rows_of(test, found), **picture}
 
-    def misfit(self, test: str, run: int, correction: Mapping[str, Any]) -> Json:
+    def misfit(self, test: str, run: int, correction: Correction) -> Json:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
         from freerock.jobs.misfit import map_of_run
         from freerock.products.estimates import estimates_in
@@ -243,13 +249,13 @@ class Desk:
             "epsilon": np.round(np.log10(np.maximum(made.epsilon_finer, 1e-12)), 3).tolist(),
         }
 
-    def keep(self, corrections: Mapping[str, Mapping[str, Any]], known: str, why: str) -> Json:
+    def keep(self, corrections: Mapping[str, Correction], known: str, why: str) -> Json:
         """Write corrections into the campaign's CSV: those cells that they change, and nothing else.
 
         Parameters
         ----------
-        corrections : mapping
-            By test, as `corrections.correction_of` has them.
+        corrections : mapping of str to Correction
+            By test.
         known : str
             Digest of the CSV as the page knows it.
         why : str
@@ -264,13 +270,13 @@ class Desk:
         for test, correction in corrections.items():
             line = self._line(test)
             cells = cells_of(correction, line)
-            own = " ".join(why.split()) or " ".join(str(correction["reason"]).split())
+            own = why or correction.reason
             for column, value in cells.items():
                 if not own:
                     raise FreerockError(f"{test}: {column}", "is changed without a reason", "say why")
                 lines.append(changed(test, column, getattr(line, column), value, own))
         if lines:
-            before = self.csv.read_bytes()
+            before = read_bytes(self.csv)
             self._write(lines, known)
             self._saved.append(Saved(lines, before, self._digest))
         return self.listing()
@@ -298,27 +304,33 @@ class Desk:
         was = (self._line(test).test, number) in looked_at(self.changes)
         if was != seen:
             words = ("yes" if was else "", "yes" if seen else "")
-            self._log([changed(test, LOOKED_AT, *words, "", number)])
+            with locked(self.csv):
+                log = appended(self._log(), [changed(test, LOOKED_AT, *words, "", number)])
+                replace_together({self._files[1]: log})
+            self.changes = changes_in(log, self._files[1])
         return self.listing()
 
     def _write(self, lines: Sequence[Change], known: str, back_to: bytes | None = None) -> None:
-        """The log first, then the CSV: what the log says and the CSV does not hold was never kept."""
-        if digest(self.csv.read_bytes()) != known:
-            remedy = "read the file again; what was not saved is kept"
-            raise FreerockError(self.csv, "was changed by someone else since it was read", remedy)
-        self._log(lines)
+        """Change the CSV and the log together, if the configuration takes the CSV as it will be."""
         edits = [Edit(each.test, each.cell, each.after) for each in lines]
-        made = save(self.csv, known, edits, back_to)
+        campaign, log = self.campaign, b""
+
+        def beside(made: bytes) -> dict[Path, bytes]:
+            nonlocal campaign, log
+            campaign, log = load_campaign(self.yaml, made), appended(self._log(), lines)
+            return {self._files[1]: log}
+
+        made = save(self.csv, known, edits, back_to, beside)
         with self._held:
             touched = {each.test for each in lines}
             rows = {test: own for test, own in self._rows.items() if test not in touched}
-            self.read()
+            self._take(made, campaign, log)
             self._rows = rows
-            self._digest = digest(made)
 
-    def _log(self, lines: Sequence[Change]) -> None:
-        append_changes(log_of(self.csv), lines)
-        self.changes += lines
+    def _log(self) -> bytes:
+        """What the log holds, after a save that was cut short has been finished or undone; under the lock."""
+        recover(self._files)
+        return read_bytes(self._files[1]) if self._files[1].exists() else b""
 
     def _line(self, test: str) -> Record:
         for line in self.campaign.records:

@@ -11,7 +11,7 @@ from freerock.config.campaign import Campaign
 from freerock.config.history import BY_HAND
 from freerock.config.record import Record
 from freerock.errors import FreerockError
-from freerock.files import read_json
+from freerock.files import read_bytes, read_json
 from freerock.jobs.batches import batches
 from freerock.jobs.home import SCRIPTS
 from freerock.jobs.ledger import FOLDER, read_entry
@@ -73,8 +73,8 @@ def is_behind(line: Record, then: Mapping[str, Any] | None) -> bool:
 
 def _table(path: Path) -> list[dict[str, str]]:
     try:
-        return list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError, csv.Error):
+        return list(csv.DictReader(io.StringIO(read_bytes(path).decode())))
+    except (FreerockError, UnicodeDecodeError, csv.Error):
         return []
 
 

@@ -236,7 +236,7 @@ async function samples(from, to) {
   if (problem) return charts.samples({signals: [], theta: null, flags: []});
   const asked = desk.window = Symbol();
   try {
-    const found = await ask("window", {test, from, to});
+    const found = await ask("window", {test, from_s: from, to_s: to});
     if (asked === desk.window && test === desk.record.test) charts.samples(found);
   } catch (error) { alarm(error); }
 }

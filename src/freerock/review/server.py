@@ -8,14 +8,13 @@ import json
 import logging
 import secrets
 import socket
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from importlib.util import find_spec
-from inspect import signature
 from pathlib import Path
 from signal import SIGINT, SIGTERM
-from types import UnionType
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
 import tornado.httpserver
 import tornado.netutil
@@ -23,6 +22,7 @@ import tornado.web
 
 from freerock.errors import FreerockError
 from freerock.review.desk import Desk
+from freerock.review.requests import ASKED, DONE, checked, understood
 
 HOST = "127.0.0.1"
 MOST_BYTES = 1_000_000  # of a request
@@ -33,7 +33,7 @@ POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-LONG, SHORT = ("refit", "misfit"), ("keep", "undo", "look")  # methods of the desk that the page may call
+LONG = ("refit", "misfit")  # what takes long
 HEADERS = {
     "Content-Security-Policy": POLICY,
     "X-Content-Type-Options": "nosniff",
@@ -85,6 +85,15 @@ class Page(tornado.web.RequestHandler):
     def write_error(self, status_code: int, **kwargs: Any) -> None:
         """Say no more than the number."""
         self.finish(str(status_code))
+
+    def taken(self, check: Callable[[], dict[str, Any]]) -> dict[str, Any] | None:
+        """What a request holds; None where it is refused and so answered, in a line with the field."""
+        try:
+            return check()
+        except FreerockError as error:
+            self.set_status(400)
+            self.finish({"error": str(error)})
+            return None
 
     async def answer(self, make: Callable[[], Any], long: bool = False) -> None:
         """Answer in JSON; a mistake is an answer as well, in a line."""
@@ -143,26 +152,15 @@ class Ask(Page):
 
     async def get(self, what: str) -> None:
         """A question by its name."""
-        desk, test = self.desk, self.get_query_argument("test", "")
-        run = self.get_query_argument("run", "")
-        number = int(run) if run.isdigit() else None
-        if what == "list":
-            await self.answer(desk.listing)
-        elif what == "again":
-            await self.answer(desk.again)
-        elif what == "styles":
-            await self.answer(_styles)
-        elif what == "record":
-            await self.answer(lambda: desk.record(test, number))
-            if self.get_status() == 200:
-                self.work.long.submit(desk.ahead, test)
-        elif what == "means":
-            await self.answer(lambda: desk.means(test))
-        elif what == "window":
-            times = [float(self.get_query_argument(name)) for name in ("from", "to")]
-            await self.answer(lambda: desk.window(test, times[0], times[1]))
-        else:
+        if what not in ASKED:
             raise tornado.web.HTTPError(404)
+        given = {name: self.get_query_argument(name) for name in self.request.arguments}
+        if (asked := self.taken(lambda: checked(ASKED[what], given))) is None:
+            return
+        ways: dict[str, Callable[..., Any]] = {"list": self.desk.listing, "styles": _styles}
+        await self.answer(partial(ways.get(what) or getattr(self.desk, what), **asked))
+        if what == "record" and self.get_status() == 200:
+            self.work.long.submit(self.desk.ahead, asked["test"])
 
 
 class Do(Page):
@@ -172,36 +170,13 @@ class Do(Page):
         """A request by its name; JSON, so that no form of another page can send one."""
         if not self.request.headers.get("Content-Type", "").startswith("application/json"):
             raise tornado.web.HTTPError(415)
-        if what not in LONG + SHORT:
+        if what not in DONE:
             raise tornado.web.HTTPError(404)
-        do = getattr(self.desk, what)
-        try:
-            given = json.loads(self.request.body)
-            check_form(do, given)
-        except (TypeError, ValueError) as error:
-            raise tornado.web.HTTPError(400) from error
+        if (given := self.taken(lambda: understood(DONE[what], self.request.body))) is None:
+            return
         if what == "refit":
             given["needed"] = self.work.needed()
-        await self.answer(lambda: do(**given), long=what in LONG)
-
-
-def check_form(do: Callable[..., Any], given: Any) -> None:
-    """Raise TypeError where a request does not hold what a method of the desk takes, by its type hints."""
-    hints = get_type_hints(do)
-    taken = {name: hints[name] for name in signature(do).parameters if name != "needed"}
-    if not isinstance(given, dict) or given.keys() != taken.keys():
-        raise TypeError(f"takes {', '.join(taken)}")
-    for name, hint in taken.items():
-        if not any(_is_a(given[name], kind) for kind in _kinds(hint)):
-            raise TypeError(name)
-
-
-def _kinds(hint: Any) -> Sequence[Any]:
-    return get_args(hint) if isinstance(hint, UnionType) else (hint,)
-
-
-def _is_a(value: Any, kind: Any) -> bool:
-    return isinstance(value, get_origin(kind) or kind) or (kind is float and isinstance(value, int))
+        await self.answer(partial(getattr(self.desk, what), **given), long=what in LONG)
 
 
 def application(desk: Desk, token: str, once: str = "") -> tornado.web.Application:

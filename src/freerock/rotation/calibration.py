@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from freerock.errors import FreerockError
+from freerock.files import regular
 from freerock.units import CHANNEL_UNITS, understood
 
 
@@ -38,7 +39,8 @@ def read_calibration(path: str | Path) -> Calibration:
         No such table, other units, fewer than two lines, or a column that is not monotonic.
     """
     try:
-        text = Path(path).read_text(encoding="utf-8-sig")
+        with open(path, encoding="utf-8-sig", opener=regular) as file:
+            text = file.read()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "is not UTF-8 text"
         raise FreerockError(path, f"cannot be read ({why})", "put the calibration table there") from None

@@ -1,0 +1,128 @@
+"""What the page may send, as models: checked as the configuration is, before the desk sees any of it."""
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, ConfigDict, Field
+from pydantic_core import from_json
+
+from freerock.config.mistakes import validate
+from freerock.config.values import Section, Text
+from freerock.errors import FreerockError
+from freerock.review.corrections import Correction, Run, Seconds, Sent
+
+MOST_RECORDS = 10_000  # corrected in one request
+Test = Annotated[str, Field(max_length=200, description="the name of a record")]
+
+
+class Refit(Sent):
+    """Try a correction."""
+
+    test: Test
+    correction: Correction = Field(description="what is set by hand")
+    run: Run | None = Field(description="the number of the run that is shown, or null")
+    near_s: Seconds | None = Field(description="its release in seconds, or null")
+    whole: bool = Field(description="true to fit all runs, else false")
+
+
+class Misfit(Sent):
+    """Ask for the misfit map of a run."""
+
+    test: Test
+    run: Run = Field(description="the number of the run")
+    correction: Correction = Field(description="what is set by hand")
+
+
+class Keep(Sent):
+    """Keep corrections."""
+
+    corrections: Annotated[dict[Test, Correction], Field(max_length=MOST_RECORDS)] = Field(
+        description="corrections, each by the name of its record"
+    )
+    known: str = Field(pattern="^[0-9a-f]{64}$", description="the digest of the CSV as it was listed")
+    why: Text = Field(description="why, as a text")
+
+
+class Undo(Sent):
+    """Take back what was kept last."""
+
+
+class Look(Sent):
+    """Note that a run was looked at, or was not."""
+
+    test: Test
+    run: Run | None = Field(description="the number of the run, or null")
+    seen: bool = Field(description="true or false")
+
+
+class Asked(Section):
+    """What an address asks for; its values are texts."""
+
+    model_config = ConfigDict(strict=False)
+
+
+class Nothing(Asked):
+    """No more than the name of the question."""
+
+
+class OfRecord(Asked):
+    """A record and one of its runs."""
+
+    test: Test
+    run: Annotated[Run | None, BeforeValidator(lambda text: text or None)] = Field(
+        None, description="the number of the run"
+    )
+
+
+class OfTest(Asked):
+    """A record."""
+
+    test: Test
+
+
+class Window(Asked):
+    """Signals of a record between two instants."""
+
+    test: Test
+    from_s: Seconds = Field(description="the first instant in seconds")
+    to_s: Seconds = Field(description="the last instant in seconds")
+
+
+DONE: dict[str, type[Section]] = {"refit": Refit, "misfit": Misfit, "keep": Keep, "undo": Undo, "look": Look}
+ASKED: dict[str, type[Section]] = {
+    "list": Nothing,
+    "again": Nothing,
+    "styles": Nothing,
+    "record": OfRecord,
+    "means": OfTest,
+    "window": Window,
+}
+
+
+def understood(model: type[Section], body: bytes) -> dict[str, Any]:
+    """What a request in JSON holds; raises as `checked`, and where it is no JSON."""
+    try:
+        given = from_json(body)
+    except ValueError as error:
+        raise FreerockError("request", f"is not JSON ({error})", "load the page again") from error
+    if not isinstance(given, dict):
+        raise FreerockError("request", "is no JSON object", "load the page again")
+    return checked(model, given)
+
+
+def checked(model: type[Section], given: dict[str, Any]) -> dict[str, Any]:
+    """The values of a request by the names of its model.
+
+    Raises
+    ------
+    FreerockError
+        A key is unknown or missing, a value has another type or size: the first of them, with its field.
+    """
+    problems: list[FreerockError] = []
+
+    def where(loc: tuple[str, ...]) -> str:
+        return ".".join(("request", *(part for part in loc if "[" not in part)))
+
+    made = validate(model, given, where, problems)
+    if made is None:
+        raise problems[0]
+    return dict(made)
