@@ -119,14 +119,14 @@ def replace_together(contents: Mapping[Path, bytes]) -> None:
     first = path = next(iter(contents))
     try:
         for path, content in contents.items():
-            with open(_next(path), "wb", opener=regular) as file:
+            with open(_next(path, path == first), "wb", opener=regular) as file:
                 if path.exists():
                     os.chmod(file.fileno(), stat.S_IMODE(path.stat().st_mode))
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
         _sync_folders(contents)
-        os.replace(_next(first), first)
+        os.replace(_next(first, True), first)
     except BaseException as error:
         _drop([*contents])
         if not isinstance(error, OSError):
@@ -138,36 +138,41 @@ def replace_together(contents: Mapping[Path, bytes]) -> None:
 
 
 def recover(paths: Sequence[Path]) -> None:
-    """Finish what a killed `replace_together` of these files had decided, or remove what it had begun.
+    """Finish what a killed `replace_together` had decided, or remove what it had begun.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        All files that are replaced together, or alone, under the same lock.
 
     Raises
     ------
     FreerockError
         The folder can't be written.
     """
-    first, *others = paths
-    path = first
+    if any(_next(path, True).exists() for path in paths):
+        _drop(paths)
+        return
+    path = paths[0]
     try:
-        if _next(first).exists():
-            _drop(paths)
-            return
-        for path in others:
-            if _next(path).exists():
-                os.replace(_next(path), path)
+        for path in paths:
+            if _next(path, False).exists():
+                os.replace(_next(path, False), path)
     except OSError as error:
         raise FreerockError(path, f"cannot be written ({error.strerror or error})", ROOM) from error
 
 
-def _next(path: Path) -> Path:
-    """Where what a file will hold is written."""
-    return path.with_name(f".{path.name}.next")
+def _next(path: Path, first: bool) -> Path:
+    """Where what a file will hold is written, whose renaming decides or follows."""
+    return path.with_name(f".{path.name}.{'first' if first else 'then'}")
 
 
 def _drop(paths: Sequence[Path]) -> None:
-    """Remove what was written, the first file's last: another's alone would mean that it was decided."""
-    with suppress(OSError):  # one that stays keeps those before it, so that nothing counts as decided
-        for path in reversed(paths):
-            _next(path).unlink(missing_ok=True)
+    """Remove what was written, the first file's last: without it the others would count as decided."""
+    with suppress(OSError):  # one that can't be removed keeps the first
+        for first in (False, True):
+            for path in paths:
+                _next(path, first).unlink(missing_ok=True)
 
 
 def _sync_folders(paths: Iterable[Path]) -> None:

@@ -1,11 +1,15 @@
 """Campaigns damaged and runs killed at random: one `snakemake` then makes the bytes of a run from scratch.
 
-python -m freerock_bench.damage damage [campaigns] | kills [rounds], both with --seed N
+python -m freerock_bench.damage damage [campaigns] | kills [rounds] | code [campaigns] | cache [campaigns]
+
+All take --seed N.
 
 `damage`: each campaign is damaged one to three times, then brought up to date. That must end with exit code 0
 and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: in each round,
-ten times a run or a job of up to three runs at once is killed; then one run ends the work. What else happens
-is printed and counted, and its folder is kept. All is done in memory, in /dev/shm, where there is one.
+ten times a run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code is
+edited at a random moment of a run and put back at another; each run ends with the bytes of a run from scratch,
+or a line, and the next with these bytes. `cache`: numba's cache holds what other code was compiled to. What else
+happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm, where there is one.
 """
 
 import argparse
@@ -45,6 +49,14 @@ TOLD_EVERY = 20  # campaigns
 OLD_S = 1_000_000_000  # a time stamp, of 2001
 TOLD = re.compile(r"^[^:\n]+: .+; .+$")
 KILLS, AT_ONCE = 10, 3
+EDITS = [  # a file of the package, a line of it, and what it becomes for a while
+    ("models/block.py", "GRAVITY = 9.81", "GRAVITY = 9.91"),
+    ("models/kernel.py", '"""', 'SPOILT = 1\n"""'),
+    ("runs/holds.py", '"""', 'raise SystemExit(0)\n"""'),
+    ("tables/summary.py", '"""', 'raise SystemExit(0)\n"""'),
+]
+OPTIONS = "models/compiled.py", '"fastmath": {"contract"}', '"fastmath": True'
+RUN_S = 25.0  # of a run, in which the code is edited
 
 
 class Lab:
@@ -52,6 +64,8 @@ class Lab:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.results = folder, folder / "results/tiny"
+        own = folder / "code"
+        self.code = own if own.exists() else ROOT
 
     def copied(self, to: Path, *parts: str) -> "Lab":
         """This folder copied, or parts of it."""
@@ -62,10 +76,12 @@ class Lab:
     def begin(self, cores: int) -> tuple[subprocess.Popen, Path]:
         """Snakemake at work, and the file of what it says."""
         out = Path(f"{self.folder}_{time.monotonic_ns()}.out")
-        command = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile"]
-        command += ["--directory", self.folder, "--profile", ROOT / "profiles/default", "--cores", str(cores)]
+        command = [sys.executable, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
+        command += ["--directory", self.folder, "--profile", self.code / "profiles/default"]
+        command += ["--cores", str(cores)]
         with open(out, "w") as told:
             streams = {"stdout": told, "stderr": told, "stdin": subprocess.DEVNULL}
+            streams["env"] = os.environ | {"PYTHONPATH": str(self.code / "src")}
             return subprocess.Popen(command, **streams, start_new_session=True), out
 
     def run(self, cores: int = 1) -> tuple[int, str]:
@@ -276,6 +292,81 @@ def damage(n: int, seed: int, scratch: Path) -> int:
     return faults
 
 
+def with_code(lab: Lab) -> Lab:
+    """A lab with a copy of the code, caches included, so that it may be edited."""
+    for part in ("src", "workflow", "profiles"):
+        shutil.copytree(ROOT / part, lab.folder / "code" / part)
+    shutil.copy2(ROOT / "Snakefile", lab.folder / "code")
+    return Lab(lab.folder)
+
+
+def edited(lab: Lab, file: str, old: str, new: str) -> bytes:
+    """Edit a file of a lab's package; returns what it held."""
+    path = lab.code / "src/freerock" / file
+    before = path.read_bytes()
+    path.write_text(before.decode().replace(old, new, 1))
+    return before
+
+
+def code(n: int, seed: int, scratch: Path) -> int:
+    """Edit code while runs are at work; returns how many did not end as they should."""
+    base = write_campaign(scratch / "base", 0)
+    assert base.run()[0] == 0
+    reference, faults, ends = Reference(scratch), 0, Counter()
+    for number in range(1, n + 1):
+        chance = random.Random(f"{seed} {number}")
+        lab = with_code(base.copied(scratch / f"campaign_{number}"))
+        for path in lab.files() if chance.random() < 0.5 else chance.sample(lab.files(), 3):
+            path.unlink()
+        edit, pauses = chance.choice(EDITS), sorted(chance.uniform(0, RUN_S) for _ in range(2))
+        run, out = lab.begin(cores=1)
+        time.sleep(pauses[0])
+        before = edited(lab, *edit)
+        time.sleep(pauses[1] - pauses[0])
+        (lab.code / "src/freerock" / edit[0]).write_bytes(before)
+        ended = run.wait()
+        wrong = what_is_wrong(lab, ended, out.read_text(), reference)
+        last = last_line(out.read_text()) if ended else "the bytes of a run from scratch"
+        again, told = lab.run()
+        wrong = wrong or what_is_wrong(lab, again, told, reference) or (last_line(told) if again else "")
+        faults += bool(wrong)
+        ends["wrong" if wrong else "a line" if ended else last] += 1
+        kept = f"{wrong}; kept in {lab.folder}" if wrong else last
+        print(f"{number}: {edit[0]} from {pauses[0]:.1f} to {pauses[1]:.1f} s: {kept}", flush=True)
+        if not wrong:
+            shutil.rmtree(lab.folder)
+    print(f"{n} campaigns: " + ", ".join(f"{count} {end}" for end, count in ends.items()))
+    return faults
+
+
+def cache(n: int, seed: int, scratch: Path) -> int:
+    """Let numba's cache hold other code; returns how many did not end as they should."""
+    base = write_campaign(scratch / "base", 0)
+    assert base.run()[0] == 0
+    reference, faults = Reference(scratch), 0
+    for number in range(1, n + 1):
+        lab = with_code(base.copied(scratch / f"campaign_{number}"))
+        path = lab.code / "src/freerock" / OPTIONS[0]
+        times = path.stat()
+        before = edited(lab, *OPTIONS)
+        shutil.rmtree(lab.results)
+        codes = [lab.run()[0]]
+        other = lab.products()
+        path.write_bytes(before)
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        ended, told = lab.run()
+        wrong = what_is_wrong(lab, ended, told, reference) or (last_line(told) if ended else "")
+        moved = sum(other.get(name) != made for name, made in lab.products().items())
+        faults += bool(wrong)
+        print(
+            f"{number}: {moved} products were others under {OPTIONS[2]} {codes}; {wrong or 'same bytes'}",
+            flush=True,
+        )
+        if not wrong:
+            shutil.rmtree(lab.folder)
+    return faults
+
+
 def jobs_of(run: subprocess.Popen) -> list[psutil.Process]:
     """The scripts that a run has at work."""
     with suppress(psutil.Error):
@@ -359,11 +450,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("study", choices=["damage", "kills"])
-    parser.add_argument("number", type=int, nargs="?", help="200 campaigns, or 10 rounds")
+    parser.add_argument("study", choices=["damage", "kills", "code", "cache"])
+    parser.add_argument("number", type=int, nargs="?", help="200, 10, 60 and 20 when left out")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    study, usual = {"damage": (damage, 200), "kills": (kills, 10)}[given.study]
+    studies = {"damage": (damage, 200), "kills": (kills, 10), "code": (code, 60), "cache": (cache, 20)}
+    study, usual = studies[given.study]
     scratch = Path(tempfile.mkdtemp(dir=IN_MEMORY if IN_MEMORY.is_dir() else None))
     faults = study(given.number or usual, given.seed, scratch)
     if not faults:

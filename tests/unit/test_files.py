@@ -187,6 +187,27 @@ def test_what_is_no_file_is_refused_and_not_waited_for(kind, tmp_path):
         read_record(path)
 
 
+def test_a_file_half_written_alone_is_no_decision_on_two(tmp_path, monkeypatch):
+    """The log of a look, killed while it was written, is not taken for the second half of a save."""
+    table, log = tmp_path / "table", tmp_path / "log"
+    for path in (table, log):
+        path.write_bytes(b"old")
+
+    def killed(*_):
+        raise SystemExit
+
+    monkeypatch.setattr(os, "fsync", killed)
+    monkeypatch.setattr("freerock.files._drop", lambda paths: None)
+    with pytest.raises(SystemExit):
+        replace_together({log: b"new and lo"})
+    monkeypatch.undo()
+    recover([table, log])
+    assert sorted((path.name, path.read_bytes()) for path in tmp_path.iterdir()) == [
+        ("log", b"old"),
+        ("table", b"old"),
+    ]
+
+
 @pytest.mark.parametrize("begun", [0, 1, 2, 3])
 def test_files_replaced_together_are_all_new_or_all_old_after_a_kill(begun, tmp_path, monkeypatch):
     """Killed before the renaming of the first file, after it, and after that of the second."""

@@ -18,7 +18,9 @@ from numba import njit, typeof
 from freerock.errors import FreerockError
 
 if numba.config.DISABLE_JIT:
-    raise FreerockError("NUMBA_DISABLE_JIT", "is set: nothing is compiled, and a fit would take hours", "unset it")
+    raise FreerockError(
+        "NUMBA_DISABLE_JIT", "is set: nothing is compiled, and a fit would take hours", "unset it"
+    )
 SHAPING = {"NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_OPT", "NUMBA_SLP_VECTORIZE", "NUMBA_LOOP_VECTORIZE"}
 Function = TypeVar("Function", bound=Callable[..., Any])
 
