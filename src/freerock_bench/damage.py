@@ -4,12 +4,12 @@ python -m freerock_bench.damage damage [campaigns] | kills [rounds] | code [camp
 
 All take --seed N.
 
-`damage`: each campaign is damaged one to three times, then brought up to date. That must end with exit code 0
-and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: in each round,
-ten times a run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code is
-edited at a random moment of a run and put back at another; each run ends with the bytes of a run from scratch,
-or a line, and the next with these bytes. `cache`: numba's cache holds what other code was compiled to. What else
-happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm, where there is one.
+`damage`: each campaign is damaged one to three times, then brought up to date. That must end with exit code
+0 and the bytes of a run from scratch, or with another and a line that says what to do. `kills`: in a round,
+ten times a run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code
+is edited at a random moment of a run and put back at another; each run ends with the bytes of a run from
+scratch, or a line, and the next with these bytes. `cache`: numba's cache holds what other code was compiled
+to. What else happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm.
 """
 
 import argparse

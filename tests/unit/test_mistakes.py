@@ -24,6 +24,23 @@ NO_OVERRIDE = (
     "give run and seconds, as 2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
 )
 YAML_MISTAKES = {
+    "a mass that no double's powers hold": (
+        ("5.84", "1e-320"),
+        "lab.yaml:7: blocks.tall.mass_kg: 9.99989e-321 is no number of a laboratory; "
+        "give 0, or 1e-12 to 1e+15",
+    ),
+    "a beam beyond the laboratory": (
+        ("position_m: 0.1", "position_m: 1e308"),
+        "lab.yaml:11: lasers.near.position_m: 1e+308 is no number of a laboratory; give 0, or 1e-12 to 1e+15",
+    ),
+    "a switch for a number": (
+        ("title: ", "records_per_job: true\ntitle: "),
+        "lab.yaml:1: records_per_job: true is not a number; give a number",
+    ),
+    "a switch for a direction": (
+        ("position_m: 0.1", "sign: true, position_m: 0.1"),
+        "lab.yaml:11: lasers.near.sign: true is not a number; give a number",
+    ),
     "negative mass": (
         ("5.84", "-8.67"),
         "lab.yaml:7: blocks.tall.mass_kg: -8.67 is not greater than 0; give the mass in kilograms",

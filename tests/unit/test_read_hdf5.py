@@ -1,4 +1,5 @@
 import struct
+import tracemalloc
 
 import h5py
 import netCDF4
@@ -183,3 +184,34 @@ def test_a_file_that_ends_the_library(tmp_path):
     assert content.count(b"units\0\0\0\x19\x01") == 1
     path.write_bytes(content.replace(b"units\0\0\0\x19\x01", b"units\0\0\0\x19\x05"))
     assert refusal(path) == DEADLY
+
+
+@pytest.mark.parametrize("value", [1.7e308, -1.7e308])
+def test_a_sample_beyond_any_sensor_is_one_line(tmp_path, value):
+    samples = np.sin(np.arange(100.0))
+    samples[7] = value
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["laser"] = samples
+        file.attrs["sampling_rate"] = 100.0
+    assert f"channel 'laser' holds {value:g} at sample 7, beyond ±1e+100; export it again" in refusal(
+        tmp_path / "a.h5"
+    )
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i2"])
+def test_memory_of_a_vector_is_that_of_its_doubles(tmp_path, kind):
+    n = 3_000_000
+    samples = np.random.default_rng(1).integers(0, 4096, n).astype(kind)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["laser"] = samples
+        file["laser"].attrs.update(scale_factor=2.0, add_offset=1.0)
+        file.attrs["sampling_rate"] = 100.0
+    read_record(tmp_path / "a.h5")
+    tracemalloc.start()
+    try:
+        dataset = read_record(tmp_path / "a.h5")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(dataset["laser"], 2.0 * samples + 1.0)
+    assert most < 1.5 * dataset.nbytes

@@ -1,4 +1,6 @@
 import struct
+import tracemalloc
+import zlib
 
 import h5py
 import numpy as np
@@ -174,3 +176,40 @@ def test_a_table_beside_the_channel_is_no_damage(tmp_path):
     path = save(tmp_path / "a.mat", {"t": TIME, "x": VOLTS, "cal": np.arange(7.0)}, "5")
     assert refusal(path) == "channels of unequal length: x 60, cal 7; name the channel"
     np.testing.assert_array_equal(read_record(path, "x")["x"], VOLTS)
+
+
+def test_data_that_unpack_to_a_hundred_times_the_file_are_refused_unread(tmp_path):
+    """30 million zeros, 240 MB, in a quarter of one; the file is written as MATLAB does."""
+    n = 30_000_000
+    flags = struct.pack("<IIII", 6, 8, 6, 0) + struct.pack("<IIii", 5, 8, n, 1)
+    head = flags + struct.pack("<HH4s", 1, 4, b"laser"[:4]) + struct.pack("<II", 9, 8 * n)
+    packer = zlib.compressobj()
+    body = packer.compress(struct.pack("<II", 14, len(head) + 8 * n) + head)
+    body += b"".join(packer.compress(bytes(1_000_000)) for _ in range(8 * n // 1_000_000)) + packer.flush()
+    path = tmp_path / "bomb.mat"
+    path.write_bytes(
+        b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 15, len(body)) + body
+    )
+    tracemalloc.start()
+    try:
+        assert "declares 2.4e+08 bytes of data, more than its" in refusal(path)
+        assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("version", ["5", "7"])
+def test_memory_of_a_vector_is_that_of_its_doubles(tmp_path, version):
+    """The channel and its time base, whose stamps are made, and no copy of either beside them."""
+    n = 2_000_000
+    noise = np.random.default_rng(1).integers(0, 4096, n) / 409.6
+    path = save(tmp_path / "a.mat", {"fs": 1000.0, "laser": noise}, version)
+    read_record(path)
+    tracemalloc.start()
+    try:
+        dataset = read_record(path)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(dataset["laser"], noise)
+    assert most < 1.5 * dataset.nbytes

@@ -145,6 +145,14 @@ def test_a_fifo_in_place_of_a_file_is_refused_and_not_waited_for(lab, path):
     assert not list((lab / "results").rglob("*.nc")) or path.endswith(".nc")
 
 
+def test_notes_of_snakemake_that_cannot_be_written(lab):
+    (lab / ".snakemake").write_text("")
+    done = lab.snakemake()
+    told = ".snakemake: can't be written; give yourself the right to write there, or use --directory"
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, told)
+    assert "Traceback" not in done.stderr
+
+
 def test_another_campaign_may_miss_its_raw_folder(lab):
     (lab / "config/config.yaml").write_text("campaigns: [lab, away]\n")
     for suffix in ("yaml", "csv"):

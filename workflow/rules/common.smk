@@ -10,7 +10,7 @@ from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums
-from freerock.jobs.guard import check_folder
+from freerock.jobs.guard import check_folder, check_notes
 from freerock.jobs.home import PACKAGE
 from freerock.jobs.log import in_utf8, why_failed
 from freerock.jobs.reruns import code_checksum
@@ -26,6 +26,7 @@ try:
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     check_folder(Path("results"))
+    check_notes(Path(".snakemake"))
 except FreerockError as error:
     sys.exit(str(error))
 

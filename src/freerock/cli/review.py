@@ -2,7 +2,7 @@
 
 import os
 import webbrowser
-from argparse import ArgumentParser, Namespace
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from contextlib import suppress
 from threading import Thread
 
@@ -16,7 +16,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("campaign", metavar="CAMPAIGN")
     parser.add_argument("--no-browser", action="store_true", help="print the address, open no browser")
-    parser.add_argument("--port", type=int, default=0, help="by default any that is free")
+    parser.add_argument("--port", type=_port, default=0, help="by default any that is free")
+
+
+def _port(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= 5 and int(text) <= 65535):
+        raise ArgumentTypeError(f"{text[:20]!r} is no port, from 0 to 65535")
+    return int(text)
 
 
 def run(chosen: Namespace) -> None:

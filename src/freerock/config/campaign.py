@@ -4,6 +4,7 @@ All problems of all files are reported at once, one line each: file and line, ke
 """
 
 import math
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,7 @@ from freerock.config.values import (
     Name,
     Section,
     Text,
+    Whole,
     check_braces,
     check_inside,
     check_name,
@@ -83,7 +85,7 @@ class CampaignFile(Section):
     lasers: dict[Name, LaserSection] = Field(
         min_length=1, description="one or more sensors, each by its name"
     )
-    records_per_job: int = Field(
+    records_per_job: Whole = Field(
         4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
     )
     figures: tuple[Figure, ...] = Field(
@@ -353,7 +355,9 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
         problems.append(FreerockError(path, *fault))
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
-    records = read_records(csv, names, path, problems, table) if path.exists() else []
+    records = (
+        read_records(csv, names, path, problems, table) if os.path.exists(path) else []
+    )  # false also for a name that is too long
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))

@@ -11,6 +11,7 @@ from pydantic import Field, ValidationInfo, create_model, field_validator, model
 
 from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
+    MOST_SAMPLES,
     Candidate,
     Debonding,
     Invalid,
@@ -366,6 +367,14 @@ class PlanSection(Section):
         if not values:
             raise Invalid("is empty", "give one or more numbers, or leave it out")
         return values
+
+    @field_validator("durations_s")
+    @classmethod
+    def _in_memory(cls, durations: Any, info: ValidationInfo) -> Any:
+        n = max(durations, default=0) * max(info.data.get("sampling_rates_hz", (0,)))
+        if n > MOST_SAMPLES:
+            raise Invalid(f"{n:.3g} samples are too many", f"plan for {MOST_SAMPLES} at most")
+        return durations
 
     @field_validator("expected")
     @classmethod

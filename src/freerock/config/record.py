@@ -15,14 +15,18 @@ from freerock.config.values import Invalid, Name, Section, Text, check_inside, c
 from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
 
+LONGEST_CELL = 10_000  # characters
+
 
 class Record(Section):
     """A record: one line of config/campaigns/<name>.csv."""
 
     test: Name = Field(description="the name of the record: letters, digits and _")
-    file: str = Field(min_length=1, description="the record file, inside the raw folder")
+    file: str = Field(min_length=1, max_length=1000, description="the record file, inside the raw folder")
     channel: str = Field(
-        "", description="the channel of the laser; empty when the file has only one; of two lasers, as a;b"
+        "",
+        max_length=1000,
+        description="the channel of the laser; empty when the file has only one; of two lasers, as a;b",
     )
     block: str = Field(description="the name of a block")
     foundation: str = Field(description="the name of a foundation")
@@ -30,10 +34,12 @@ class Record(Section):
     exclude: str = Field(
         "",
         pattern=f"^(record|{RUN}(;{RUN})*)?$",
+        max_length=LONGEST_CELL,
         description="nothing, record, or the numbers of the runs left out, as 2;3",
     )
     override: str = Field(
         "",
+        max_length=LONGEST_CELL,
         description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
         "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
     )

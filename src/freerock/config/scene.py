@@ -8,7 +8,17 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from freerock.config.campaign import load_section
 from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
-from freerock.config.values import Debonding, Invalid, Kinematics, Model, Number, Positive, Section, Whole
+from freerock.config.values import (
+    MOST_SAMPLES,
+    Debonding,
+    Invalid,
+    Kinematics,
+    Model,
+    Number,
+    Positive,
+    Section,
+    Whole,
+)
 
 GROUND_COLUMNS = ("time_s", "x_m_s2", "z_m_s2")
 
@@ -50,7 +60,7 @@ class VirtualLaser(LaserSection):
 
     noise_v: Positive = Field(0.002, description="the standard deviation of its noise in volts")
     seed: Whole = Field(0, ge=0, description="of the noise and of the operator's angles and times")
-    releases: Whole = Field(3, ge=1, description="the number of releases on the record")
+    releases: Whole = Field(3, ge=1, le=1000, description="the number of releases on the record")
 
     @model_validator(mode="after")
     def _volts_and_a_range(self) -> Self:
@@ -79,6 +89,14 @@ class Scene(Section):
     laser: VirtualLaser | None = Field(
         None, validate_default=False, description="the laser of a record; left out, θ(t) itself is written"
     )
+
+    @field_validator("sampling_rate_hz")
+    @classmethod
+    def _in_memory(cls, rate: float, info: ValidationInfo) -> float:
+        n = rate * info.data.get("duration_s", 0.0)
+        if n > MOST_SAMPLES:
+            raise Invalid(f"{n:.3g} samples are too many", f"simulate {MOST_SAMPLES} at most")
+        return rate
 
     @field_validator("models")
     @classmethod

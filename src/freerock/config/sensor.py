@@ -6,7 +6,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from freerock.config.uncertainty import LaserUncertainty
-from freerock.config.values import Invalid, Number, Section, Unit, check_inside
+from freerock.config.values import Direction, Invalid, Number, Section, Unit, check_inside
 from freerock.units import CHANNEL_UNITS
 
 
@@ -26,6 +26,8 @@ class LaserSection(Section):
     )
     position_m: Number | None = Field(
         None,
+        ge=-100,
+        le=100,
         validate_default=True,
         description="the height of a horizontal beam above the base, or the distance of a vertical beam "
         "to the right of the centre line, in metres; compulsory with a beam",
@@ -40,7 +42,7 @@ class LaserSection(Section):
         "as V,mm; in place of range_m",
     )
     face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
-    sign: Literal[1, -1] = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
+    sign: Direction = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
     release_side: Literal["positive", "negative"] = Field(
         "positive",
         description="positive (clockwise) or negative: the side of the first swing after a rest, "

@@ -8,7 +8,15 @@ from collections.abc import Collection, Iterable
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, StringConstraints, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    field_validator,
+)
 
 from freerock.files import plain_path
 from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
@@ -16,6 +24,8 @@ from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
 LONGEST_NAME = 100  # characters: names become parts of file names, which have 255 at most
+LEAST, MOST = 1e-12, 1e15  # sizes of numbers, whose cubes and ratios a double still holds
+MOST_SAMPLES = 100_000_000  # of a run that is planned or simulated
 UNPRINTED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff]")
 
 
@@ -37,8 +47,15 @@ def _in_one_line(value: Any) -> Any:
     return " ".join(value.split()) if isinstance(value, str) else value
 
 
-Number = Annotated[float, BeforeValidator(_not_a_switch)]
-Whole = Annotated[int, BeforeValidator(_not_a_switch)]
+def _of_this_world(value: float) -> float:
+    if value and not LEAST <= abs(value) <= MOST:
+        raise Invalid(f"{value:.6g} is no number of a laboratory", f"give 0, or {LEAST:g} to {MOST:g}")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
+Whole = Annotated[int, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
+Direction = Annotated[Literal[1, -1], BeforeValidator(_not_a_switch)]
 Positive = Annotated[Number, Field(gt=0)]
 Name = Annotated[str, StringConstraints(pattern=NAME, max_length=LONGEST_NAME)]
 Label = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=100)]

@@ -90,6 +90,18 @@ def check_folder(folder: Path) -> None:
         raise FreerockError(folder, f"can't be written ({os.strerror(errno.ENOTDIR)})", ROOM)
 
 
+def check_notes(folder: Path) -> None:
+    """Refuse a folder of Snakemake's notes that can't be written, before Snakemake does in a traceback.
+
+    Raises
+    ------
+    FreerockError
+        It is there, and read-only or no folder.
+    """
+    if folder.exists() and not (folder.is_dir() and os.access(folder, os.W_OK)):
+        raise FreerockError(folder, "can't be written", ROOM)
+
+
 def check_room(folder: Path) -> None:
     """Refuse a folder of products that can't be written, or the nearest above it that exists.
 

@@ -17,7 +17,7 @@ from numba import njit, typeof
 
 from freerock.errors import FreerockError
 
-if numba.config.DISABLE_JIT:
+if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
     raise FreerockError(
         "NUMBA_DISABLE_JIT", "is set: nothing is compiled, and a fit would take hours", "unset it"
     )

@@ -12,9 +12,10 @@ from freerock.errors import FreerockError
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
 MOST_CHANNELS = 2000
-# Deflate, the densest compression of these formats, shrinks data at most 1032 times.
-DENSEST = 1100
-LITTLE = 1 << 26  # bytes that need no check
+# What a file may ask for in memory: so many times its own bytes, and LITTLE in any case. Doubles of a coarse
+# converter at rest shrink some 20 times, a constant 1000 times, of which LITTLE holds half an hour at 10 kHz.
+DENSEST = 100
+LITTLE = 1 << 27
 
 SECONDS = {
     **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),

@@ -34,6 +34,7 @@ from freerock.records.headings import also_stated, is_time, split_unit, stated_r
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
+AT_ONCE = 1 << 20  # numbers
 DEEPEST = 50  # groups above an array
 WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
 
@@ -150,7 +151,13 @@ def _contents(
 
 
 def _values(array: Any) -> Samples:
-    return np.asarray(array[()] if array.shape == () else array[:], float)
+    """The numbers of an array as doubles; of a long vector part by part, lest memory holds it twice."""
+    if len(array.shape) != 1:
+        return np.asarray(array[()] if array.shape == () else array[:], float)
+    values = np.empty(array.shape[0])
+    for start in range(0, len(values), AT_ONCE):
+        values[start : start + AT_ONCE] = array[start : start + AT_ONCE]
+    return values
 
 
 def _unpacked(values: Samples, attributes: Attributes) -> Samples:
@@ -159,7 +166,9 @@ def _unpacked(values: Samples, attributes: Attributes) -> Samples:
     for fill in (stated.get("_FillValue"), stated.get("missing_value")):
         if isinstance(fill, float):
             values[values == fill] = np.nan
-    return values * float(stated.get("scale_factor", 1.0)) + float(stated.get("add_offset", 0.0))
+    values *= float(stated.get("scale_factor", 1.0))
+    values += float(stated.get("add_offset", 0.0))
+    return values
 
 
 def _above(name: str) -> list[str]:

@@ -104,7 +104,7 @@ def _column(arrays: Mapping[str, NDArray[Any]], column: Column) -> Samples:
     name, i = column
     array = np.asarray(arrays[name])
     if i is None:
-        return array.ravel().astype(float)
+        return array.ravel().astype(float, copy=False)
     return (array[:, i] if array.shape[0] >= array.shape[1] else array[i]).astype(float)
 
 

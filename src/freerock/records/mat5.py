@@ -8,17 +8,20 @@ import zlib
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
 from freerock.records.channels import Samples
 
 HEADER = 128
+CHUNK = 1 << 20
 HEAD = 1024  # bytes of a matrix that hold its flags, size and name
 ORDERS = {b"IM": "<", b"MI": ">"}
 MATRIX, COMPRESSED = 14, 15
 NUMERIC_CLASSES = range(6, 16)  # double, single and the integers
 COMPLEX = 0x0800
+Bytes = bytes | memoryview
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 
 
@@ -43,18 +46,28 @@ class Matrix:
         """
         with open(self.path, "rb") as file:
             file.seek(self.start)
-            body = file.read(self.length)
-        if self.kind == COMPRESSED:
-            stream = zlib.decompressobj()
-            body = stream.decompress(body, 8 * prod(self.shape) + HEAD)[8:]
-            if not stream.eof:
-                raise ValueError("compressed data that don't end")
+            if self.kind == COMPRESSED:
+                body = memoryview(_decompressed(file, self.length, 8 * prod(self.shape) + HEAD))[8:]
+            else:
+                body = memoryview(bytearray(file.read(self.length)))
         at = 0
         for _ in range(3):
             _, _, at = _element(body, at, self.order)
         kind, data, _ = _element(body, at, self.order)
         values = np.frombuffer(data, self.order + TYPES[kind])
-        return values.astype(float).reshape(self.shape, order="F")
+        return values.astype(float, copy=False).reshape(self.shape, order="F")
+
+
+def _decompressed(file: BinaryIO, length: int, most: int) -> bytearray:
+    """The data of a compressed element, part by part; ValueError where they don't end by `most` bytes."""
+    stream, found, left = zlib.decompressobj(), bytearray(), length
+    while not stream.eof:
+        packed = stream.unconsumed_tail or file.read(min(CHUNK, left))
+        left -= 0 if stream.unconsumed_tail else len(packed)
+        found += stream.decompress(packed, CHUNK)
+        if len(found) > most or not packed:
+            raise ValueError("compressed data that don't end")
+    return found
 
 
 def matrices(path: Path) -> dict[str, Matrix]:
@@ -101,10 +114,10 @@ def _described(head: bytes, order: str) -> tuple[str, tuple[int, int] | None]:
     shape = struct.unpack(f"{order}{len(sizes) // 4}i", sizes)
     if min(shape) < 0:
         raise ValueError(f"a matrix of size {shape}")
-    return name.decode("ascii"), (shape[0], shape[1]) if name and len(shape) == 2 else None
+    return bytes(name).decode("ascii"), (shape[0], shape[1]) if name and len(shape) == 2 else None
 
 
-def _element(data: bytes, at: int, order: str) -> tuple[int, bytes, int]:
+def _element(data: Bytes, at: int, order: str) -> tuple[int, Bytes, int]:
     """Type, data and end of an element; one of up to four bytes is packed into its tag."""
     kind, length = struct.unpack_from(f"{order}II", data, at)
     if kind >> 16:

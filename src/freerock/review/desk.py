@@ -79,7 +79,7 @@ class Desk:
 
     def read(self) -> None:
         """Read the campaign's files again; what was open of them is forgotten."""
-        if not self.yaml.exists():
+        if not os.path.exists(self.yaml):
             load_campaign(self.yaml)  # says so
         with locked(self.csv) as table:
             self._take(table, load_campaign(self.yaml, table), self._log())
