@@ -6,9 +6,9 @@ Damaged bytes can end SciPy's compiled reader of these versions in a segmentatio
 import struct
 import zlib
 from dataclasses import dataclass
+from io import BufferedReader
 from math import prod
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -49,7 +49,8 @@ class Matrix:
             if self.kind == COMPRESSED:
                 body = memoryview(_decompressed(file, self.length, 8 * prod(self.shape) + HEAD))[8:]
             else:
-                body = memoryview(bytearray(file.read(self.length)))
+                packed = bytearray(self.length)
+                body = memoryview(packed)[: file.readinto(packed)]
         at = 0
         for _ in range(3):
             _, _, at = _element(body, at, self.order)
@@ -58,7 +59,7 @@ class Matrix:
         return values.astype(float, copy=False).reshape(self.shape, order="F")
 
 
-def _decompressed(file: BinaryIO, length: int, most: int) -> bytearray:
+def _decompressed(file: BufferedReader, length: int, most: int) -> bytearray:
     """The data of a compressed element, part by part; ValueError where they don't end by `most` bytes."""
     stream, found, left = zlib.decompressobj(), bytearray(), length
     while not stream.eof:
