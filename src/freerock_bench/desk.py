@@ -38,6 +38,7 @@ NAME, TESTS, TOKEN = "small", ("tall", "lost"), "token"
 LINES = "tall,tall.tdms,,tall,mat,high,,,,\nlost,lost.tdms,,squat,mat,low,,,,\n"
 FAULTS = ("none", "kill", "full", "short")  # short: no file may grow beyond so many bytes
 WRITES = {"open", "os.rename", "os.remove", "os.chmod"}
+TOLD_EVERY = 200  # requests
 MOST_WRITES, TIMEOUT_S = 12, 30
 WORDS = [
     "wet base",
@@ -313,6 +314,8 @@ def _tried(
         counts[f"{status} {path.partition('?')[0]}" if status in (200, 409) else str(status)] += 1
         counts[f"{kind}, answered {status}" if kind != "none" else "no fault"] += 1
         before = after
+        if (number + 1) % TOLD_EVERY == 0:
+            print(f"{number + 1} requests: {len(wrong)} wrong", flush=True)
     return counts, wrong
 
 

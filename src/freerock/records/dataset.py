@@ -71,7 +71,10 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
     _check_other_clocks(path, wanted.values(), grid.step_s, columns)
-    import xarray as xr  # half a second, which listing the channels does without
+    import pandas as pd  # half a second with xarray, which listing the channels does without
+    import xarray as xr
+
+    instants = pd.Index(_instants(grid), copy=False)
 
     found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
     return xr.Dataset(
@@ -79,7 +82,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
             name: ("time", _placed(path, grid, columns[c.column], length), {"units": c.units})
             for name, c in wanted.items()
         },
-        coords={"time": ("time", _instants(grid), {"units": "s"})},
+        coords={"time": ("time", instants, {"units": "s"})},
         attrs=contents.attrs
         | {"sampling_rate_hz": 1 / grid.step_s}
         | {key: text for key, text in found.items() if text},
