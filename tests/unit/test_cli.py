@@ -174,3 +174,28 @@ def test_a_system_without_locks_is_refused_in_one_line(monkeypatch, tmp_path, ca
     assert capsys.readouterr().err == (
         "freerock: needs the file locks of a POSIX system; use Linux, macOS or WSL\n"
     )
+
+
+def test_a_name_that_no_file_can_have_is_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for command in ("inspect", "plan", "review", "simulate"):
+        assert cli.main([command, "a" * 300]) == 1
+        assert all(": " in line for line in capsys.readouterr().err.splitlines())
+
+
+@pytest.mark.parametrize("port", ["80000", "-1", "²", "1.5", "9" * 5000])
+def test_a_port_that_is_none(port, capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["review", "lab", f"--port={port}"])
+    assert "is no port, from 0 to 65535" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_without_compiled_code_nothing_is_solved(small):
+    done = subprocess.run(
+        [sys.executable, "-m", "freerock.cli", "plan", str(small / "lab.yaml")],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+    )
+    told = "NUMBA_DISABLE_JIT: is set: nothing is compiled, and a fit would take hours; unset it"
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (1, told)

@@ -7,9 +7,11 @@ A subcommand is a line in `COMMANDS` and the module of its name, with `add_argum
 import argparse
 import importlib
 import io
+import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from errno import ENAMETOOLONG
 
 from freerock.errors import FreerockError
 from freerock.files import regular
@@ -72,6 +74,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         sys.stdout = None
     except Exception as error:
+        if isinstance(error, OSError) and error.errno == ENAMETOOLONG:
+            long = FreerockError(f"{str(error.filename)[:50]}…", os.strerror(ENAMETOOLONG), "shorten it")
+            return _failed(error, str(long), 1, chosen)
         what = f"{type(error).__name__}: {error}".partition("\n")[0]
         return _failed(error, f"freerock {chosen.command}: {what}; report it with {LOG}", 3, chosen)
     return 0
