@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import NamedTuple
 
 from freerock.errors import FreerockError
 from freerock.files import regular, replace_together
@@ -195,32 +195,29 @@ def save(
 
 @contextmanager
 def locked(path: Path) -> Iterator[bytes]:
-    """The content of a file that no other desk changes meanwhile: its lock goes with the file replaced.
+    """The content of a file that no other desk changes meanwhile: its folder is locked, which stays.
 
     Raises
     ------
     FreerockError
         It can't be read.
     """
-    while True:
-        with _opened(path) as stream:
-            fcntl.flock(stream, fcntl.LOCK_EX)
-            try:
-                current = os.path.samestat(os.fstat(stream.fileno()), os.stat(path))
-            except FileNotFoundError:
-                current = False
-            if current:
-                yield stream.read()
-                return
-
-
-def _opened(path: Path) -> BinaryIO:
     try:
-        return open(path, "rb", opener=regular)
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX)
+            with open(path, "rb", opener=regular) as file:
+                content = file.read()
+        except OSError:
+            os.close(folder)
+            raise
     except OSError as error:
-        raise FreerockError(
-            path, f"can't be read ({error.strerror})", "put it back, then read the file again"
-        ) from error
+        remedy = "put it back, then read the file again"
+        raise FreerockError(path, f"can't be read ({error.strerror})", remedy) from error
+    try:
+        yield content
+    finally:
+        os.close(folder)
 
 
 def _rows(text: str, path: str | Path) -> Iterator[tuple[int, str, list[Cell]]]:
