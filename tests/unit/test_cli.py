@@ -167,6 +167,15 @@ def test_a_reader_that_closes_the_pipe_is_no_error(small):
     assert (small / "results/lab/plan/plan.png").exists()
 
 
+def test_a_system_without_locks_is_refused_in_one_line(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(cli.sys, "platform", "win32")
+    assert cli.main(["check"]) == 1
+    assert capsys.readouterr().err == (
+        "freerock: needs the file locks of a POSIX system; use Linux, macOS or WSL\n"
+    )
+
+
 def test_a_name_that_no_file_can_have_is_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for command in ("inspect", "plan", "review", "simulate"):

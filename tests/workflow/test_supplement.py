@@ -73,7 +73,8 @@ def unpacked(packed, tmp_path_factory):
 def share_compiled(one, other):
     """Have the same code compiled in one place count in another; numba goes by the times of files."""
     for path in other.rglob("*.py"):
-        if path.read_bytes() == (source := one / path.relative_to(other)).read_bytes():
+        source = one / path.relative_to(other)
+        if source.exists() and path.read_bytes() == source.read_bytes():
             shutil.copystat(source, path)
     for folder in one.rglob("__pycache__"):
         shutil.copytree(folder, other / folder.relative_to(one), dirs_exist_ok=True)

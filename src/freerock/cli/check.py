@@ -65,6 +65,7 @@ class Usual:
 USUAL = Usual()
 MOST_WORK = 1e9  # bytes of record files that a check reads: some seconds
 SLOWER = {".xlsx": 100, ".xlsm": 100, ".csv": 10, ".tsv": 10, ".txt": 10, ".lvm": 10}  # to read, by the byte
+LEAD_S = 0.5  # of motion before the first phase of stillness: a record that begins in motion
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
@@ -273,7 +274,9 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             return
         for channel, laser in zip(record.channels, record.lasers, strict=True):
             where = f"{csv}:{line}: {record.test}"
-            yield from _channel(where, path, channel, block, campaign.lasers[laser], source.raw)
+            in_motion = (record.start or campaign.processing.runs.start) == "motion"
+            sensor = campaign.lasers[laser]
+            yield from _channel(where, path, channel, block, sensor, source.raw, in_motion)
         yield from _by_hand(f"{csv}:{line}: override", path, record)
 
 
@@ -326,9 +329,15 @@ def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockE
 
 
 def _channel(
-    where: str, path: Path, channel: str, block: BlockSection, laser: LaserSection, raw: str
+    where: str,
+    path: Path,
+    channel: str,
+    block: BlockSection,
+    laser: LaserSection,
+    raw: str,
+    in_motion: bool = False,
 ) -> Iterator[FreerockError]:
-    """Doubts about the rate, the length and the size of one channel of a record."""
+    """Doubts about the rate, the length and the size of one channel of a record, and how its runs begin."""
     import numpy as np
 
     from freerock.records.read import read_record
@@ -356,12 +365,26 @@ def _channel(
     if signal.size / rate < USUAL.lasts / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
         yield FreerockError(where, what, "is the unit of time right?")
+    if in_motion:  # whatever it turned by before its runs
+        return
+    if _holdless(read["time"].values, values):
+        what = "begins in motion: nothing stands still before it rocks to rest"
+        yield FreerockError(where, what, "set start: motion of the record, or name the channel that is meant")
     if not USUAL.least_angle * critical < swept < USUAL.most_angle * critical:
         what = f"the signal sweeps {swept:.3g}°, the critical angle is {critical:.3g}°"
         yield FreerockError(where, what, "are its unit and the laser's scale right?")
     elif nominal and not USUAL.least_nominal * nominal < swept < USUAL.most_nominal * nominal:
         what = f"the signal sweeps {swept:.3g}°, the block's release_angle_deg is {nominal:g}"
         yield FreerockError(where, what, "is that in degrees, and the unit of the channel right?")
+
+
+def _holdless(time_s: "Floats", values: "Floats") -> bool:
+    """Whether a record rocks to its first rest without a phase of stillness before."""
+    from freerock.rotation.still import stationary_phases
+
+    phases = stationary_phases(time_s, values)
+    held = any(phase.kind == "held" for phase in phases)
+    return bool(phases) and not held and phases[0].start_s > time_s[0] + LEAD_S
 
 
 def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser") -> Iterator[FreerockError]:

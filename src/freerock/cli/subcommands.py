@@ -25,6 +25,7 @@ COMMANDS = {  # what each does, as `freerock --help` lists it
     "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
     "plan": "predict, before any test, how well each parameter will be known",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
+    "respond": "tell whether blocks fall under ground motions, by the laws that a campaign names",
     "review": "see, correct and refit runs in the browser",
     "progress": "report how far snakemake is, what has failed, and when it will be done",
     "verify": "tell whether all products are whole, and what a run would make now",
@@ -61,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if arguments is None else [*arguments]
     chosen = argparse.Namespace(command=" ".join(words[:1]), debug="--debug" in words)
     try:
+        if sys.platform == "win32":
+            raise FreerockError(
+                "freerock", "needs the file locks of a POSIX system", "use Linux, macOS or WSL"
+            )
         chosen = _parser(*words[:1]).parse_args(words)  # imports the subcommand
         chosen.run(chosen)
         sys.stdout.flush()

@@ -166,6 +166,11 @@ class RunsSection(Section):
         ge=0,
         description="how much a swing may exceed the one before, as a share; beyond that the run fails",
     )
+    start: Literal["hold", "motion"] = Field(
+        "hold",
+        description="how runs begin: hold (released from a hold) or motion (in motion already, as after a "
+        "drop or where the record was cut)",
+    )
 
 
 class ImpactsSection(Section):

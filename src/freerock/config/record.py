@@ -5,7 +5,7 @@ import io
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -45,6 +45,14 @@ class Record(Section):
     )
     reason: Text = Field("", description="why a run is excluded or overridden")
     note: Text = Field("", description="anything worth keeping")
+    start: Literal["", "hold", "motion"] = Field(
+        "", description="how its runs begin, where it differs from processing.runs.start: hold or motion"
+    )
+    position: str = Field(
+        "",
+        description="nothing, or the channels of the horizontal and the vertical position of the block's "
+        "centre, as x;z, of motion capture",
+    )
 
     @field_validator("file")
     @classmethod
@@ -56,6 +64,16 @@ class Record(Section):
     def _override_is_understood(cls, override: Any) -> Any:
         read_overrides(override)
         return override
+
+    @field_validator("position")
+    @classmethod
+    def _two_positions(cls, position: Any) -> Any:
+        names = [name.strip() for name in position.split(";")]
+        if position and (len(names) != 2 or not all(names) or names[0] == names[1]):
+            raise Invalid(
+                f"{position!r} are not two channels", "name the horizontal and the vertical, as x;z"
+            )
+        return position
 
     @field_validator("reason")
     @classmethod
@@ -87,6 +105,11 @@ class Record(Section):
     def channels(self) -> tuple[str, ...]:
         """Channel of each laser, "" for the only one of the file."""
         return tuple(name.strip() for name in self.channel.split(";"))
+
+    @property
+    def positions(self) -> tuple[str, ...]:
+        """Channels of the position of the centre, horizontal and vertical; none without motion capture."""
+        return tuple(name.strip() for name in self.position.split(";")) if self.position else ()
 
     @property
     def excluded(self) -> bool:

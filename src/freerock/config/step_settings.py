@@ -104,6 +104,7 @@ def record_settings(
 
     checksums are those of the campaign's manifest by file: renewed there, a record is processed again.
     """
+    processing = campaign.processing
     own = {
         record.test: {
             "file": record.file,
@@ -116,14 +117,15 @@ def record_settings(
             "overrides": record.overrides,
             "exclusions": record.exclusions,
             "excluded": record.reason if record.excluded else "",
+            **({"positions": list(record.positions)} if record.positions else {}),
+            **({"start": start} if (start := record.start or processing.runs.start) == "motion" else {}),
         }
         for record in records
     }
-    processing = campaign.processing
     return own, {
         "raw": campaign.raw,
         "rotation": plain(processing.rotation),
-        "runs": plain(processing.runs),
+        "runs": plain(processing.runs, "start"),
         "impacts": plain(processing.impacts),
     }
 

@@ -327,6 +327,9 @@ def _smoothed(columns: Floats, weights: Floats) -> Floats:
 
 
 def _andrews_bandwidth(scores: Floats) -> int:
+    scores = scores[:, np.any(scores != 0, axis=0)]  # of what the samples depend on
+    if not scores.size:
+        return 0
     rho = np.array([s[1:] @ s[:-1] / (s @ s) for s in scores.T]).clip(-0.999, 0.999)
     power = scores.var(axis=0) ** 2
     alpha = np.sum(power * 4 * rho**2 / ((1 - rho) ** 6 * (1 + rho) ** 2)) / np.sum(power / (1 - rho) ** 4)

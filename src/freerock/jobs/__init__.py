@@ -9,6 +9,7 @@ __all__ = [
     "misfit",
     "record",
     "reruns",
+    "respond",
     "soundness",
     "supplement",
 ]

@@ -31,6 +31,7 @@ from freerock.selection.hypotheses import Hypotheses
 from freerock.selection.hypothesis_search import Identified, identify_runs
 
 log = logging.getLogger("freerock")
+NO_LAW = ("bounced", "thrown")  # runs that the laws of a rocking block, released from rest, can't describe
 
 
 def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
@@ -109,12 +110,13 @@ def make_fits(
 def _read(
     record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
 ) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
-    """Runs and motions that can be fitted, and the record's attributes; its samples are let go."""
+    """Runs, the motions that a law here can describe, and the record's attributes; its samples are let go."""
     record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     measured = measured_in(record, samples_in(record_file, OVER_TIME))
     motions = measured.with_noise(hear)
-    return runs, {number: motion for number, motion in motions.items() if number in runs}, record.attrs
+    rocks = {number for number, run in runs.items() if not {*NO_LAW} & {*run.verdict.names}}
+    return runs, {number: each for number, each in motions.items() if number in rocks}, record.attrs
 
 
 def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,14 +28,16 @@ from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
+from freerock.runs.moving import Position
 from freerock.runs.segment import Run
 from freerock.runs.total import MeasuredTotal, measured_total
 from freerock.runs.verdict import Reason
-from freerock.units import BASE
+from freerock.units import BASE, in_base_units
 
 log = logging.getLogger("freerock")
 
 READERS_NOTES = ("reading", "time_base")  # attributes in which a reader says what it found out
+POSITIONS = ("position_x", "position_z")  # of the centre of the block, from motion capture
 Settings = Mapping[str, Any]
 
 
@@ -129,10 +132,12 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     block, record = Block(**settings["block"]), rotate(settings)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
     by_hand = ByHand(settings["overrides"], settings["exclusions"])
-    limits = RunLimits(**settings["runs"]), ImpactLimits(**settings["impacts"])
+    of_runs = replace(RunLimits(**settings["runs"]), start=settings.get("start", "hold"))
+    limits = of_runs, ImpactLimits(**settings["impacts"])
     recorded = next(record[name].values for name in BASE if name in record)
     step = converter_step(recorded, record["theta"].values)
-    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, step)
+    where = Position(*(record[name].values for name in POSITIONS)) if POSITIONS[0] in record else None
+    judged = judged_runs(signal, block, signal_quality(record), by_hand, *limits, step, where)
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged], totals)
@@ -162,7 +167,19 @@ def rotation_of(settings: Settings) -> xr.Dataset:
     signals, units = [channel.signal for channel in channels], [channel.unit for channel in channels]
     block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
     record = find_rotation(first.time_s, signals, lasers, block, units, options)
+    for name, channel in zip(POSITIONS, settings.get("positions", ()), strict=False):
+        record[name] = ("time", _position(path, channel, first.time_s), {"units": "m"})
     return record.assign_attrs(first.notes)
+
+
+def _position(path: Path, name: str, time_s: Floats) -> Floats:
+    """A channel of the position of the centre [m]."""
+    channel = _channel(path, name)
+    values, quantity = in_base_units(channel.signal, "", channel.unit)
+    if quantity != "displacement" or not np.array_equal(channel.time_s, time_s):
+        what = f"channel {name!r} is no position at the times of the rotation"
+        raise FreerockError(path, what, "name channels in m or mm of the same table in the column position")
+    return values
 
 
 def _sensor(section: Settings, raw: str) -> Laser:

@@ -4,4 +4,15 @@ A law is a row in `laws`, plain formulas in `contact` and compiled ones in `kern
 Taylor series of free rocking, in `series`; `simulate` is the way in.
 """
 
-__all__ = ["block", "compiled", "contact", "given", "ground", "housner", "laws", "published", "simulate"]
+__all__ = [
+    "block",
+    "bouncing",
+    "compiled",
+    "contact",
+    "given",
+    "ground",
+    "housner",
+    "laws",
+    "published",
+    "simulate",
+]

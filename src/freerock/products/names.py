@@ -54,6 +54,8 @@ VARIABLES = {
     "displacement": ("m", "measured", "displacement as recorded"),
     "rotation": ("rad", "measured", "rotation as recorded"),
     "translation": ("m", "measured", "translation of the block along the beams, away from the sensors"),
+    "position_x": ("m", "measured", "position of the centre of the block, to the right"),
+    "position_z": ("m", "measured", "position of the centre of the block, upward"),
     "fault": ("", "quality", "what is wrong with the signal"),
     "fault_start": ("s", "quality", "start of the fault"),
     "fault_end": ("s", "quality", "end of the fault"),

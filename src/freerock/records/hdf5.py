@@ -147,6 +147,8 @@ def _contents(
     def read(names: Sequence[str]) -> dict[str, Samples]:
         return {name: _unpacked(_values(arrays[name]), attributes[name]) for name in names}
 
+    covered = _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
+    start = start or ({"start_time": covered} if covered else {})
     return Contents(channels, read, {"format": kind} | start)
 
 

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats, Mask
 
+LONGER = 1.6  # windows that a phase lasts at least
 BLOCKS_PER_WINDOW = 10  # ends of phases are resolved to a tenth of the window
 MIN_PEAKS = 3  # an oscillation, unlike a hand, comes back at least this often
 PEAK = 0.04  # of the largest deviation: what rises above it is a peak, what falls below half of it a passage
@@ -57,7 +58,7 @@ def stationary_phases(
     signal: ArrayLike,
     *,
     window_s: float = 0.25,
-    min_duration_s: float = 0.4,
+    min_duration_s: float | None = None,
     noise_factor: float = 1.0,
     floor_fraction: float = 5e-4,
 ) -> list[Phase]:
@@ -80,7 +81,7 @@ def stationary_phases(
     window_s : float
         Length of the window that must be still [s]; shorter than a quarter of a rocking cycle.
     min_duration_s : float
-        Shorter phases are dropped [s]; longer than `window_s`.
+        Shorter phases are dropped [s]; longer than `window_s`. Left out, `LONGER` windows.
     noise_factor, floor_fraction : float
         The two limits of stillness, see above.
 
@@ -101,7 +102,8 @@ def stationary_phases(
         return []
     noise = np.percentile(blocks.scatter[blocks.filled], 5)
     limit = float(max(noise_factor * noise, floor_fraction * np.ptp(blocks.means[blocks.filled])))
-    shortest = max(BLOCKS_PER_WINDOW + 3, min_duration_s / (per_block * step))
+    least_s = LONGER * window_s if min_duration_s is None else min_duration_s
+    shortest = max(BLOCKS_PER_WINDOW + 3, least_s / (per_block * step))
     spans = [(i, j) for i, j in _still_spans(blocks, limit) if j - i + 1 >= shortest]
     phases = []
     for first, last in spans:

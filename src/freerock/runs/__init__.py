@@ -11,6 +11,7 @@ __all__ = [
     "judged",
     "limits",
     "motion",
+    "moving",
     "noise",
     "noise_law",
     "quiet",

@@ -25,6 +25,9 @@ SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft
 AROUND = 6  # swings on either side show how evenly heights fall
 FEWEST = 4  # of them at least, to show it
 SURE = 5.0  # times their scatter, from which on a rise is none of them: of hardly damped blocks at most 4.3
+TURN = 0.01  # of the highest peak: a turn of less is none
+REBOUND = 0.03  # of it at least is a peak after a bounce; of measured drops 0.05 to 0.13
+NEAR_ZERO = 0.1  # of a peak: a block that turns back further from zero was not at an impact
 SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
@@ -54,6 +57,8 @@ class Facts:
         Why release and end were set by hand, and why the run was left out; None where they were not.
     set_by_hand : sequence of Reason
         What can't be as it was set by hand.
+    slid : Reason or None
+        What the position of the block says of its standing corner.
     """
 
     signal: Signal
@@ -69,6 +74,7 @@ class Facts:
     override: str | None = None
     exclusion: str | None = None
     set_by_hand: Sequence[Reason] = ()
+    slid: Reason | None = None
 
     @property
     def release(self) -> Release:
@@ -149,9 +155,25 @@ def invalid_samples(run: Facts) -> Iterator[Reason]:
         yield _beyond(run.limits, "max_flagged_fraction", share, level, "invalid_samples", text)
 
 
+def bounced(run: Facts) -> Iterator[Reason]:
+    """After an impact the block rocks over the other corner; one that bounces comes back over the same."""
+    if peak := peak_on_the_same_side(run):
+        before, after = (f"{math.degrees(height):.2f}°" for height in peak)
+        text = f"after {before} its next peak is {after}, on the same side: it bounces, as no fitted law does"
+        yield Reason("warn", "bounced", text)
+
+
+def slides(run: Facts) -> Iterator[Reason]:
+    """The corner that stands stays where it is."""
+    if run.slid is not None:
+        yield run.slid
+
+
 def touched(run: Facts) -> Iterator[Reason]:
     """Swings of a free block get lower and shorter."""
     found, more, limit = _not_free(run)
+    if peak_on_the_same_side(run):
+        return
     if found:
         bounces = run.block is not None and run.block.theta_cr > SQUAT
         text = f"swing {found} than before: the block was touched" + ", or it bounces" * bounces
@@ -218,12 +240,50 @@ CHECKS: tuple[Check, ...] = (
     critical_angle,
     few_impacts,
     invalid_samples,
+    bounced,
+    slides,
     touched,
     hold_wanders,
     ends_at_rest,
     faults_met,
     excluded,
 )
+
+
+def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
+    """The first two peaks on one side between which θ came to zero and did not pass it [rad]; None if none.
+
+    Turning points are those of `SWING` standard deviations and `TURN` of the highest peak. Between two peaks
+    on one side lies one on the other, unless the block turned back at zero. Peaks lower than `REBOUND` may be
+    about a rest that has moved.
+    """
+    during = run.signal.during(run.beginning.fit_start_s, run.end_s)
+    theta = run.signal.theta[during]
+    theta = theta[np.isfinite(theta)]
+    if theta.size < FEWEST:
+        return None
+    highest = float(np.abs(theta).max())
+    least = max(SWING * run.sigma_theta, TURN * highest)
+    turns = turning_points(theta, least)
+    for one, between, other in zip(turns, turns[1:], turns[2:], strict=False):
+        side = math.copysign(1.0, one)
+        back = side * other > max(least, REBOUND * highest) and abs(between) < NEAR_ZERO * abs(one)
+        if back and side * between > -0.5 * side * other:
+            return one, other
+    return None
+
+
+def turning_points(theta: Floats, least: float) -> list[float]:
+    """The first value and those at which θ turns back by more than `least`, in the order of time [rad]."""
+    turns, extreme, rising = [float(theta[0])], float(theta[0]), 0
+    for value in theta.tolist():
+        if rising * (value - extreme) > 0 or (not rising and abs(value - turns[0]) > least):
+            rising = rising or int(math.copysign(1, value - turns[0]))
+            extreme = value
+        elif rising and rising * (extreme - value) > least:
+            turns.append(extreme)
+            extreme, rising = value, -rising
+    return [*turns, extreme]
 
 
 def _not_free(run: Facts) -> tuple[str, float, float]:

@@ -15,6 +15,7 @@ from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
 from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
+from freerock.runs.moving import Position
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.segment import Run, find_runs
 from freerock.runs.verdict import Verdict
@@ -32,18 +33,21 @@ def judged_runs(
     of_runs: RunLimits = OF_RUNS,
     of_impacts: ImpactLimits = OF_IMPACTS,
     step: float = 0.0,
+    position: Position | None = None,
 ) -> list[tuple[Run, Impacts]]:
     """Each run of a record and its impacts.
 
     `signal` is time [s], rotation and the standard deviation of its noise [rad], and flags, of shape
-    (n_time,) each, `step` that of the converter [rad]; all else, and the errors, as in `segment.find_runs`
-    and `impacts.find_impacts`.
+    (n_time,) each, `step` that of the converter [rad], `position` that of the centre; all else, and the
+    errors, as in `segment.find_runs` and `impacts.find_impacts`.
     """
     time_s, theta, sigma, flags = signal
     phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
     noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s, phases)
     judged = []
-    for run in find_runs(time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases):
+    for run in find_runs(
+        time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases, position
+    ):
         during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
         found = find_impacts(
             time_s[during],

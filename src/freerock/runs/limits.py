@@ -30,6 +30,9 @@ class RunLimits:
     max_growth_fraction : float
         A swing higher than the one before by a larger share, or one that lasts clearly longer, is not free:
         the block was touched, a fail.
+    start : str
+        "hold" (a run begins with the release from a hold) or "motion" (at the last instant at which anything
+        but the ground acted on it, `moving`).
     """
 
     window_s: float = 0.25
@@ -41,6 +44,7 @@ class RunLimits:
     max_hold_drift_deg: float = 0.05
     max_rest_shift_deg: float = 0.05
     max_growth_fraction: float = 0.05
+    start: str = "hold"
 
 
 @dataclass(frozen=True)

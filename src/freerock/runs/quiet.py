@@ -42,8 +42,10 @@ def quiet_stretches(
     known = stationary_phases(time_s, theta, window_s=window_s) if phases is None else phases
     phases = [each for each in known if each.kind != "paused"]
     usual_noise, cores = usual_of(sigma_theta), [_core(time_s, phase, window_s) for phase in phases]
+    block = max(1, round(BLOCK_S / step))
+    cores = [core for core in cores if core.stop - core.start >= PARTS * block]
     alike = [theta[core] / relative_noise(sigma_theta[core], usual_noise) for core in cores]
-    swings = [_mean_squares(np.array_split(own, PARTS), max(1, round(BLOCK_S / step))) for own in alike]
+    swings = [_mean_squares(np.array_split(own, PARTS), block) for own in alike]
     usual = float(np.median([np.mean(own[-LAST:]) for own in swings])) if swings else 0.0
     for own, swing in zip(alike, swings, strict=True):
         loud = np.flatnonzero(swing > SWINGS * usual)

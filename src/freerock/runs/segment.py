@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import SignalQuality
 from freerock.rotation.still import Phase, stationary_phases
@@ -22,6 +23,7 @@ from freerock.runs.checks import Facts, verdict_on
 from freerock.runs.ending import OUT_OF_NOISE, core, end_of_motion
 from freerock.runs.holds import find_holds, no_release
 from freerock.runs.limits import OF_RUNS, RunLimits
+from freerock.runs.moving import Position, begun_moving, slid
 from freerock.runs.noise import Noise
 from freerock.runs.quiet import sensor_noise
 from freerock.runs.signal import Signal, signal_of
@@ -90,6 +92,7 @@ def find_runs(
     limits: RunLimits = OF_RUNS,
     noise: Noise | None = None,
     phases: Sequence[Phase] | None = None,
+    position: Position | None = None,
 ) -> list[Run]:
     """Find the runs of a record.
 
@@ -115,6 +118,8 @@ def find_runs(
         Of the sensor over `sigma_theta`; else what the record shows of it (`quiet.sensor_noise`).
     phases : sequence of Phase, optional
         Of stillness, where they are known.
+    position : Position, optional
+        Of the centre of the block, where it was measured as well.
 
     Returns
     -------
@@ -131,11 +136,17 @@ def find_runs(
     signal = signal._replace(spectrum=noise)
     if phases is None:
         phases = stationary_phases(signal.t, signal.theta, window_s=limits.window_s)
-    holds = find_holds(signal, phases, limits.window_s)
-    search = _Search(signal, phases, block, quality, by_hand, limits)
-    found = search.with_unseen([search.found(hold) for hold in holds])
+    search = _Search(signal, phases, block, quality, by_hand, limits, position)
+    if limits.start == "motion":
+        found = search.moving()
+    else:
+        holds = find_holds(signal, phases, limits.window_s)
+        found = search.with_unseen([search.found(hold) for hold in holds])
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
+    if not planned and limits.start == "motion":
+        what = "no run found: before no rest does the block turn about a corner, with nothing else acting"
+        raise FreerockError("record", what, "exclude the record: it flies, slides or lands flat")
     if not planned:
         raise no_release(phases, block, signal, quality.faults)
     doubts = by_hand.doubts_about(planned, record_end_s)
@@ -165,6 +176,21 @@ class _Search:
     quality: SignalQuality
     by_hand: ByHand
     limits: RunLimits
+    position: Position | None = None
+
+    def moving(self) -> list[_Motion]:
+        """The runs that begin in motion, each before a rest."""
+        signal, limits, found, after_s = self.signal, self.limits, list[_Motion](), float(self.signal.t[0])
+        if self.block is None:
+            raise FreerockError("runs", "a start in motion takes the block's shape", "give the block")
+        for rest in (each for each in self.phases if each.kind == "rest"):
+            still = core(signal, rest, limits.window_s)
+            end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
+            begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
+            if begins and end_s > begins.fit_start_s:
+                found.append(_Motion(begins, end_s, rest, signal.noise(still)))
+            after_s = rest.end_s
+        return found
 
     def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
@@ -285,4 +311,11 @@ class _Search:
             override=motion.override.reason if motion.override else None,
             exclusion=self.by_hand.exclusion_of(number),
             set_by_hand=doubts,
+            slid=self._slid(begins),
         )
+
+    def _slid(self, begins: Beginning) -> Reason | None:
+        """A warning where a run that begins in motion slides before its first impact."""
+        if self.position is None or self.block is None or self.limits.start != "motion":
+            return None
+        return slid(self.signal, begins.fit_start_s, self.block, self.position)

@@ -7,8 +7,8 @@ from freerock.figures.style import Labels, headed, styled
 from freerock_bench.bits import told
 
 FIGURE = {
-    "caption": "Clean records through converters of 8 to 24 bits over ±10.5 V, under noise of 1, 2 and 5 mV: runs "
-    "that are ok, σ within 5 %, and k within 1.96 standard errors. All records are simulated.",
+    "caption": "Clean records through converters of 8 to 24 bits over ±10.5 V, under noise of 1, 2 and 5 mV: "
+    "runs that are ok, σ within 5 %, and k within 1.96 standard errors. All records are simulated.",
 }
 
 SHOWN = {"ok": "run is ok", "sigma": "σ within 5 %", "k": "k within 1.96 stderr"}

@@ -1,0 +1,72 @@
+"""Does it fall? The laws that a campaign names under ground motions, and the probability of overturning."""
+
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
+
+from freerock.config.campaign import load_campaign
+from freerock.errors import FreerockError
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Add the arguments of the subcommand."""
+    parser.epilog = (
+        "example:\n"
+        "  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20\n"
+        "\n"
+        "Takes the law that each record names, its block and its parameters from results/CAMPAIGN/tables.\n"
+        "Motions are files as PEER AT2, or tables with a column of time and one as acceleration [g]. Writes\n"
+        "response.csv (a row per record, motion, scale and draw) and fragility.csv."
+    )
+    parser.add_argument("campaign", metavar="CAMPAIGN", help="its name; it must have been analysed")
+    parser.add_argument("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
+    parser.add_argument("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
+    parser.add_argument("--draws", type=int, default=20, help="sets of parameters, the means among them")
+    parser.add_argument(
+        "--of", choices=("next", "mean"), default="next", help="draw the next run or the mean"
+    )
+    parser.add_argument("--into", metavar="FOLDER", help="left out, results/CAMPAIGN/response")
+
+
+def run(chosen: Namespace) -> None:
+    """Respond to ground motions."""
+    campaign = load_campaign(Path("config/campaigns", f"{Path(chosen.campaign).stem}.yaml"))
+    tables = Path("results", campaign.name, "tables")
+    for name in ("choice", "populations"):
+        if not (tables / f"{name}.csv").is_file():
+            remedy = f"run snakemake --config campaigns={campaign.name} first"
+            raise FreerockError(tables / f"{name}.csv", "is missing", remedy)
+
+    import pandas as pd
+
+    from freerock.config.step_settings import geometries
+    from freerock.jobs.respond import fragility_table, known_laws, make_responses, write_table
+    from freerock.response.motions import motions_in
+
+    motions, wrong = motions_in(chosen.motions)
+    for each in wrong:
+        print(each)
+    if wrong:
+        raise FreerockError(chosen.motions, f"{len(wrong)} files are refused", "correct or remove them")
+    choice, populations = (pd.read_csv(tables / f"{name}.csv") for name in ("choice", "populations"))
+    laws = known_laws(choice, populations, chosen.of)
+    blocks, into = geometries(campaign), Path(chosen.into or tables.parent / "response")
+    debonding = campaign.fits.debonding
+    responses = make_responses(laws, blocks, motions, chosen.scales, chosen.draws, debonding)
+    curves = fragility_table(responses)
+    for name, table in (("response", responses), ("fragility", curves)):
+        write_table(table, into / f"{name}.csv")
+    for (test, model), own in responses.groupby(["test", "model"], sort=False):
+        share = own["overturned"].mean()
+        print(f"{test} ({model}): overturns in {share:.1%} of {len(own)} responses, {campaign.origin} runs")
+    print(f"\nwritten: {into}/response.csv, fragility.csv")
+
+
+def _factors(text: str) -> tuple[float, ...]:
+    """Factors above 0, with commas."""
+    try:
+        factors = tuple(float(each) for each in text.split(","))
+    except ValueError:
+        factors = ()
+    if not factors or min(factors) <= 0:
+        raise ArgumentTypeError(f"{text!r} are no factors above 0, as 0.5,1,2")
+    return factors

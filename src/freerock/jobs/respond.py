@@ -1,0 +1,114 @@
+"""Ground motions on the identified laws of a campaign: responses in batches, fragility over all of them."""
+
+import logging
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from freerock.errors import FreerockError
+from freerock.files import write_text
+from freerock.models.block import Block
+from freerock.response.draws import Known, drawn
+from freerock.response.ensemble import respond
+from freerock.response.fragility import INTENSITIES, fragility
+from freerock.response.motions import Accelerogram
+
+log = logging.getLogger("freerock")
+SCENE = ["campaign", "test", "block", "foundation", "model"]
+CURVE = [*SCENE, "measure", "kind", "intensity", "probability", "low", "high", "n", "median", "median_low"]
+CURVE += ["median_high", "beta", "beta_low", "beta_high", "n_motions", "n_failed"]
+OF = ("mean", "next")  # what is drawn: the mean of the runs, or the next run
+
+
+def known_laws(
+    choice: pd.DataFrame, populations: pd.DataFrame, of: str = "next"
+) -> list[tuple[dict[str, str], dict[str, Known]]]:
+    """The law that each record names, and its parameters.
+
+    Parameters
+    ----------
+    choice, populations : pandas.DataFrame
+        Tables of a campaign.
+    of : str
+        "mean" (u_total of the mean) or "next" (of the next run: with the spread between runs).
+
+    Returns
+    -------
+    list of (dict, dict)
+        Columns `SCENE`, and each parameter. Records none of whose runs names a law are left out.
+    """
+    found = []
+    selected = choice[(choice["status"] == "selected") & choice["explains"].astype(bool)]
+    for test, runs in selected.groupby("test", sort=False):
+        model = runs["model"].value_counts().index[0]
+        rows = populations[(populations["level"] == "record") & (populations["test"] == test)]
+        rows = rows[rows["model"] == model]
+        if rows.empty:
+            continue
+        known = {}
+        for row in rows.to_dict("records"):
+            spread = row["tau"] if of == "next" and np.isfinite(row["tau"]) else 0.0
+            u = float(np.hypot(np.nan_to_num(row["u_total"]), spread))
+            known[str(row["parameter"])] = Known(float(row["mean"]), u)
+        scene = {name: str(rows.iloc[0][name]) for name in SCENE}
+        found.append((scene, known))
+    return found
+
+
+def make_responses(
+    laws: Iterable[tuple[Mapping[str, str], Mapping[str, Known]]],
+    blocks: Mapping[str, Mapping[str, Any]],
+    motions: Sequence[Accelerogram],
+    scales: Sequence[float],
+    n_draws: int,
+    debonding: str = "geometric",
+) -> pd.DataFrame:
+    """Responses of each record's block and law, `SCENE` beside the columns of `ensemble.respond`.
+
+    The draws are the same in each batch of motions, so that batches can be joined.
+    """
+    tables = []
+    for scene, known in laws:
+        block = Block(**blocks[scene["block"]]).as_found({name: each.mean for name, each in known.items()})
+        sets = drawn(scene["model"], known, n_draws)
+        table = respond(scene["model"], block, sets, motions, scales, debonding)
+        for i, name in enumerate(SCENE):
+            table.insert(i, name, scene[name])
+        tables.append(table)
+    if not tables:
+        what = "no record names a law that explains its runs"
+        raise FreerockError("response", what, "see choice.csv; name one by fits.models, or test again")
+    return pd.concat(tables, ignore_index=True)
+
+
+def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INTENSITIES)) -> pd.DataFrame:
+    """Fragility of each record against each measure: columns `CURVE`, rows of kind fitted and counted.
+
+    A block that always or never falls has one row, with its share and no curve.
+    """
+    tables = []
+    for key, own in responses.groupby(SCENE, sort=False):
+        scene = dict(zip(SCENE, key, strict=True))
+        counts = {"n_motions": own["motion"].nunique(), "n_failed": int(own["overturned"].isna().sum())}
+        for measure in measures:
+            try:
+                found = fragility(own, measure)
+            except FreerockError as error:
+                log.warning("%s: %s", scene["test"], error)
+                share = {"kind": "none", "probability": own["overturned"].mean(), "n": len(own)}
+                tables.append(pd.DataFrame([{**scene, "measure": measure, **share, **counts}]))
+                continue
+            numbers = {"median": found.fitted.median, "median_low": found.median_low}
+            numbers |= {"median_high": found.median_high, "beta": found.fitted.beta}
+            numbers |= {"beta_low": found.beta_low, "beta_high": found.beta_high}
+            for kind, curve in (("fitted", found.curve), ("counted", found.counted)):
+                tables.append(curve.assign(**scene, measure=measure, kind=kind, **numbers, **counts))
+    return pd.concat(tables, ignore_index=True).reindex(columns=CURVE)
+
+
+def write_table(table: pd.DataFrame, path: str | Path) -> None:
+    """A table as CSV, with ten digits."""
+    write_text(path, table.to_csv(index=False, float_format="%.10g", lineterminator="\n"))

@@ -1,0 +1,206 @@
+"""Measured drops of a square: which law foretells the next peak after a fall from a corner onto the face?
+
+    python -m freerock_bench.drops results/studies/drops.csv
+
+Of each run of the campaign `drops` that begins above `LEAST_DEG`, the motion before the impact gives the
+state in which the corner comes down. A third of the falls chooses the parameters of each law, by the mean of
+the absolute errors. The others are foretold by the law `bouncing` (e, μ), Housner's (r), Hunt and Crossley's
+on a pivoting block (k, λ), and by the mean of the third. A peak is positive on the side of the corner it fell
+from.
+"""
+
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.optimize import least_squares
+
+from freerock.arrays import Floats, Indices, Mask
+from freerock.config.campaign import load_campaign
+from freerock.config.step_settings import record_settings
+from freerock.errors import FreerockError
+from freerock.jobs.record import POSITIONS, rotation_of
+from freerock.models.block import Block
+from freerock.models.bouncing import RIGHT, bounce, standing_on
+from freerock.models.contact import State
+from freerock.models.housner import housner_swings
+from freerock.models.laws import Rules
+from freerock.models.simulate import Solver, simulate
+from freerock.rotation.faults import signal_quality
+from freerock.runs.judged import judged_runs
+from freerock.runs.limits import ImpactLimits, RunLimits
+from freerock.runs.moving import Position
+
+CAMPAIGN = Path("config/campaigns/drops.yaml")
+LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
+FIRST_DEG = 0.25  # a turn of less is none
+AFTER_S = 0.25
+RESAMPLES, SEED = 400, 43
+E_GRID, MU_GRID = np.arange(0.1, 0.71, 0.05), (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 1.0, 3.0)
+R_GRID = np.arange(0.0, 1.0, 0.02)
+K_GRID, LAMBDA_GRID = np.geomspace(1e4, 1e8, 9), (0.1, 1.0, 5.0, 20.0, 100.0)  # N/m²; ratios to k [s/m]
+
+
+class Fall(NamedTuple):
+    """A fall: angle [rad] and rate [rad/s] some samples before the impact, and the next peak [rad]."""
+
+    test: str
+    theta: float
+    rate: float
+    peak: float
+    bounced: bool
+
+
+def falls(campaign: Path = CAMPAIGN) -> tuple[Block, list[Fall]]:
+    """The falls from a corner in the runs of the campaign."""
+    section = load_campaign(campaign)
+    own, shared = record_settings(section, section.records, {})
+    block, found = section.blocks["square"].block, []
+    for test, settings in own.items():
+        if settings["excluded"]:
+            continue
+        try:
+            fall = _fall(test, {**shared, **settings}, block)
+        except FreerockError:
+            continue  # the campaign says why
+        found += [fall] if fall else []
+    return block, found
+
+
+def _fall(test: str, settings: dict[str, Any], block: Block) -> Fall | None:
+    """The fall of a record's last run."""
+    record = rotation_of(settings)
+    signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
+    limits = replace(RunLimits(**settings["runs"]), start="motion")
+    where = Position(*(record[name].values for name in POSITIONS))
+    quality = signal_quality(record)
+    of_impacts = ImpactLimits(**settings["impacts"])
+    run, _ = judged_runs(signal, block, quality, of_runs=limits, of_impacts=of_impacts, position=where)[-1]
+    during = slice(*np.searchsorted(signal[0], (run.fit_start_s, run.end_s)))
+    time, theta = signal[0][during], signal[1][during]
+    theta = theta * math.copysign(1.0, theta[0])
+    turns_back = (theta[:-1] < math.radians(4)) & (np.diff(theta) > 0)
+    down = np.flatnonzero(turns_back | (theta[:-1] <= 0))
+    if not down.size or down[0] < STANDS or theta[0] < math.radians(LEAST_DEG):
+        return None
+    before = slice(int(down[0]) - BEFORE, int(down[0]))
+    start = _state(time[before] - time[before][0], theta[before], block)
+    peak = first_peak(theta[int(down[0]) :])
+    return Fall(test, *start, peak, "bounced" in run.verdict.names)
+
+
+def _state(time: Floats, theta: Floats, block: Block) -> tuple[float, float]:
+    """Angle and rate at the first of some samples of a block that turns about its corner."""
+
+    def left(x: Floats) -> Floats:
+        found = bounce(block, 0.0, 50.0, standing_on(block, RIGHT, x[0], x[1]), time)
+        return np.asarray(found.theta - theta)
+
+    rate = (theta[-1] - theta[0]) / time[-1]
+    found = least_squares(left, [theta[0], rate], x_scale=[0.01, 1.0]).x
+    return float(found[0]), float(found[1])
+
+
+def first_peak(theta: Floats) -> float:
+    """The first extremum after an impact: on the same side, or the lowest point where it rocks over."""
+    turn = math.radians(FIRST_DEG)
+    low = high = float(theta[0])
+    for value in theta.tolist():
+        low, high = min(low, value), max(high, value)
+        if low < -turn and value > low + turn:
+            return float(low)
+        if low > -turn and value < high - turn and high > low + turn and high > turn:
+            return float(high)
+        if value <= low:
+            high = value
+    return float(low if abs(low) > abs(high) else high)
+
+
+def by_bouncing(block: Block, fall: Fall, e: float, mu: float) -> float:
+    """Next peak [rad] of a block that bounces."""
+    time = np.linspace(0, AFTER_S, 1001)
+    found = bounce(block, e, mu, standing_on(block, RIGHT, fall.theta, fall.rate), time)
+    if not found.impact_time_s.size:
+        return math.nan
+    return first_peak(found.theta[np.searchsorted(time, found.impact_time_s[0]) :])
+
+
+def by_housner(block: Block, fall: Fall, r: float) -> float:
+    """Next peak [rad] of Housner's block: over the other corner."""
+    swings = housner_swings(block, r, fall.theta, fall.rate, until=1.0, max_impacts=3)
+    return -float(swings.peak[1]) if swings.peak.size > 1 else 0.0
+
+
+def by_hunt_crossley(block: Block, fall: Fall, k: float, ratio: float) -> float:
+    """Next peak [rad] on a bed of Hunt and Crossley."""
+    time = np.linspace(0, AFTER_S, 501)
+    rest = simulate("hunt_crossley", block, {"k": k, "lambda": ratio * k}, [0.0], theta0=fall.theta).z_cb[0]
+    start = State(float(rest), -block.b * math.cos(fall.theta) * fall.rate, fall.theta, fall.rate)
+    rules, solver = Rules("geometric", "pivoting"), Solver(1e-6)
+    parameters = {"k": k, "lambda": ratio * k}
+    found = simulate("hunt_crossley", block, parameters, time, theta0=start, rules=rules, solver=solver).theta
+    down = np.flatnonzero(found < math.radians(2))
+    return first_peak(found[down[0] :]) if down.size and np.isfinite(found).all() else math.nan
+
+
+Law = Callable[..., float]
+LAWS: dict[str, tuple[Law, list[tuple[float, ...]]]] = {
+    "bouncing": (by_bouncing, [*product(E_GRID.tolist(), MU_GRID)]),
+    "housner": (by_housner, [(r,) for r in R_GRID.tolist()]),
+    "hunt_crossley": (by_hunt_crossley, [*product(K_GRID.tolist(), LAMBDA_GRID)]),
+}
+
+
+def run(size: str = "full") -> pd.DataFrame:
+    """How well each law foretells, and its parameters.
+
+    Columns law, n_chosen, n_foretold, parameters, low, high (95 % over resampled falls of the third),
+    mean_abs_deg, median_abs_deg, rms_deg (of the others).
+    """
+    block, found = falls()
+    found = found[:: 1 if size == "full" else 4]
+    third = np.arange(len(found)) % 3 == 0
+    peak = np.array([each.peak for each in found])
+    draw = np.random.default_rng(SEED)
+    again = draw.integers(third.sum(), size=(RESAMPLES, third.sum()))
+    rows = [_row("mean", [()], np.full((1, len(found)), peak[third].mean()), peak, third, again)]
+    for law, (foretells, grid) in LAWS.items():
+        every = np.array([[foretells(block, each, *numbers) for each in found] for numbers in grid])
+        rows.append(_row(law, grid, every, peak, third, again))
+    return pd.DataFrame(rows)
+
+
+def _row(
+    law: str, grid: Sequence[tuple[float, ...]], every: Floats, peak: Floats, third: Mask, again: Indices
+) -> dict[str, object]:
+    """What a law foretells with the parameters of least mean absolute error on the third."""
+    off = np.abs(np.nan_to_num(every, nan=0.0) - peak)
+    best = int(np.argmin(off[:, third].mean(axis=1)))
+    chosen = np.array(grid, float).reshape(len(grid), -1)
+    resampled = chosen[np.argmin(off[:, third][:, again].mean(axis=2), axis=0)]
+    low, high = np.percentile(resampled, [2.5, 97.5], axis=0) if chosen.size else ([], [])
+    others = np.degrees(off[best][~third])
+    return {
+        "law": law,
+        "n_chosen": int(third.sum()),
+        "n_foretold": int((~third).sum()),
+        "parameters": " ".join(f"{x:.4g}" for x in chosen[best]),
+        "low": " ".join(f"{x:.4g}" for x in low),
+        "high": " ".join(f"{x:.4g}" for x in high),
+        "mean_abs_deg": others.mean(),
+        "median_abs_deg": np.median(others),
+        "rms_deg": np.sqrt(np.mean(others**2)),
+    }
+
+
+if __name__ == "__main__":
+    table = run(*sys.argv[2:3])
+    Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
+    table.to_csv(sys.argv[1], index=False, float_format="%.6g")
+    print(table.to_string())
