@@ -112,6 +112,7 @@ def test_an_ensemble_is_the_same_whatever_the_batches_and_tolerances_agree_as_en
 HC = {"k": Known(6.9e6, 2e5), "lambda": Known(1.3e8, 5e6)}
 
 
+@pytest.mark.slow
 def test_a_thousand_responses_of_twenty_seconds_take_ten_seconds_of_one_core():
     motions = [shaken(i, 0.5, band=(3.0, 9.0)) for i in range(20)]
     for model, known in (("housner", {"r": Known(0.93, 0.01)}), ("hunt_crossley", HC)):
@@ -133,8 +134,9 @@ def test_draws_begin_with_the_means_and_have_their_spread():
         drawn("hunt_crossley", {"k": HC["k"]}, 2)
 
 
+@pytest.mark.slow
 def test_a_lognormal_is_found_and_its_interval_holds_the_truth():
-    """200 sets of falls by a known curve, five responses to each of 40 motions that share their luck."""
+    """Forty sets of falls by a known curve, five responses to each of 40 motions that share their luck."""
     hits, median, beta = 0, 0.4, 0.35
     for seed in range(40):
         draw = np.random.default_rng(seed)
