@@ -249,11 +249,9 @@ def test_snippets_are_sound(path, language, body, tmp_path):
         return
     named = {key: BASE[key] | snippet.get(key, {}) for key in ("blocks", "foundations", "lasers")}
     line = LINE
-    if "plan" in snippet:  # plans every block on every foundation
-        named["foundations"], line = (
-            {"marble": {}},
-            LINE.replace("foundation1", "marble").replace("block1", "config2"),
-        )
+    if "plan" in snippet:  # every block on every foundation
+        named |= {"blocks": {"config2": BASE["blocks"]["config2"]}, "foundations": {"marble": {}}}
+        line = LINE.replace("foundation1", "marble").replace("block1", "config2")
     (tmp_path / "lab.yaml").write_text(yaml.safe_dump(BASE | snippet | named))
     (tmp_path / "lab.csv").write_text(body if language == "csv" else line)
     lab = load_campaign(tmp_path / "lab.yaml")
