@@ -34,9 +34,9 @@ OUTSIDE = {  # file of the repository: page of the site
 CHAPTERS = {  # page of a chapter: its heading and pages
     "how-to/index": (
         "How to",
-        "two-lasers current-sensor own-rotation public-data add-records warned-run worn-corners review "
-        "correct-runs uncertainties parameters plan simulate figures paper-fits supplement many-records "
-        "cluster other-workflow accidents python",
+        "install two-lasers current-sensor own-rotation moving-records public-data add-records warned-run "
+        "worn-corners review correct-runs uncertainties parameters plan simulate respond figures "
+        "paper-fits supplement many-records cluster other-workflow accidents python",
     ),
     "explanation": ("Explanation", "physics signals identification uncertainty trust"),
     "reference": (

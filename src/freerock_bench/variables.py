@@ -14,7 +14,7 @@ SIGNAL = "voltage current displacement rotation"
 HEAD = "| variable | dimensions | unit | content |\n|---|---|---|---|"
 WHERE: dict[str, dict[str, str]] = {  # heading: names by the dimensions they have
     "records/TEST.nc": {
-        "time": f"time theta sigma_theta flags {SIGNAL} translation",
+        "time": f"time theta sigma_theta flags {SIGNAL} translation position_x position_z",
         "fault_number": "fault fault_start fault_end fault_note fault_angle",
     },
     "records/TEST.nc, group run_N": {

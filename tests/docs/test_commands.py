@@ -227,8 +227,8 @@ LASER = {"beam": "horizontal", "position_m": 0.2, "range_m": 0.1}
 BASE = {
     "title": "Snippets",
     "origin": "measured",
-    "blocks": {"block1": {"height_m": 0.3, "width_m": 0.07, "mass_kg": 5}},
-    "foundations": {"foundation1": {}},
+    "blocks": {name: {"height_m": 0.3, "width_m": 0.07, "mass_kg": 5} for name in ("block1", "config2")},
+    "foundations": {"foundation1": {}, "marble": {}},
     "lasers": {
         name: LASER | {"position_m": position_m}
         for name, position_m in {"laser1": 0.2, "upper": 0.24, "lower": 0.06}.items()
@@ -247,9 +247,13 @@ def test_snippets_are_sound(path, language, body, tmp_path):
 
         assert load_scene(tmp_path / "scene.yaml").ground.file
         return
-    lasers = BASE["lasers"] | snippet.get("lasers", {})
-    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(BASE | snippet | {"lasers": lasers}))
-    (tmp_path / "lab.csv").write_text(body if language == "csv" else LINE)
+    named = {key: BASE[key] | snippet.get(key, {}) for key in ("blocks", "foundations", "lasers")}
+    line = LINE
+    if "plan" in snippet:  # every block on every foundation
+        named |= {"blocks": {"config2": BASE["blocks"]["config2"]}, "foundations": {"marble": {}}}
+        line = LINE.replace("foundation1", "marble").replace("block1", "config2")
+    (tmp_path / "lab.yaml").write_text(yaml.safe_dump(BASE | snippet | named))
+    (tmp_path / "lab.csv").write_text(body if language == "csv" else line)
     lab = load_campaign(tmp_path / "lab.yaml")
     assert all(isinstance(record, Record) for record in lab.records)
 
