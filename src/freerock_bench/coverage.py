@@ -1,23 +1,19 @@
-"""Are the intervals of the identification honest, and do parameters scatter as little as they can?"""
+"""Are the intervals of the identification honest under every noise of a sensor?
 
+python -m freerock_bench.coverage results/studies/coverage.csv full
+"""
+
+import sys
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from freerock.identification.fit import fit_run
-from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.models.laws import PAPER_MODELS
 from freerock.planning.cramer_rao import standard_errors
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock_bench.virtual_run import (
-    CORRELATED_S,
-    SEED,
-    STEP_SIGMAS,
-    Row,
-    published_truth,
-    rows_of_all,
-    virtual_motion,
-)
+from freerock_bench.harness import Study, rows_of_fit
+from freerock_bench.virtual_run import CORRELATED_S, SEED, STEP_SIGMAS, Row, published_truth, virtual_motion
 
 RUNS = {"full": 200, "small": 3}  # of each noise, scene and law
 EVERYWHERE = ("white", "mains and drift")
@@ -26,31 +22,21 @@ BLOCKS = ("config2", "config3")
 STILL_S = (1.0, 3.0)  # shortest and longest hold, and rest
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Scatter of identified parameters against the Cramér-Rao bound, and whether intervals hold the truth.
-
-    Each run has a hold and a rest, which show the noise of the sensor.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row per run and parameter, SI units: block, foundation, model, noise, run, parameter, truth,
-        value, stderr, ci95_low, ci95_high and bound, the Cramér-Rao bound of white noise; NaN where the fit
-        failed.
-    """
-    noises = (EVERYWHERE, OF_SENSORS) if size == "full" else (("white",), ("white and slow",))
-    cases = [
+def cases(size: str) -> list[Any]:
+    """Block, foundation, law, noise and number of each run; each has a hold and a rest."""
+    everywhere, of_sensors = (EVERYWHERE, OF_SENSORS) if size == "full" else (("white",), ("white and slow",))
+    return [
         (block, foundation, model, noise, i)
         for model in PAPER_MODELS
         for block in CONFIGURATIONS
         for place, foundation in enumerate(FOUNDATIONS)
         for i in range(RUNS[size])
-        for noise in (*noises[0], *(noises[1] if block in BLOCKS and i % len(FOUNDATIONS) == place else ()))
+        for noise in (*everywhere, *(of_sensors if block in BLOCKS and i % len(FOUNDATIONS) == place else ()))
     ]
-    return pd.DataFrame(rows_of_all(_coverage, cases))
 
 
-def _coverage(case: Any) -> list[Row]:
+def rows_of(case: Any) -> list[Row]:
+    """Rows of one run, with the Cramér-Rao bound of white noise beside each number."""
     block, foundation, model, noise, i = case
     truth = published_truth(block, foundation, model, noise)
     key = (
@@ -65,28 +51,19 @@ def _coverage(case: Any) -> list[Row]:
     if motion is None:
         return []
     fit = fit_run(model, truth.block, motion)
+    since_release = motion.time_s - motion.time_s[0]
     bound = standard_errors(
-        model,
-        truth.block,
-        truth.parameters,
-        motion.time_s - motion.time_s[0],
-        truth.theta0,
-        truth.sigma_theta,
+        model, truth.block, truth.parameters, since_release, truth.theta0, truth.sigma_theta
     )
+    own = {"block": block, "foundation": foundation, "model": model, "run": i}
     return [
-        {
-            "block": block,
-            "foundation": foundation,
-            "model": model,
-            "noise": noise,
-            "run": i,
-            "parameter": name,
-            "truth": truth.parameters[name],
-            "value": fit.value[j],
-            "stderr": fit.stderr[j],
-            "ci95_low": fit.ci95_low[j],
-            "ci95_high": fit.ci95_high[j],
-            "bound": bound[name],
-        }
-        for j, name in enumerate(MODELS[model])
+        row | own | {"bound": bound[row["parameter"]]}
+        for row in rows_of_fit(f"{model}, {noise}", fit, dict(truth.parameters))
     ]
+
+
+STUDY = Study(cases, rows_of, ["block", "foundation", "model", "run", "bound"])
+run = STUDY.run
+
+if __name__ == "__main__":
+    STUDY.main(*sys.argv[1:])

@@ -36,11 +36,14 @@ from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import publish
-from freerock_bench.inputs import INSTRUMENTS
 from freerock_bench.integrated import Scene, Truth, recorded
 from freerock_bench.truths import place
 from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
 
+INSTRUMENTS = {  # standard uncertainties
+    "caliper": {"block": 3e-5, "mass": 2e-4, "position_m": 2e-4, "scale": 5e-4, "rate": 2e-5},
+    "rule": {"block": 3e-4, "mass": 1e-3, "position_m": 6e-4, "scale": 1e-3, "rate": 6e-5},
+}
 RATE_HZ = 1000.0
 SIGMA_V, COUNT_V = 2e-3, 20.0 / 2**24
 SLOW, SLOW_S, SLOW_OF = 0.25, 0.05, 4  # share of slow noise, its time, and every how manieth record has it

@@ -5,7 +5,6 @@ import math
 import pandas as pd
 import pytest
 
-from freerock_bench import off_level
 from freerock_bench.figures.mishaps import OUTCOMES, draw, outcomes
 from freerock_bench.mishaps import COLUMNS, MISHAPS, SIZES, main, markdown, one
 
@@ -47,22 +46,6 @@ def test_a_mishap_is_warned_of_with_its_name(name, says):
 def test_what_passed_for_clean_or_went_without_its_name(name, i, says):
     row = one(name, i)
     assert row["level"] == "warn" and row["named"] and says in row["names"].split()
-
-
-def test_half_a_degree_under_the_slender_block_makes_swings_higher_and_is_found():
-    row = off_level.one(6)
-    assert (row["block"], row["level"], row["scene"]) == ("config1", "warn", "tilt")
-    assert row["tilt_deg"] == pytest.approx(0.498, abs=1e-3) == pytest.approx(row["tilt_found_deg"], abs=2e-3)
-    assert max(abs(row[f"{name}_error_stderrs"]) for name in off_level.NAMES) < 4
-    assert {*row} <= {*off_level.COLUMNS}
-
-
-def test_a_level_base_is_left_level_and_the_study_writes_its_records(monkeypatch, tmp_path):
-    monkeypatch.setitem(off_level.SIZES, "small", 2)
-    off_level.main(str(tmp_path / "off_level.csv"), "small")
-    frame = pd.read_csv(tmp_path / "off_level.csv")
-    assert frame["level"].tolist() == ["ok", "ok"] and frame["scene"].isna().all()
-    assert frame["tilt_found_deg"].isna().all() and frame["explained"].all()
 
 
 def test_a_caught_block_is_fitted_from_where_it_is_let_go_again():

@@ -9,23 +9,11 @@ import pandas as pd
 import pytest
 
 from freerock.errors import FreerockError
+from freerock.figures.declared import declared
 from freerock.figures.style import save
 from freerock.models.block import Block
 from freerock.models.laws import LAWS, PAPER_MODELS
-from freerock_bench import (
-    choice,
-    confusion,
-    coverage,
-    figures,
-    inputs,
-    model_cost,
-    model_error,
-    scatter,
-    shared,
-    speed_accuracy,
-    stability,
-    success,
-)
+from freerock_bench import confusion, coverage, figures, harness, shared, speed_accuracy, stability, success
 from freerock_bench.atlas.cells import COLUMNS, STATES, attempt, judge
 from freerock_bench.methods.by_name import freerock
 from freerock_bench.methods.problem import Problem, Solution
@@ -41,10 +29,15 @@ for name in figures.__all__:
     import_module(f"freerock_bench.figures.{name}")
 
 
-@pytest.mark.parametrize("name", figures.__all__)
-def test_a_study_is_one_module_with_one_function_and_so_is_its_figure(name):
+@pytest.mark.parametrize("name", [*figures.__all__, "success", "discrepancy"])
+def test_a_study_is_one_module_with_one_function(name):
     run = inspect.signature(import_module(f"freerock_bench.{name}").run)
     assert [(each.name, each.default) for each in run.parameters.values()] == [("size", "full")]
+
+
+@pytest.mark.parametrize("name", figures.__all__)
+def test_a_figure_is_one_module_with_one_function_and_its_caption(name):
+    assert declared(f"freerock_bench.figures.{name}")["caption"].endswith(".")
     draw = inspect.signature(getattr(figures, name).draw)
     assert list(draw.parameters) == ["frame", *(["page"] if name == "stability" else []), "labels"]
 
@@ -64,11 +57,6 @@ def speeds():
 
 
 @pytest.fixture(scope="module")
-def choices():
-    return model_cost.run("small")
-
-
-@pytest.fixture(scope="module")
 def cells():
     return stability.run("small")
 
@@ -81,13 +69,6 @@ def test_speed_accuracy(speeds):
     own = speeds[speeds["method"] == "freerock"].groupby("model")["epsilon"].min()
     assert (own < 1e-14).all()
     assert len(scenes()) == 11
-
-
-def test_model_choice(choices):
-    epsilon = choices.set_index("model")["epsilon_theta"]
-    assert epsilon["housner"] > 1e-2 > epsilon["winkler"] > epsilon["hunt_crossley"]
-    assert epsilon["hunt_crossley"] == pytest.approx(choices["noise_epsilon"].iloc[0], rel=0.02)
-    assert choices["success"].all()
 
 
 def test_atlas(cells):
@@ -123,12 +104,10 @@ def test_refusals_are_cells_too():
     assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
 
 
-@pytest.mark.parametrize("name", ["speed_accuracy", "model_cost"])
-def test_figures(name, request, tmp_path):
-    frame = request.getfixturevalue({"speed_accuracy": "speeds", "model_cost": "choices"}[name])
-    drawn, data = getattr(figures, name).draw(frame)
-    _saved(drawn, data, tmp_path, name)
-    assert len(data) == len(frame)
+def test_the_figure_of_speed_against_accuracy(speeds, tmp_path):
+    drawn, data = figures.speed_accuracy.draw(speeds)
+    _saved(drawn, data, tmp_path, "speed_accuracy")
+    assert len(data) == len(speeds)
 
 
 def test_each_page_of_the_atlas_is_a_figure(cells, tmp_path):
@@ -150,29 +129,49 @@ def _saved(drawn, data, tmp_path, name):
 
 def test_every_start_reaches_the_global_minimum():
     frame = success.run("small")
-    assert set(frame["model"]) == set(PAPER_MODELS)
+    assert set(frame["model"]) == set(PAPER_MODELS) and list(frame)[:8] == harness.NUMBERS
     assert (frame["reached"] | frame["reported"]).all()
-    figure, data = figures.success.draw(frame)
-    assert len(figure.axes) == 3 and len(data) == len(frame)
+    assert len(frame) == 4 + 5 * 2 * 2  # r of each; k and a damping of each
+    _, data = figures.coverage.draw(frame)
+    assert data["z"].max() < 5 and (data["error"] < 5).all()
 
 
-def test_wrong_inputs_are_within_what_is_stated_of_them():
-    frame = pd.DataFrame([row for case in (("caliper", 1), ("rule", 4)) for row in inputs.campaign(case)])
-    assert (frame["u_total"] > frame["stderr"]).all()
-    assert (frame["error"].abs() < 4 * frame["u_total"]).all()
-    figure, data = figures.inputs.draw(frame)
-    assert len(figure.axes) == 4 and len(data) == len(frame)
+def made_up(case, parameter, value, stderr, u=None):
+    return harness.number_row(case, parameter, -2.0, value, stderr, u)
 
 
-def test_means_of_runs_that_scatter_are_those_of_their_truths():
-    frame = pd.DataFrame([row for i in range(4) for row in scatter.record((3, 0.03, i))])
-    assert (np.abs(frame["error"] - frame["error_of_truths"]) < 0.002).all()
-    assert frame["inside"].mean() >= 0.5 and (frame["tau"] > 0).all() and (frame["p"] < 1e-6).all()
-    alike = pd.DataFrame(scatter.record((3, 0.0, 1)))
-    assert (alike["tau"] < 0.001).all() and (alike["error"].abs() < 0.002).all()
-    figure, data = figures.scatter.draw(pd.concat([frame, alike]))
-    assert len(figure.axes) == 2 and list(data["n_records"]) == [4, 4, 1, 1]
-    assert data["rms_ratio"].iloc[:2].between(0.8, 1.2).all()
+def test_a_number_is_inside_1_96_of_its_uncertainty_and_of_its_standard_error():
+    row = made_up("a", "k", -2.3, 0.1, 0.2)
+    assert (row["inside_stderr"], row["inside"], row["u"]) == (False, True, 0.2)
+    assert made_up("a", "k", -2.2, 0.1)["inside_stderr"] is False  # 2.0 standard errors
+    assert made_up("a", "k", -2.195, 0.1)["inside"] is True
+    unknown = made_up("a", "k", -2.0, math.nan)
+    assert math.isnan(unknown["value"]) and math.isnan(unknown["inside"])
+
+
+def test_coverage_counts_shares_and_medians_by_case_and_number(tmp_path):
+    rows = [
+        made_up("a", "k", -2.3, 0.1, 0.2),
+        made_up("a", "k", -2.1, 0.1),
+        made_up("b", "r", -2.5, 0.1, 0.2),
+    ]
+    frame = pd.DataFrame([*rows, made_up("b", "r", 9.0, math.nan)])
+    known = harness.coverage(frame).set_index("case")
+    assert known["n"].to_dict() == {"a": 2, "b": 1}
+    assert known["inside_stderr"].to_dict() == {"a": 50, "b": 0}
+    assert known["inside"].to_dict() == {"a": 100, "b": 0}
+    assert known.loc["a", ["error", "stderr", "u"]].tolist() == pytest.approx([10, 5, 7.5])
+    assert known["z"].tolist() == pytest.approx([math.hypot(1.5, 1) / math.sqrt(2), 2.5])
+    study = harness.Study(lambda size: [], lambda case: [], ["half"], halves=["half"])
+    table = study.markdown(frame.assign(half=["set", "set", "shown", "shown"])).splitlines()
+    assert table[2] == "| a | k | 2 | 10 % | 5 % | 7.5 % | 50 % | 100 % |"
+    assert table[4:] == [
+        "| **half: set** | k | 2 |  |  |  | 50 % | 100 % |",
+        "| **half: shown** | r | 1 |  |  |  | 0 % | 0 % |",
+    ]
+    drawn, data = figures.coverage.draw(frame)
+    _saved(drawn, data, tmp_path, "coverage")
+    assert [len(ax.lines) for ax in drawn.axes] == [3, 3]
 
 
 def test_large_differences_between_blocks_are_seen_and_none_seldom():
@@ -185,50 +184,16 @@ def test_large_differences_between_blocks_are_seen_and_none_seldom():
     assert len(figure.axes) == 2 and len(data) == len(frame)
 
 
-def test_scatter_and_coverage_of_few_runs():
-    rows = [
-        row
-        for i in range(6)
-        for row in coverage._coverage(("config3", "marble", "hunt_crossley", "white", i))
-    ]
-    frame = pd.DataFrame(rows)
-    summary = figures.coverage.coverage_summary(frame).set_index("parameter")
-    assert set(summary.index) == {"k", "lambda"}
-    assert (summary["n"] == 6).all() and (summary["failed"] == 0).all()
-    assert summary["efficiency"].between(0.3, 2.0).all()  # of six runs
-    assert frame["stderr"].to_numpy() == pytest.approx(frame["bound"].to_numpy(), rel=0.3)
+def test_coverage_of_few_runs_near_the_bound():
+    runs = [coverage.rows_of(("config3", "marble", "hunt_crossley", "white", i)) for i in range(6)]
+    frame = pd.DataFrame([row for rows in runs for row in rows])
+    assert list(frame) == [*harness.NUMBERS, *coverage.STUDY.columns]
+    known = harness.coverage(frame).set_index("parameter")
+    assert set(known.index) == {"k", "lambda"} and (known["n"] == 6).all()
+    assert known["z"].between(0.3, 2.0).all()  # of six runs
     over = frame["stderr"] / frame["bound"]  # each octave of the noise is known from its own rests
+    assert over.between(0.7, 1.3).all()
     assert over.groupby(frame["parameter"]).mean().to_numpy() == pytest.approx(1.0, abs=0.1)
-    figures.coverage.draw(frame)
-
-
-def test_the_residual_shows_an_imperfect_block():
-    rows = [
-        row
-        for kind in ("none", "amplitude")
-        for row in model_error._model_error(("config3", "marble", kind, 0))
-    ]
-    frame = pd.DataFrame(rows)
-    assert frame["success"].all()
-    assert frame.groupby("imperfection")["detected"].all().to_dict() == {"none": False, "amplitude": True}
-    widened = frame.groupby("imperfection")["widened"].min()
-    assert widened["none"] == pytest.approx(1, abs=0.1)
-    assert widened["amplitude"] > 5
-    figures.model_error.draw(frame)
-
-
-@pytest.mark.parametrize("family", choice.FAMILIES)
-def test_the_choice_names_the_truth(family):
-    rows = [row for i in (0, 1) for row in choice._choice((family, i))]
-    frame = pd.DataFrame(rows)
-    asked = choice.FAMILIES[family].rivals("hunt_crossley") != ()
-    assert (frame["rival"] != "").any() == asked
-    far = frame[frame["distance"] > figures.choice.FAR]
-    assert far["right"].all() and far["held"].all()
-    assert (far["wrong"] == "").all()
-    summary = figures.choice.choice_summary(frame).set_index("quantity")["share"]
-    assert summary["named"] == frame["right"].mean()
-    figures.choice.draw(frame)
 
 
 @pytest.mark.parametrize(

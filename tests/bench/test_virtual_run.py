@@ -6,7 +6,6 @@ import pytest
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock_bench.model_error import imperfect_motion
 from freerock_bench.truths import RELEASE_SCATTER, place, published, record, table_2
 from freerock_bench.virtual_run import CORRELATED_S, RATE_HZ, Truth, draw_truth, noise
 
@@ -34,15 +33,6 @@ def test_noise_has_the_stated_spread_and_colour(kind, slow):
     assert samples.std() == pytest.approx(np.sqrt(total), rel=0.03)
     correlation = samples[1:] @ samples[:-1] / (samples @ samples)
     assert correlation > slow - 0.1 if slow else abs(correlation) < 0.01
-
-
-def test_an_imperfect_block_without_imperfection_follows_the_law():
-    time_s, theta = imperfect_motion(TRUTH, "none")
-    exact = simulate("hunt_crossley", BLOCK, TRUTH.parameters, time_s, theta0=THETA0, solver=Solver(1e-9))
-    assert np.max(np.abs(theta - exact.theta)) < 1e-4 * THETA0
-    for imperfection in ("centre", "uneven", "amplitude"):
-        _, other = imperfect_motion(TRUTH, imperfection)
-        assert np.max(np.abs(other - theta)) > 1e-2 * THETA0
 
 
 def test_truths_are_drawn_from_the_whole_range():

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imsave
 
+from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
@@ -175,8 +176,9 @@ def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
 def lines_of_figures():
     """The figures that the workflow can make, with titles and captions."""
     text = RULES.read_text(encoding="utf-8").partition("\nrule figure:")[0]
-    (lines,) = (each.value for each in ast.parse(text).body if isinstance(each, ast.Assign))
-    return ast.literal_eval(lines)
+    (names,) = (each.value for each in ast.parse(text).body if isinstance(each, ast.Assign))
+    modules = {name: name.partition("_{")[0] for name in ast.literal_eval(names)}
+    return {name: declared(f"freerock.figures.{module}") for name, module in modules.items()}
 
 
 def compiles(folder, package, names, more=""):

@@ -9,6 +9,7 @@ from freerock.config.campaign import check_options, load_config
 from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
+from freerock.figures.declared import declared
 from freerock.files import listed_checksums
 from freerock.jobs.guard import check_folder, check_notes
 from freerock.jobs.home import PACKAGE
@@ -122,6 +123,11 @@ def reported(section):
     return [name for name, (line, _) in figures_of(section).items() if module_of(line) in section.figures]
 
 
+def declared_of(line):
+    """Title, caption and inputs of the figures of a line."""
+    return declared(f"freerock.figures.{module_of(line)}")
+
+
 def module_of(line):
     """The module that draws the figures of a line."""
     return line.partition("_{")[0]
@@ -132,7 +138,7 @@ def figure_of(wildcards):
     section = campaign(wildcards)
     figures = f"results/{section.name}/figures"
     line, block = chosen(wildcards.figure, figures_of(section), "a figure of this campaign", figures)
-    return FIGURES[line], [each for each in section.records if block in (None, each.block)]
+    return declared_of(line), [each for each in section.records if block in (None, each.block)]
 
 
 def figure_module(wildcards):
@@ -167,7 +173,7 @@ def figure_title(campaign, figure):
     section = CAMPAIGNS[campaign]
     line, block = figures_of(section)[figure]
     label = block and section.blocks[block].label
-    return FIGURES[line]["title"].format(block=label, Measured=section.origin.capitalize())
+    return declared_of(line)["title"].format(block=label, Measured=section.origin.capitalize())
 
 
 def for_targets(wildcards):

@@ -27,6 +27,13 @@ from freerock.models.housner import housner_swings
 from freerock.models.laws import LAWS, law_of
 from freerock.tables.swings import first_runs, law_swings
 
+FIGURE = {
+    "title": "Period against amplitude",
+    "caption": "Twice the time between two impacts against the largest |θ| between them. Dotted: a rigid "
+    "block (Housner 1963), whose period does not depend on r and goes to zero with its amplitude.",
+    "reads": ["runs", "restitution", "epsilon", "blocks"],
+}
+
 # Housner's period depends on no number.
 FOUNDATIONS = [model for model in LAWS if law_of(model).is_foundation]
 

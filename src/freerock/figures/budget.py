@@ -26,6 +26,13 @@ from freerock.populations.means import LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.text import INPUT_LABELS
 
+FIGURE = {
+    "title": "Uncertainty budget of the identified parameters",
+    "caption": "Share of each input in the square of the total standard uncertainty u of each mean (k = 1, "
+    "in per cent of the mean at the right); runs, their scatter beyond what the inputs explain.",
+    "reads": ["budget", "choice"],
+}
+
 MOST_ROWS = 40
 NARROWEST_IN = 1.8  # of a panel and of the names beside
 OF_MEAN = ["level", "test", "block", "foundation"]

@@ -27,6 +27,14 @@ from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import first_runs, named_models, swings
 
+FIGURE = {
+    "title": "Energy through a run, and what each impact takes of it",
+    "caption": "Left, energy above rest before each impact, that of a rigid block at the peak of |θ| "
+    "(Housner 1963). Right, share of it that the impact takes, 1 − r²; bars, one standard error. "
+    "Signs: the record; lines: the model that the choice names, or else that of the least ε_θ.",
+    "reads": ["runs", "restitution", "epsilon", "blocks"],
+}
+
 MARKERS = "osD^v"  # of the foundations
 
 

@@ -20,6 +20,14 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
+FIGURE = {
+    "title": "Evidence for each candidate law",
+    "caption": "For each run and candidate the power of what its fit leaves over that of the noise at rest, "
+    "in the frequency band that tells most; 1 (dotted) is noise. Signs say what the choice of a "
+    "model made of it.",
+    "reads": ["choice"],
+}
+
 LOOKS: dict[str, Style] = {
     "selected": {"marker": "o", "color": "black", "markersize": 5, "label": "named"},
     "also_possible": {

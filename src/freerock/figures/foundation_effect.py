@@ -13,6 +13,13 @@ from freerock.figures import style
 from freerock.figures.style import Labels, printed
 from freerock.products.groups import usable_runs
 
+FIGURE = {
+    "title": "Effect of the foundation on the rotation",
+    "caption": "Rotation θ of each block after its release, on each foundation, as in figure 2 of Spanos et "
+    "al. 2017.",
+    "reads": ["records"],
+}
+
 OF_RECORDS = ("time", "theta", "release", "end")  # shown
 
 

@@ -30,6 +30,15 @@ from freerock.figures.style import (
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
 
+FIGURE = {
+    "title": "Misfit maps around the identified parameters",
+    "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified "
+    "on the first run of each record, in per cent; full dot, those parameters; open dots, the "
+    "parameters identified on its other runs. Law rejected: the choice of a model rejects it for "
+    "the first run, and the parameters describe the fit, not the foundation.",
+    "reads": ["maps", "choice"],
+}
+
 NARROWEST_IN = 2.5  # of a panel
 LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 OF_DRAWN: Style = {"marker": "o", "color": "black", "linestyle": ""}

@@ -14,6 +14,16 @@ from freerock.products.choices import GROUP
 from freerock.products.groups import runs_of
 from freerock.tables.text import fixed, quantity
 
+FIGURE = {
+    "title": "{Measured} rotation of {block} and the models fitted to it",
+    "caption": "Rotation θ and the models fitted to it, as in figure 3 of Spanos et al. 2017; below, "
+    "modelled minus recorded rotation over σ, the standard deviation of one sample of θ at rest. "
+    "The grey band is ±1.96 σ: a model that leaves nothing but white noise is inside it for 95 % "
+    "of the samples. The scale is linear up to ±3 σ and logarithmic beyond. ε_θ is the relative "
+    "mean square discrepancy.",
+    "reads": ["fits", "runs"],
+}
+
 OF_FITS = ("time", "theta", "theta_model", "epsilon_theta", "success")  # shown
 COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "residual_deg", "residual_over_sigma"]
 SIGMA = ["test", "run", "sigma_theta_deg"]

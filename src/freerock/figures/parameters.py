@@ -29,6 +29,17 @@ from freerock.tables.candidates import named_by
 from freerock.tables.paper import SCATTERS
 from freerock.tables.text import quantity
 
+FIGURE = {
+    "title": "Identified parameters, run by run",
+    "caption": "Each run with its 95 % interval, by its noise (within the sign where none is seen; open "
+    "where the choice of a model rejects the law for that run). Diamond and square: mean of a "
+    "record, and of the records of a foundation, with the 95 % interval of its total "
+    "uncertainty, which holds scatter, noise and what is known of block, sensor and clock. "
+    "Shaded: where the next run or record lies with 95 %. τ: standard deviation between them "
+    "without their noise, in per cent of the mean.",
+    "reads": ["parameters", "populations", "choice"],
+}
+
 NARROWEST_IN = 1.8  # of a panel and of the names beside
 MOST_ROWS = 60  # with more there are no rows of runs, and then no more records
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]

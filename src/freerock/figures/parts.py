@@ -21,6 +21,15 @@ from freerock.figures.style import (
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
+FIGURE = {
+    "title": "Parameters against the fitted part of a run",
+    "caption": "The parameters of the law that the choice names, fitted to each sixth of the swings of a "
+    "run, over those of the whole run; release angle and instant are free in each part. "
+    "Horizontal: what the part covers; vertical: 95 % by white noise. A law that holds for the "
+    "whole run stays at zero.",
+    "reads": ["parts", "parameters", "choice"],
+}
+
 LOOKS: dict[str, Style] = {
     "k": {"marker": "o", "color": "black"},
     "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},

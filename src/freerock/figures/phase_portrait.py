@@ -26,6 +26,13 @@ from freerock.products.groups import runs_of
 from freerock.runs.angular_rate import angular_rate
 from freerock.tables.swings import named_models
 
+FIGURE = {
+    "title": "Phase portrait",
+    "caption": "Angular rate against rotation, from parabolas over 0.02 s, of the record and of the model "
+    "that the choice names, or else of the fit with the least ε_θ.",
+    "reads": ["fits", "epsilon"],
+}
+
 OF_FITS = ("time", "theta", "theta_model")  # shown
 COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "rate_deg_s"]
 

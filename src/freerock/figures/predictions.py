@@ -26,6 +26,14 @@ from freerock.figures.style import (
 )
 from freerock.models.laws import MODEL_LABELS, MODELS
 
+FIGURE = {
+    "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
+    "caption": "Discrepancy ε_θ of each run with the parameters fitted to it, with those of the other runs "
+    "of its record, and with those of another block on the same foundation. Failed fits predict "
+    "nothing.",
+    "reads": ["predictions", "epsilon"],
+}
+
 OWN = "fitted to the run itself"
 OTHER_RUNS = "other runs"  # the basis, as in the table
 MARKERS: dict[str, Style] = {

@@ -18,6 +18,15 @@ from freerock.figures.style import (
 from freerock.models.laws import SYMBOLS
 from freerock.tables.text import INPUT_LABELS
 
+FIGURE = {
+    "title": "Pulls of the inputs, and their impacts on the parameters",
+    "caption": "Left, shift of each input by the fit of the law that the choice names, in its standard "
+    "uncertainties u; bars, what remains of u after the fit. Open: the run does not see the "
+    "input. Shaded: ±1 and ±2. Right, shift of each parameter where the input is held one "
+    "remaining uncertainty higher and all else is fitted again, in per cent; medians of the runs.",
+    "reads": ["pulls", "choice"],
+}
+
 FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40

@@ -31,6 +31,14 @@ from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.noise import Noise, averaged, expected_power, samples_averaged
 
+FIGURE = {
+    "title": "Residuals of {block} against the noise at rest",
+    "caption": "Left, power spectral density of modelled minus recorded rotation, with sine tapers, means "
+    "over a sixth of an octave, and of the noise at rest of the same record. Right, "
+    "autocorrelation of the residual; the band holds 95 % of that of white noise.",
+    "reads": ["fits", "records"],
+}
+
 PER_OCTAVE = 6  # means of the spectrum
 LONGEST_S = 0.5  # lag
 COLUMNS = ["test", "run", "source", "quantity", "at", "value"]

@@ -5,22 +5,15 @@ the figures that name them. Returned are the figure, or its pages, and the rows 
 """
 
 __all__ = [
-    "choice",
     "confusion",
     "coverage",
-    "discrepancy",
     "drawn",
     "engines",
     "faults",
-    "inputs",
     "mishaps",
-    "model_cost",
-    "model_error",
     "numerics",
     "paper",
-    "scatter",
     "shared",
     "speed_accuracy",
     "stability",
-    "success",
 ]

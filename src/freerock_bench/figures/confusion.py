@@ -8,6 +8,11 @@ from matplotlib.figure import Figure
 from freerock.figures.style import Axes, Labels, headed, styled
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, Candidate
 
+FIGURE = {
+    "caption": "Confusion atlas: which candidate is named for which truth, how often under each noise, and "
+    "how wrong the stiffness is where another one is named. All runs are simulated.",
+}
+
 NOBODY = "none explains"  # also where one is named as the best of those that do not
 SHARES = LinearSegmentedColormap.from_list("shares", ["white", "#0072b2"])
 TRUTH = ["law", "kinematics", "width_fraction"]

@@ -8,6 +8,11 @@ from scipy.stats import norm
 from freerock.figures.style import Labels, headed, styled
 from freerock_bench.drawn import OUTCOMES, pulls_of, told
 
+FIGURE = {
+    "caption": "Pulls of inputs that are drawn from their stated uncertainty, against the normal law, and "
+    "how often the true candidate is named. All runs are simulated.",
+}
+
 SHADES = ("0.75", "0.6", "0.4", "tab:orange", "tab:red")
 FARTHEST = 4.0  # pull at the ends of the histogram
 

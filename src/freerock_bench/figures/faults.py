@@ -6,6 +6,11 @@ from matplotlib.figure import Figure
 
 from freerock.figures.style import Labels, styled
 
+FIGURE = {
+    "caption": "Faults matrix, on simulated records: how often each fault of a signal is named at its time, "
+    "from light to heavy, and how often a clean record is left without any name.",
+}
+
 AIM = 0.99  # of the faults named
 SEVERITIES = ("light", "medium", "heavy")
 

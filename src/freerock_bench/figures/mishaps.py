@@ -6,6 +6,12 @@ from matplotlib.figure import Figure
 
 from freerock.figures.style import Labels, styled
 
+FIGURE = {
+    "caption": "Mishaps of a laboratory, on simulated records: how often each is warned of by its name, "
+    "noted and repaired, or left under an ok, with k within four standard errors of the truth or "
+    "not.",
+}
+
 FAR = 4.0  # standard errors of k, from which a number under an ok is wrong
 OUTCOMES = {
     "warned, by its name": "#0072b2",

@@ -10,6 +10,10 @@ from matplotlib.lines import Line2D
 from freerock.figures.style import FOUNDATION_STYLES, Axes, Labels, headed, label, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
+FIGURE = {
+    "caption": "The published models of tables 2 and 3 set against one another; all motions are simulated.",
+}
+
 BLOCK_MARKERS = "osD^v"
 
 

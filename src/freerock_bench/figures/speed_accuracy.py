@@ -9,6 +9,11 @@ from matplotlib.lines import Line2D
 from freerock.figures.style import Labels, Style, label, styled
 from freerock.models.laws import MODEL_LABELS
 
+FIGURE = {
+    "caption": "Time of a run over its error, for every method and scene: the lower and the further left "
+    "the better. Grey: below the disagreement of two independent references.",
+}
+
 LAWS = ["hunt_crossley", "winkler", "housner"]  # order of the panels
 EPSILON_RANGE = (1e-25, 3.0)
 EPSILON_FLOOR = 1e-24  # smaller errors are drawn here

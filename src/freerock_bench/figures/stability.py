@@ -14,6 +14,11 @@ from matplotlib.patches import Patch
 from freerock.figures.style import Axes, Labels, Style, axis_of, ratio_axis_of, styled
 from freerock.models.laws import MODEL_LABELS, PARAMETERS
 
+FIGURE = {
+    "caption": "Stability atlas: where each method converges, is inaccurate, unstable, too slow or refuses; "
+    "the cause and what the analysis does there are in the table.",
+}
+
 STATE_COLOURS = {
     "converged": "#7fbf8f",
     "inaccurate": "#f0d050",
