@@ -1,5 +1,6 @@
 """Checks of a run: each from facts to reasons, all in one list, all in the documentation."""
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -79,6 +80,34 @@ def test_nothing_speaks_against_a_good_run():
 def test_one_fact_one_reason(change, level, name):
     (reason,) = verdict_on(replace(GOOD, **change)).reasons
     assert reason[:2] == (level, name)
+
+
+def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
+    keys = set()
+    for change, _, name in ONE_FACT:
+        (reason,) = verdict_on(replace(GOOD, **change)).reasons
+        if reason.key:
+            keys.add(reason.key)
+            key = reason.key.removeprefix("processing.runs.")
+            assert reason.limit == getattr(RunLimits(), key) and reason.unit in ("1", "degree")
+            beyond = abs(reason.value) > reason.limit
+            assert beyond or (reason.verdict == "warn" and name == "invalid_samples") or name == "few_impacts"
+    (few,) = verdict_on(replace(GOOD, n_impacts=2)).reasons
+    assert few[3:] == (2, 3.0, "1", "processing.runs.min_impacts")
+    (held,) = verdict_on(replace(GOOD, beginning=BEGUN._replace(held=HeldAngle(0.25, 1e-6, 0.0)))).reasons
+    assert held.value == pytest.approx(math.degrees(0.25)) and held.key == ""
+    assert held.limit == pytest.approx(math.degrees(math.atan(0.25)))
+    (grown,) = verdict_on(replace(GOOD, signal=signal(grow=1.5))).reasons
+    assert grown.value == pytest.approx(0.13, abs=0.1) and grown.limit == 0.05
+    of_checks = {"push_fraction", "hold_drift_deg", "rest_shift_deg", "flagged_fraction", "growth_fraction"}
+    assert keys == {f"processing.runs.max_{key}" for key in of_checks} | {"processing.runs.min_impacts"}
+
+
+def test_every_key_of_a_reason_is_one_of_the_configuration():
+    told = (ROOT / "config/README.md").read_text(encoding="utf-8")
+    for file in (ROOT / "src/freerock").rglob("*.py"):
+        for section, key in re.findall(r'"(processing\.\w+)\.(\w+)"', file.read_text(encoding="utf-8")):
+            assert f"| `{key}` |" in told.partition(f"### {section}\n")[2].partition("###")[0], file
 
 
 def test_faults_that_do_not_meet_the_run_do_not_count():

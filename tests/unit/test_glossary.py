@@ -59,6 +59,7 @@ def columns():
         plan.RIVALS,
         tidy.PARTS,
         tidy.PULLS,
+        tidy.REASONS,
         plan_total.BUDGET,
         plan_total.TOTALS,
         restitution_law.LAW,

@@ -1,4 +1,5 @@
 import json
+import math
 import re
 from pathlib import Path
 
@@ -8,12 +9,21 @@ import pytest
 from fabricated import campaign, failed_record, fits, record
 
 from freerock.populations import population, predict
+from freerock.runs.verdict import Reason, Verdict, in_one_line
 from freerock.tables import candidates, restitution
 from freerock.tables import tidy as tables
 from freerock.tables.paper import table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2, table3
-from freerock.tables.tidy import epsilon_table, parameters_table, parts_table, restitution_table, runs_table
+from freerock.tables.tidy import (
+    REASONS,
+    epsilon_table,
+    parameters_table,
+    parts_table,
+    reasons_table,
+    restitution_table,
+    runs_table,
+)
 
 
 @pytest.fixture(scope="module")
@@ -68,6 +78,28 @@ def test_excluded_runs_and_failed_records_stay_in_the_table(datasets):
     assert failed["run"].isna().all()
     assert failed["verdict"].item() == "fail"
     assert "truncated" in failed["reasons"].item()
+
+
+def test_reasons_are_the_verdicts_of_the_runs_one_by_one(datasets):
+    runs, reasons = runs_table(*datasets), reasons_table(*datasets)
+    assert list(reasons) == REASONS
+    own = {key: rows for key, rows in reasons.fillna({"run": 0}).groupby(["test", "run"])}
+    told = runs.fillna({"run": 0}).set_index(["test", "run"])
+    assert {*own} == {*told.index[told["reasons"] != ""]}
+    for key, rows in own.items():
+        found = [Reason(*row) for row in rows[["verdict", "reason", "sentence"]].itertuples(index=False)]
+        assert in_one_line(found) == told.loc[key, "reasons"]
+        assert Verdict(tuple(found)).level == told.loc[key, "verdict"]
+
+
+def test_a_reason_keeps_its_number_through_a_dataset():
+    pushed = Reason("warn", "pushed", "why", 0.03, 0.02, "1", "processing.runs.max_push_fraction")
+    tree = record(n_runs=1)
+    tree["run_1"].attrs["reasons"] = json.dumps([pushed, Reason("ok", "excluded", "by hand")])
+    first, second = reasons_table([tree]).itertuples(index=False)
+    assert first[5:] == ("warn", "pushed", 0.03, 0.02, "1", "processing.runs.max_push_fraction", "why")
+    assert (second.reason, second.sentence, second.key) == ("excluded", "by hand", "")
+    assert math.isnan(second.value) and math.isnan(second.limit)
 
 
 def test_runs_are_ordered_by_number():
@@ -156,7 +188,15 @@ def test_campaign_without_any_run():
 @pytest.mark.parametrize(
     "columns",
     [
-        *(tables.RUNS, tables.PARAMETERS, tables.PARTS, tables.EPSILON, tables.CHOICE, tables.RESTITUTION),
+        *(
+            tables.RUNS,
+            tables.REASONS,
+            tables.PARAMETERS,
+            tables.PARTS,
+            tables.EPSILON,
+            tables.CHOICE,
+            tables.RESTITUTION,
+        ),
         *(candidates.COLUMNS, predict.PREDICTIONS, population.FOUNDATIONS, restitution.COMPARISON),
     ],
     ids="|".join,

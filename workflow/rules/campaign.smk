@@ -1,4 +1,4 @@
-TIDY = ["runs", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
+TIDY = ["runs", "reasons", "parameters", "epsilon", "choice", "restitution", "restitution_comparison"]
 TIDY += [
     "restitution_law",
     "parts",

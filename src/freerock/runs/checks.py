@@ -18,7 +18,7 @@ from freerock.runs.ending import SMOOTH_S
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, names_of
-from freerock.runs.verdict import Reason, Verdict
+from freerock.runs.verdict import Level, Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
 SLOWER = 1.1  # by this factor may a swing last longer than the one before: soft bases even swings out
@@ -90,6 +90,12 @@ class Facts:
 Check = Callable[[Facts], Iterator[Reason]]
 
 
+def _beyond(limits: RunLimits, limit: str, value: float, level: Level, name: str, text: str) -> Reason:
+    """A number beyond one of the limits, which has a key of its own in the configuration."""
+    unit = "degree" if limit.endswith("_deg") else "1"
+    return Reason(level, name, text, value, float(getattr(limits, limit)), unit, f"processing.runs.{limit}")
+
+
 def verdict_on(run: Facts) -> Verdict:
     """The verdict of all checks."""
     return Verdict(tuple(reason for check in CHECKS for reason in check(run)))
@@ -119,21 +125,23 @@ def pushed(run: Facts) -> Iterator[Reason]:
     if abs(push) > run.limits.max_push_fraction:
         how = "pushed" if push > 0 else "held back"
         text = f"{how}: it moves as if released from an angle {push:+.1%} off θ0"
-        yield Reason("warn", how.replace(" ", "_"), text)
+        yield _beyond(run.limits, "max_push_fraction", push, "warn", how.replace(" ", "_"), text)
 
 
 def critical_angle(run: Facts) -> Iterator[Reason]:
     """The block is held below its critical angle."""
     if run.block is not None and abs(run.held.theta0) >= run.block.theta_cr:
         held, critical = math.degrees(run.held.theta0), math.degrees(run.block.theta_cr)
-        yield Reason("fail", "beyond_critical_angle", f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°")
+        text = f"θ0 = {held:.2f}° is beyond θ_cr = {critical:.2f}°"
+        yield Reason("fail", "beyond_critical_angle", text, held, critical, "degree")
 
 
 def few_impacts(run: Facts) -> Iterator[Reason]:
     """There are enough impacts."""
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
-        yield Reason("fail", "few_impacts", f"{run.n_impacts} impacts, fewer than {fewest}")
+        text = f"{run.n_impacts} impacts, fewer than {fewest}"
+        yield _beyond(run.limits, "min_impacts", run.n_impacts, "fail", "few_impacts", text)
 
 
 def invalid_samples(run: Facts) -> Iterator[Reason]:
@@ -143,7 +151,8 @@ def invalid_samples(run: Facts) -> Iterator[Reason]:
     share = float(np.mean(np.isnan(theta))) if theta.size else 1.0
     if share > 0:
         text = f"{share:.2%} of its samples are invalid{names_of(run.signal.flags[watched])}"
-        yield Reason("fail" if share > run.limits.max_flagged_fraction else "warn", "invalid_samples", text)
+        level: Level = "fail" if share > run.limits.max_flagged_fraction else "warn"
+        yield _beyond(run.limits, "max_flagged_fraction", share, level, "invalid_samples", text)
 
 
 def bounced(run: Facts) -> Iterator[Reason]:
@@ -162,18 +171,20 @@ def slides(run: Facts) -> Iterator[Reason]:
 
 def touched(run: Facts) -> Iterator[Reason]:
     """Swings of a free block get lower and shorter."""
-    found = "" if peak_on_the_same_side(run) else _not_free(run)
-    if found and run.block is not None and run.block.theta_cr > SQUAT:
-        yield Reason("warn", "touched", f"swing {found} than before: the block was touched, or it bounces")
-    elif found:
-        yield Reason("fail", "touched", f"swing {found} than before: the block was touched")
+    found, more, limit = _not_free(run)
+    if found and not peak_on_the_same_side(run):
+        bounces = run.block is not None and run.block.theta_cr > SQUAT
+        text = f"swing {found} than before: the block was touched" + ", or it bounces" * bounces
+        key = "processing.runs.max_growth_fraction" * (limit == run.limits.max_growth_fraction)
+        yield Reason("warn" if bounces else "fail", "touched", text, more, limit, "1", key)
 
 
 def hold_wanders(run: Facts) -> Iterator[Reason]:
     """The held angle stands still."""
     wander = math.degrees(run.held.wander)
     if wander > run.limits.max_hold_drift_deg:
-        yield Reason("warn", "hold_wanders", f"the held angle wanders by {wander:.3f}°")
+        text = f"the held angle wanders by {wander:.3f}°"
+        yield _beyond(run.limits, "max_hold_drift_deg", wander, "warn", "hold_wanders", text)
 
 
 def ends_at_rest(run: Facts) -> Iterator[Reason]:
@@ -189,7 +200,8 @@ def ends_at_rest(run: Facts) -> Iterator[Reason]:
     elif run.level_before is not None:
         shift = math.degrees(run.rest.level - run.level_before)
         if abs(shift) > run.limits.max_rest_shift_deg:
-            yield Reason("warn", "rest_shift", f"the rest position has moved by {shift:+.3f}°")
+            text = f"the rest position has moved by {shift:+.3f}°"
+            yield _beyond(run.limits, "max_rest_shift_deg", shift, "warn", "rest_shift", text)
 
 
 def faults_met(run: Facts) -> Iterator[Reason]:
@@ -206,9 +218,10 @@ def faults_met(run: Facts) -> Iterator[Reason]:
             yield Reason(FAULT_VERDICTS[fault.name], fault.name, text)
         elif fault.name == "rest_shift" and moved:
             text = f"the rest position has moved by {angle:+.3f}°{seen}: the block may have slid or twisted"
-            yield Reason("warn", "rest_shift", text)
+            yield _beyond(run.limits, "max_rest_shift_deg", angle, "warn", "rest_shift", text)
         elif fault.name == "drift" and moved:
-            yield Reason("warn", "drift", f"the zero drifts by {angle:+.3f}°{seen}")
+            text = f"the zero drifts by {angle:+.3f}°{seen}"
+            yield _beyond(run.limits, "max_rest_shift_deg", angle, "warn", "drift", text)
 
 
 def excluded(run: Facts) -> Iterator[Reason]:
@@ -271,8 +284,8 @@ def turning_points(theta: Floats, least: float) -> list[float]:
     return [*turns, extreme]
 
 
-def _not_free(run: Facts) -> str:
-    """Which swing is not free, and why, "" if none.
+def _not_free(run: Facts) -> tuple[str, float, float]:
+    """Which swing is not free, and why; "" if none. By how much more than the one before, and its limit.
 
     Swings are seen in means over `SMOOTH_S`, which no outlier makes rise above the noise. Where heights or
     times are uneven all along, as those of a hardly damped block that still bounces, one alone shows no hand.
@@ -282,7 +295,7 @@ def _not_free(run: Facts) -> str:
     theta = run.signal.smoothed(during, SMOOTH_S)[: during.stop - during.start]
     index = np.flatnonzero(np.abs(theta) > SWING * sigma)
     if index.size == 0:
-        return ""
+        return "", 0.0, 0.0
     begins = np.flatnonzero(np.diff(theta[index] > 0)) + 1
     starts, ends = index[np.concatenate(([0], begins))], index[np.concatenate((begins - 1, [-1]))]
     instants = t[during]
@@ -299,12 +312,14 @@ def _not_free(run: Facts) -> str:
             continue
         higher = top > (1 + run.limits.max_growth_fraction) * height + 2 * SWING * sigma
         if higher and _stands_out(np.log([abs(run.held.theta0), *tops]), number):
-            return f"{number} is {top / height - 1:.0%} higher"
+            more = top / height - 1
+            return f"{number} is {more:.0%} higher", more, run.limits.max_growth_fraction
         slower = top > 3 * SWING * sigma and time > SLOWER * max(longest) + 2 * (t[1] - t[0])
         if slower and _stands_out(np.log(times), number - 1):
-            return f"{number} lasts {time / max(longest) - 1:.0%} longer"
+            more = time / max(longest) - 1
+            return f"{number} lasts {more:.0%} longer", more, SLOWER - 1
         height, longest = top, (longest[1], time)
-    return ""
+    return "", 0.0, 0.0
 
 
 def _stands_out(heights: Floats, number: int) -> bool:

@@ -127,7 +127,8 @@ def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Rea
         f"per-impact r is not meaningful here: no swing exceeds {limits.min_uplift_ratio:g} times the "
         f"{math.degrees(impacts.theta_uplift):.2f}° up to which the base stays in full contact"
     )
-    return [Reason("warn", "no_restitution", text)]
+    key = "processing.impacts.min_uplift_ratio"
+    return [Reason("warn", "no_restitution", text, None, limits.min_uplift_ratio, "1", key)]
 
 
 def restitution_from_peaks(

@@ -19,11 +19,21 @@ class Reason(NamedTuple):
         Identifier of the check, such as "few_impacts".
     text : str
         What was found, in words.
+    value, limit : float or None
+        The number that was judged and the threshold that it met, in `unit`; None of what is no number.
+    unit : str
+        Of both; "1" of a fraction or a count.
+    key : str
+        The threshold's key in the configuration, "" of one that no key sets.
     """
 
     verdict: Level
     name: str
     text: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    key: str = ""
 
 
 @dataclass(frozen=True)

@@ -101,7 +101,7 @@ def pulled_inputs(fit: Fit) -> Iterator[Reason]:
             by = f"{moved * source.u:+.2g}" + (f" {source.unit}" if source.unit != "1" else "")
             text = f"{source.name} of {source.owner} fitted {by} off, a pull of {pull:.1f}"
             text += ": measure it again" if beyond else ""
-            yield Reason("warn" if beyond else "ok", "pulled_input", text)
+            yield Reason("warn" if beyond else "ok", "pulled_input", text, float(abs(pull)), PULLED, "1")
 
 
 def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
@@ -113,17 +113,20 @@ def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
     if off_zero > SLOWER:
         stated_ms = motion.view.laser.response_ms if motion.view else 0.0
         text = f"blurred as by a sensor that averages over {1e3 * more_s:.1f} ms, beside the {stated_ms:g} ms"
-        yield Reason("warn", "slow_sensor", f"{text} stated: find out, and set the laser's response_ms")
+        text += " stated: find out, and set the laser's response_ms"
+        yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER, "1")
 
 
 def _of_base(fit: Fit, block: Block) -> Reason:
     """A warning where the restitution alternates by more than that of clean runs scatters."""
     tilt, error = (math.degrees(number[fit.parameters.index("tilt")]) for number in (fit.value, fit.stderr))
-    matters = block.h / block.b * math.radians(abs(tilt)) > EVEN[0].scatter
+    level = math.degrees(EVEN[0].scatter * block.b / block.h)
+    matters = abs(tilt) > level
     side = "right" if tilt > 0 else "left"
     error = max(error, TELLING.least_deg)
     text = f"base off level by {abs(tilt):.3f} ± {error:.3f} degrees, lower on the {side}"
-    return Reason("warn" if matters else "ok", "off_level", f"{text}, and fitted so" + ": level it" * matters)
+    text += ", and fitted so" + ": level it" * matters
+    return Reason("warn" if matters else "ok", "off_level", text, abs(tilt), level, "degree")
 
 
 def _of_edges(fit: Fit, block: Block) -> Reason:
@@ -132,8 +135,9 @@ def _of_edges(fit: Fit, block: Block) -> Reason:
         1e3 * float(number[fit.parameters.index("edge_radius")]) for number in (fit.value, fit.stderr)
     )
     text = f"edges rounded by {radius:.2f} ± {max(error, TELLING.least_mm):.2f} mm, and fitted so"
-    matters = radius / 1e3 > TELLING.rounded * block.b
-    return Reason("warn" if matters else "ok", "rounded_edges", text + ": measure them" * matters)
+    limit = 1e3 * TELLING.rounded * block.b
+    text += ": measure them" * (radius > limit)
+    return Reason("warn" if radius > limit else "ok", "rounded_edges", text, radius, limit, "mm")
 
 
 def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
@@ -147,9 +151,10 @@ def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
         f"{did}: the block moves as if let go from rest at {math.degrees(angle):.3f} degrees instead of "
         f"{math.degrees(abs(motion.theta0)):.3f}, {when}"
     )
-    far = abs(angle / abs(motion.theta0) - 1) > TELLING.pushed or (more < 0 and late > TELLING.late_ms)
+    off = angle / abs(motion.theta0) - 1
+    far = abs(off) > TELLING.pushed or (more < 0 and late > TELLING.late_ms)
     name = "pushed" if more > 0 else "held_back"
-    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so")
+    return Reason("warn" if far else "ok", name, f"{text}, and is fitted so", off, TELLING.pushed, "1")
 
 
 def _rise(block: Block, theta: float) -> float:

@@ -14,7 +14,7 @@ from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, reasons_in, runs_of
 from freerock.products.verdicts import verdict_of_run
-from freerock.runs.verdict import in_one_line
+from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table
 
@@ -31,6 +31,7 @@ RUNS = [
     "sigma_theta_deg",
 ]
 RUNS += ["verdict", "reasons", "excluded"]
+REASONS = [*IDENTITY, "verdict", "reason", "value", "limit", "unit", "key", "sentence"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
@@ -114,6 +115,37 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
             left_out = tree.attrs["verdict"] != "fail"  # by hand, the whole record
             rows.append({**_identity(tree, pd.NA), **outcome, **none, "excluded": left_out})
     return pd.DataFrame(rows, columns=RUNS).astype(dict.fromkeys(["run", *none], "Int64"))
+
+
+def reasons_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
+    """One row per reason of a verdict, in the order of `reasons` in the table of runs.
+
+    Parameters
+    ----------
+    records : iterable of xarray.DataTree
+        Record datasets.
+    fits : iterable of xarray.DataTree, optional
+        Fit datasets, whose reasons count too.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns `REASONS`: verdict is what this reason alone would make of the run; value and limit are in
+        unit, NaN of what is no number; key is the limit's in the configuration, empty where no key sets it.
+    """
+    rows: list[tuple[Any, ...]] = []
+    by_test = {tree.attrs["test"]: tree for tree in fits}
+    for tree in records:
+        of_runs: list[tuple[Any, Iterable[Reason]]] = [
+            (number, verdict_of_run(number, run, by_test.get(tree.attrs["test"])).reasons)
+            for number, run in runs_of(tree).items()
+        ]
+        for number, reasons in of_runs or [(pd.NA, reasons_in(tree.attrs))]:
+            of_run = [*_identity(tree, number).values()]
+            for verdict, name, text, value, limit, unit, key in reasons:
+                rows.append((*of_run, verdict, name, value, limit, unit, key, text))
+    frame = pd.DataFrame(rows, columns=REASONS)
+    return frame.astype({"run": "Int64", "value": float, "limit": float})
 
 
 def parameters_table(fits: Trees) -> pd.DataFrame:
@@ -390,10 +422,11 @@ def rows_of(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> dict
     Returns
     -------
     dict of str to pandas.DataFrame
-        runs, parameters, parts, contributions, pulls, epsilon, choice and restitution.
+        runs, reasons, parameters, parts, contributions, pulls, epsilon, choice and restitution.
     """
     return {
         "runs": runs_table(records, fits),
+        "reasons": reasons_table(records, fits),
         "parameters": parameters_table(fits),
         "parts": parts_table(fits),
         "contributions": contributions_table(fits),
