@@ -31,6 +31,7 @@ __all__ = [
     "methods",
     "mishaps",
     "moves",
+    "mutation",
     "naming",
     "noises",
     "numerics",

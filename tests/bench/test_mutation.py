@@ -1,0 +1,69 @@
+"""The mutation run: what is changed, where, and which tests are asked."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from freerock_bench import mutation
+from freerock_bench.mutation import ROOT, Mutant, changed, drawn_mutants, mutants_of, tests_of
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("a < b", "a <= b"),
+        ("a != b", "a == b"),
+        ("a + b", "a - b"),
+        ("a / b", "a * b"),
+        ("a and b", "a or b"),
+        ("not a", "a"),
+        ("-a", "a"),
+        ("True", "False"),
+        ("3", "4"),
+        ("0.5", "2.0"),
+        ("'text'", ""),
+        ("f(a)", ""),
+        ("'a' + b", ""),
+        ("a < b < c", ""),
+    ],
+)
+def test_one_expression_is_changed(before, after):
+    assert changed(ast.parse(before, mode="eval").body) == after
+
+
+def test_a_mutant_is_the_file_with_one_expression_changed():
+    file = ROOT / "src/freerock/runs/verdict.py"
+    some = list(mutants_of(file))
+    assert some and all(isinstance(each, Mutant) for each in some)
+    for each in some:
+        one, other = file.read_text(encoding="utf-8").splitlines(), each.text().splitlines()
+        assert ast.dump(ast.parse(each.text())) != ast.dump(ast.parse(file.read_text(encoding="utf-8")))
+        pairs = enumerate(zip(one, other, strict=True), 1)
+        assert [i for i, (before, after) in pairs if before != after] == [each.node.lineno]
+
+
+def test_mutants_are_drawn_by_their_seed_over_all_rooms_in_turn():
+    drawn = drawn_mutants(40, 3)
+    rooms = [each.room for each in drawn]
+    assert len({*rooms}) == 18 and max(map(rooms.count, rooms)) - min(map(rooms.count, rooms)) <= 1
+    assert [each.text() for each in drawn] == [each.text() for each in drawn_mutants(40, 3)]
+    assert [each.text() for each in drawn] != [each.text() for each in drawn_mutants(40, 4)]
+
+
+def test_tests_of_a_module_import_it_or_one_that_does():
+    names = [path.name for path in tests_of(ROOT / "src/freerock/runs/verdict.py")]
+    assert names[0].startswith("test_") and "test_verdict.py" in names[:2]
+    assert len(names) <= mutation.MOST_TESTS
+    assert tests_of(ROOT / "src/freerock/runs/impact_kernel.py")
+
+
+def test_a_bug_is_caught_and_the_copy_mended(tmp_path):
+    checkout, file = Path(tmp_path), ROOT / "src/freerock/units.py"
+    for name in ("src/freerock", "tests/unit"):
+        mutation.shutil.copytree(ROOT / name, checkout / name)
+    mutation.shutil.copy(ROOT / "pyproject.toml", checkout)
+    worse = next(each for each in mutants_of(ROOT / "src/freerock/runs/verdict.py") if "1" in each.before)
+    row = mutation.tried(worse, checkout)
+    assert row["caught"] and row["room"] == "runs" and "test_" in row["by"]
+    assert (checkout / "src/freerock/units.py").read_bytes() == file.read_bytes()
