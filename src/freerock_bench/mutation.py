@@ -2,11 +2,12 @@
 
     python -m freerock_bench.mutation results/studies/mutation.csv 60 1
 
-takes the number of mutants and the seed; 60 take an hour on two idle cores. Each mutant changes one comparison,
-operation, number, truth value or negation of one function of `freerock`, in a copy of the checkout. The tests run
-that import the module; where none does, those that import a module that imports it, or one of its room. A mutant
-is caught when a test fails or does not end. The rooms are drawn in turn, so that a large one has no more mutants
-than a small one. Survivors are printed with their line; some change nothing that can be seen: a reader judges.
+takes the number of mutants and the seed; 60 take an hour on two idle cores. Each mutant changes one
+comparison, operation, number, truth value or negation of one function of `freerock`, in a copy of the
+checkout. The tests run that import the module; where none does, those that import a module that imports it,
+or one of its room. A mutant is caught when a test fails or does not end. The rooms are drawn in turn, so that
+a large one has no more mutants than a small one. Survivors are printed with their line; some change nothing
+that can be seen: a reader judges.
 """
 
 import ast
@@ -118,7 +119,7 @@ def drawn_mutants(n: int, seed: int) -> list[Mutant]:
     return [draw.choice(rooms[order[i % len(order)]]) for i in range(n)]
 
 
-def tests_of(file: Path) -> list[Path]:
+def related_tests(file: Path) -> list[Path]:
     """Test files that import a module; where none does, one that imports it, or one of its room."""
     folders = [ROOT / "tests" / name for name in ("unit", "physics", "bench")]
     tests = {path: imported(path) for folder in folders for path in sorted(folder.glob("test_*.py"))}
@@ -127,9 +128,8 @@ def tests_of(file: Path) -> list[Path]:
     room = {_module(path) for path in file.parent.glob("*.py")}
     for wanted in ({module}, users, room):
         if own := [path for path, names in tests.items() if wanted & names]:
-            return sorted(own, key=lambda test: (file.stem not in test.stem, test.stat().st_size))[
-                :MOST_TESTS
-            ]
+            own.sort(key=lambda test: (file.stem not in test.stem, test.stat().st_size))
+            return own[:MOST_TESTS]
     return [ROOT / "tests/unit/test_rooms.py"]
 
 
@@ -150,7 +150,7 @@ def imported(file: Path) -> set[str]:
 
 def tried(mutant: Mutant, checkout: Path) -> dict[str, object]:
     """The row of a mutant, whose tests run in a copy of the checkout."""
-    file, tests = checkout / mutant.file.relative_to(ROOT), tests_of(mutant.file)
+    file, tests = checkout / mutant.file.relative_to(ROOT), related_tests(mutant.file)
     original, by = file.read_text(encoding="utf-8"), ""
     command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:xdist", "-p", "no:cacheprovider"]
     command += [str(checkout / test.relative_to(ROOT)) for test in tests]

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from freerock_bench import mutation
-from freerock_bench.mutation import ROOT, Mutant, changed, drawn_mutants, mutants_of, tests_of
+from freerock_bench.mutation import ROOT, Mutant, changed, drawn_mutants, mutants_of, related_tests
 
 
 @pytest.mark.parametrize(
@@ -51,16 +51,16 @@ def test_mutants_are_drawn_by_their_seed_over_all_rooms_in_turn():
     assert [each.text() for each in drawn] != [each.text() for each in drawn_mutants(40, 4)]
 
 
-def test_tests_of_a_module_import_it_or_one_that_does():
-    names = [path.name for path in tests_of(ROOT / "src/freerock/runs/verdict.py")]
+def test_related_tests_a_module_import_it_or_one_that_does():
+    names = [path.name for path in related_tests(ROOT / "src/freerock/runs/verdict.py")]
     assert names[0].startswith("test_") and "test_verdict.py" in names[:2]
     assert len(names) <= mutation.MOST_TESTS
-    assert tests_of(ROOT / "src/freerock/runs/impact_kernel.py")
+    assert related_tests(ROOT / "src/freerock/runs/impact_kernel.py")
 
 
 def test_a_bug_is_caught_and_the_copy_mended(tmp_path):
     checkout, file = Path(tmp_path), ROOT / "src/freerock/units.py"
-    for name in ("src/freerock", "tests/unit"):
+    for name in ("src", "tests/unit"):
         mutation.shutil.copytree(ROOT / name, checkout / name)
     mutation.shutil.copy(ROOT / "pyproject.toml", checkout)
     worse = next(each for each in mutants_of(ROOT / "src/freerock/runs/verdict.py") if "1" in each.before)
