@@ -20,6 +20,7 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -31,9 +32,9 @@ FILES = ("pyproject.toml", "Snakefile", "CONTRIBUTING.md", "README.md")
 COLUMNS = ["room", "file", "line", "function", "before", "after", "tests", "caught", "by"]
 LIMIT_S = 600  # of the tests of one mutant; a loop without end is caught
 MOST_TESTS = 6  # files, those first that are named as the module
-PAIRS = [(ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq)]
+PAIRS: list[tuple[Any, Any]] = [(ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq)]
 PAIRS += [(ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or)]
-OTHER = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
+OTHER: dict[Any, Any] = {one: other for pair in PAIRS for one, other in (pair, pair[::-1])}
 
 
 @dataclass(frozen=True)

@@ -166,7 +166,7 @@ def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
         )
         for name, line in lines_of_figures().items()
     }
-    assert len(told) == 13
+    assert len(told) == 14
     for name in told:
         imsave(tmp_path / f"{name}.png", np.zeros((24, 30, 3)))
     (tmp_path / "captions.tex").write_text(figures_tex(told), encoding="utf-8")

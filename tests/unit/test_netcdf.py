@@ -205,8 +205,8 @@ def test_record_has_the_verdict_of_its_runs(folder):
     tree = open_record(folder / "record_a.nc")
     assert tree.attrs["verdict"] == "warn"
     assert json.loads(tree.attrs["reasons"]) == [
-        ["warn", "late", "run 2: late; and short"],
-        ["ok", "overridden", "run 2: overridden: so"],
+        ["warn", "late", "run 2: late; and short", None, None, "", ""],
+        ["ok", "overridden", "run 2: overridden: so", None, None, "", ""],
     ]
     reasons = reasons_in(tree.attrs)
     assert verdict_of(folder / "record_a.nc") == ("warn", reasons)
