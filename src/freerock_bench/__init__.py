@@ -37,6 +37,7 @@ __all__ = [
     "numerics",
     "paper",
     "peers",
+    "rooms",
     "scale",
     "scenes",
     "shared",
