@@ -73,7 +73,7 @@ def test_labels_are_drawn_as_they_are_written(datasets):
 
 @given(st.text("$\\_{} a", max_size=60))
 def test_no_label_is_a_formula(text):
-    for drawn in (style.plain(text), style.wrapped(style.plain(text) * 3, 0.3)):
+    for drawn in (style.as_text(text), style.wrapped(style.as_text(text) * 3, 0.3)):
         assert not Text(0, 0, "")._preprocess_math(drawn)[1], drawn
         assert not drawn.startswith("_")
 

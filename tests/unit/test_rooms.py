@@ -2,6 +2,7 @@
 
 import ast
 import re
+from collections import Counter
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -71,3 +72,80 @@ def test_others_import_what_the_door_names(room):
 
 def test_modules_import_no_circle():
     TopologicalSorter({name: imported(path) - {name} for name, path in MODULES.items()}).prepare()
+
+
+# Names that every module of a room has: the door of a subcommand, a figure, a reader of a format.
+PROTOCOLS = {"run", "add_arguments", "draw", "caption", "contents"}
+# Shared between modules of the product, each a word with two meanings. None may be added.
+SHARED = set(
+    [
+        "Cell",
+        "Channel",
+        "Comparison",
+        "Contents",
+        "Noise",
+        "Override",
+        "Release",
+        "Samples",
+        "Scene",
+        "attributes",
+        "cells_of",
+        "contributions",
+        "described",
+        "displaced",
+        "doubts_about",
+        "give_up",
+        "headed",
+        "integrate",
+        "listed",
+        "main",
+        "markdown",
+        "mirrored",
+        "noise_of",
+        "on_screen",
+        "other_software",
+        "plain",
+        "rows_of",
+        "save",
+        "settled",
+        "thin",
+        "write_campaign",
+        "write_record",
+    ]
+)
+SHARED_FILES = set(
+    [
+        "plan",
+        "simulate",
+        "supplement",
+        "record",
+        "scene",
+        "sensor",
+        "evidence",
+        "quality",
+        "restitution",
+        "fit",
+        "noise",
+        "misfit",
+        "tables",
+        "checks",
+        "published",
+        "tdms",
+        "text",
+        "limits",
+        "faults",
+    ]
+)
+
+
+def test_one_name_is_one_thing():
+    """A public function or class, and a file, is found by its name alone."""
+    names, files = Counter(), Counter()
+    for file in PACKAGE.rglob("*.py"):
+        if not file.stem.startswith("__"):
+            files[file.stem] += 1
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            names.update(n.name for n in tree.body if isinstance(n, ast.FunctionDef | ast.ClassDef))
+    shared = {name for name, n in names.items() if n > 1 and not name.startswith("_")}
+    assert shared - PROTOCOLS <= SHARED
+    assert {name for name, n in files.items() if n > 1} <= SHARED_FILES

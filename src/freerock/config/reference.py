@@ -24,7 +24,7 @@ SCHEMA_BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaxi
 BOUNDS = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
 
 
-def markdown() -> str:
+def markdown_of_keys() -> str:
     """Every key of every file: type and bounds, unit, default, meaning."""
     return "\n\n".join(
         [
@@ -131,7 +131,7 @@ def files(readme: str) -> dict[str, str]:
         f"{name}.schema.json": json.dumps(json_schema(model), indent=1, ensure_ascii=False) + "\n"
         for name, model in models.items()
     }
-    return {"README.md": readme.partition(MARK)[0] + MARK + markdown() + "\n"} | schemas
+    return {"README.md": readme.partition(MARK)[0] + MARK + markdown_of_keys() + "\n"} | schemas
 
 
 if __name__ == "__main__":

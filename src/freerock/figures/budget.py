@@ -11,13 +11,13 @@ from freerock.figures.style import (
     Axes,
     Labels,
     Style,
+    as_text,
     footer,
     gathered,
     label,
     legend_on_top,
     nothing_drawn,
     panel,
-    plain,
     printed,
     size,
 )
@@ -141,5 +141,5 @@ def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
             names.append(f"{label(labels, foundation)}, all records")
         else:
             name = f"{label(labels, block)}, {label(labels, foundation)}"
-            names.append(f"{name}: {plain(test)}" if records[block, foundation] > 1 else name)
+            names.append(f"{name}: {as_text(test)}" if records[block, foundation] > 1 else name)
     return names

@@ -15,11 +15,11 @@ from freerock.figures.style import (
     Labels,
     Style,
     axis_of,
-    columns,
     drawn_runs,
     footer,
     gathered,
     label,
+    legend_columns,
     number_ticks,
     panel,
     printed,
@@ -94,7 +94,7 @@ def draw(
         ax.set_axis_off()
     handles = _handles(maps)
     names = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(names))
+    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(names))
     if maps:
         footer(figure, origin)
     return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)

@@ -13,10 +13,10 @@ from freerock.figures.style import (
     Axes,
     Labels,
     Style,
-    columns,
     footer,
     gathered,
     label,
+    legend_columns,
     nothing_drawn,
     panel,
     printed,
@@ -93,7 +93,7 @@ def draw(
         for kind, style in kinds.items()
     ]
     named = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=columns(named))
+    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(named))
     footer(figure, origin)
     return figure, data
 

@@ -75,7 +75,7 @@ def scaled(points: float) -> float:
     return points * float(matplotlib.rcParams["lines.linewidth"])
 
 
-def columns(labels: Sequence[str], room: float = 1.0) -> int:
+def legend_columns(labels: Sequence[str], room: float = 1.0) -> int:
     """How many columns of a legend fit side by side into so much of the figure's width."""
     points = _points("legend.fontsize")
     inches = room * size(1)[0]
@@ -96,7 +96,7 @@ def _width(text: str, points: float) -> float:
 def wrapped(text: str, room: float) -> str:
     """A title or label of an axis without formulas, broken where it is wider than so much of the figure."""
     characters = room * size(1)[0] * 72 / (CHARACTER * _points("axes.titlesize"))
-    return plain(textwrap.fill(text.replace(r"\$", "$"), max(8, int(characters))))
+    return as_text(textwrap.fill(text.replace(r"\$", "$"), max(8, int(characters))))
 
 
 def _points(parameter: Any) -> float:
@@ -117,12 +117,12 @@ FOOTER = "simulated record – not the laboratory's data"
 
 def label(labels: Labels, name: str) -> str:
     """Printed name of a block or foundation, to be drawn; the name itself where none is given."""
-    return plain((labels or {}).get(name) or name)
+    return as_text((labels or {}).get(name) or name)
 
 
-def plain(text: str) -> str:
+def as_text(text: str) -> str:
     """A user's text as Matplotlib draws it: a $ begins no formula, a _ leaves nothing out of a legend."""
-    return text.replace("$", r"\$") if text[:1] != "_" else plain(f" {text}")
+    return text.replace("$", r"\$") if text[:1] != "_" else as_text(f" {text}")
 
 
 def axis_of(parameter: str) -> str:
@@ -217,11 +217,11 @@ def legend_above(ax: Axes, handles: Sequence[Artist] | None = None) -> None:
     """Legend above the panel's right corner, clear of the curves and of the title, which moves up for it."""
     handles = handles or ax.get_legend_handles_labels()[0]
     labels = [str(handle.get_label()) for handle in handles]
-    n = columns(labels, 0.93)
+    n = legend_columns(labels, 0.93)
     ax.legend(handles=handles, ncols=n, loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.2)
     title = ax.get_title(loc="left")
     widest = max(title.split("\n"), key=len)
-    if title and (n < len(labels) or columns([widest, *labels], 0.93) <= len(labels)):
+    if title and (n < len(labels) or legend_columns([widest, *labels], 0.93) <= len(labels)):
         rows = -(-len(labels) // n)
         ax.set_title(title, loc="left", pad=4 + rows * 1.6 * _points("legend.fontsize"))
 
@@ -317,7 +317,9 @@ def legend_on_top(figure: Figure) -> None:
     found = [ax.get_legend_handles_labels() for ax in figure.axes]
     handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
     if handles:
-        figure.legend(handles.values(), handles, loc="outside upper center", ncols=columns(list(handles)))
+        figure.legend(
+            handles.values(), handles, loc="outside upper center", ncols=legend_columns(list(handles))
+        )
 
 
 def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:

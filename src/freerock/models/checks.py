@@ -30,7 +30,7 @@ def check_scene(
     rtol: float,
 ) -> Floats:
     """The instants as an array; raises where an argument is no use."""
-    check_parameters(model, parameters, rules)
+    _check_parameters(model, parameters, rules)
     if not rtol > 0:
         raise FreerockError("rtol", f"{rtol} is not positive", "give a tolerance such as 1e-8")
     if not np.all(np.isfinite(start)):
@@ -55,7 +55,7 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
-def check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
+def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
     """Raise where the parameters are not those of the model, or the rules not implemented for it."""
     if model in CANDIDATES and model not in LAWS:
         candidate = CANDIDATES[model]

@@ -15,7 +15,7 @@ MODEL = "hunt_crossley"  # the law that is mapped
 
 
 @dataclass(frozen=True)
-class Identified:
+class MapCentre:
     """What was identified on a run: k and λ [SI], and their correlation."""
 
     run: int
@@ -32,13 +32,13 @@ class RecordMap:
     block: str
     foundation: str
     map: MisfitMap
-    identified: Sequence[Identified]
+    identified: Sequence[MapCentre]
 
 
 def record_map(found: MisfitMap, estimates: Sequence[Estimate]) -> RecordMap:
     """The map of a record around the first of its estimates."""
     first = estimates[0]
-    identified = [Identified(e.run, e.values["k"], e.values["lambda"], e.correlation) for e in estimates]
+    identified = [MapCentre(e.run, e.values["k"], e.values["lambda"], e.correlation) for e in estimates]
     return RecordMap(first.test, first.block, first.foundation, found, identified)
 
 
@@ -112,5 +112,5 @@ def _record_map(group: xr.Dataset) -> RecordMap:
             second_finer=arrays["lambda_finer"],
             epsilon_finer=arrays["epsilon_finer"],
         ),
-        identified=[Identified(*one) for one in identified],
+        identified=[MapCentre(*one) for one in identified],
     )

@@ -16,10 +16,10 @@ def walk(path: str, most_bytes: float) -> None:
     """Read every attribute, and every dataset of numbers up to a size."""
     with h5py.File(path, locking=False) as file:
         dict(file.attrs)
-        file.visititems(lambda _, item: look(item, most_bytes))
+        file.visititems(lambda _, item: _look(item, most_bytes))
 
 
-def look(item: h5py.HLObject, most_bytes: float) -> None:
+def _look(item: h5py.HLObject, most_bytes: float) -> None:
     """Read the attributes of a group or dataset, and the dataset's own numbers."""
     dict(item.attrs)
     if not isinstance(item, h5py.Dataset) or item.shape is None or item.dtype.kind not in "iuf":

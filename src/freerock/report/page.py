@@ -111,7 +111,7 @@ def write_report(
         facts=known,
         scripts=_scripts() if wanted else [],
         by_hand=made.by_hand(changes, provenance["config"], shown.tests),
-        looked=made.seen(changes, tables["runs"]),
+        looked=made.changes_seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
     )
     write_text(path, html)

@@ -238,7 +238,7 @@ def by_hand(changes: Sequence[Change], config: Mapping[str, Any], listed: Collec
     return Sortable(heads, rows, "Changes at the review desk, newest first") if rows else None
 
 
-def seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
+def changes_seen(changes: Sequence[Change], runs: pd.DataFrame) -> str:
     """How many runs were looked at since they were last corrected, and by whom; empty where nobody did."""
     looked = looked_at(changes)
     known = {(row.test, "" if pd.isna(row.run) else str(row.run)) for row in runs.itertuples()}

@@ -33,16 +33,16 @@ def rows_of(test: str, found: Analysed) -> list[Json]:
             | {"excluded": bool(run.attrs["excluded"]), "overridden": bool(run.attrs["overridden"])}
             | {"release_s": release, "duration_s": run["end"].item() - release}
             | {"theta0_deg": math.degrees(run["theta0"].item())}
-            | chosen(fitted.get(number))
+            | _chosen(fitted.get(number))
         )
     if not rows:
         left_out = record.attrs["verdict"] != "fail"
         outcome = {"verdict": record.attrs["verdict"], "reasons": in_one_line(reasons_in(record.attrs))}
-        rows.append(same | outcome | {"run": None, "excluded": left_out} | chosen(None))
+        rows.append(same | outcome | {"run": None, "excluded": left_out} | _chosen(None))
     return rows
 
 
-def chosen(group: xr.DataTree | None) -> Json:
+def _chosen(group: xr.DataTree | None) -> Json:
     """Name of the candidate chosen for a run, whether it explains the run, and its ε_θ."""
     if group is None or GROUP not in group.children:
         return {"model": "", "explained": False, "epsilon": None}

@@ -51,7 +51,7 @@ def displaced(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number
 
 
 @compiled(forceinline=True)
-def turned(s: Number, near: Number, beam: Number) -> Number:
+def turned_near(s: Number, near: Number, beam: Number) -> Number:
     """`beam.turned`, on the side of a rotation near to it."""
     vertical, place, height, edge, _, corner = beam
     if vertical:
@@ -209,7 +209,7 @@ def seen(
             turn = sign * theta[j, i]
             sunk = z_cb[j, i] - rests if sinks else 0.0
             reading += weights[j] * displaced(turn, sunk, sinks, beam)
-        found = turned(reading, mean, beam)
+        found = turned_near(reading, mean, beam)
         out[i] = sign * (found if abs(mean) < BEYOND and found == found else mean)
 
 

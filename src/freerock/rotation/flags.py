@@ -112,7 +112,7 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
     if steps.size == 0:
         return
     abrupt = 0.1 * float(np.median(steps))
-    far = 3 * float(np.percentile(steps, 99)) + 10 * noise_of(valid)  # no motion gets there in one step
+    far = 3 * float(np.percentile(steps, 99)) + 10 * _noise_of(valid)  # no motion gets there in one step
     for i, j in zip(first[long].tolist(), last[long].tolist(), strict=True):
         value = valid[i]
         into, out = size[i - 1] if i else np.nan, size[j] if j < size.size else np.nan
@@ -124,7 +124,7 @@ def _flag_equal(valid: Floats, flags: Flags, step: float) -> None:
             flags[i : j + 1] |= FLAGS["dropout"]
 
 
-def noise_of(signal: Floats) -> float:
+def _noise_of(signal: Floats) -> float:
     """Standard deviation of white noise in a signal, by the steps of its quietest quarter."""
     size, n = 50, signal.size - 1
     if n < size:
@@ -148,7 +148,7 @@ def _bends(valid: Floats, least: float) -> Indices:
 
 def _flag_excursions(valid: Floats, flags: Flags, step: float) -> None:
     """Flag jumps away and back: spikes and dropouts."""
-    noise, n_jumps = noise_of(valid), valid.size - 1
+    noise, n_jumps = _noise_of(valid), valid.size - 1
     with np.errstate(invalid="ignore"):
         bends = _bends(valid, (SPIKE - 1) * noise)
     if bends.size == 0 or bends.size > RESTLESS * n_jumps:

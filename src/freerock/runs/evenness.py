@@ -21,7 +21,7 @@ ALTERNATES = "level the base, and check sign and face of the laser"
 FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and leave the run out"
 
 
-class Even(NamedTuple):
+class Evenness(NamedTuple):
     """What is taken for even in a run of so many impacts.
 
     Parameters
@@ -39,7 +39,7 @@ class Even(NamedTuple):
     scatter: float
 
 
-EVEN = (Even(8, 3, 1.5e-3), Even(5, 2, 2.5e-3), Even(3, 1, 4e-3))
+EVEN = (Evenness(8, 3, 1.5e-3), Evenness(5, 2, 2.5e-3), Evenness(3, 1, 4e-3))
 
 
 class Unevenness(NamedTuple):
@@ -99,7 +99,7 @@ def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.
     return [Reason("warn", "alternating_restitution", f"{text}: {ALTERNATES}")]
 
 
-def unevennesses(number: Floats, r: Floats, covariance: Floats, even: Even) -> list[Unevenness]:
+def unevennesses(number: Floats, r: Floats, covariance: Floats, even: Evenness) -> list[Unevenness]:
     """Every other impact, then each one alone, as what is off a smooth curve; by generalised least squares.
 
     Parameters
@@ -108,7 +108,7 @@ def unevennesses(number: Floats, r: Floats, covariance: Floats, even: Even) -> l
         Number of each impact, in which the curve is a polynomial.
     r, covariance : ndarray, shapes (n,) and (n, n)
         Restitutions, and how uncertain they are.
-    even : Even
+    even : Evenness
     """
     scatter = math.hypot(even.scatter, BENT * (r[-1] - r[1]))
     scale = np.linalg.cholesky(covariance + scatter**2 * np.eye(r.size))

@@ -177,15 +177,15 @@ def impact_rows(
     rows = np.full((passages.size, 12), np.nan)
     until = np.empty(passages.size + 1, np.int64)
     until[:-1], until[-1] = np.searchsorted(motion.t, passages), swings[-1, 1] + 1
-    previous = averaged(part(motion, swings[0, 0], until[0]), block)
+    previous = averaged_swing(part(motion, swings[0, 0], until[0]), block)
     for i in range(passages.size):
         first, last = swings[i + 1]
         if last == motion.t.size - 1:
             return rows[:i]  # the record ends before the swing does
         one = motion.noise[first : last + 1].mean()
-        swing = averaged(part(motion, until[i], until[i + 1]), block)
+        swing = averaged_swing(part(motion, until[i], until[i + 1]), block)
         begin, end = motion.t[first], motion.t[last] + EPSILON
-        after = fit_peak(between(swing, begin, end), one, block)
+        after = fit_peak(part_between(swing, begin, end), one, block)
         if not (max(lowest.sigmas * one, lowest.angle) <= after.height < block.theta_cr):
             return rows[:i]
         came = side_of(previous, passages[i], before, -1.0, block)
@@ -211,14 +211,14 @@ def part(motion: Samples, first: Index, last: Index) -> Samples:
 
 
 @compiled(fastmath=False)
-def between(motion: Samples, one_s: float, other_s: float) -> Samples:
+def part_between(motion: Samples, one_s: float, other_s: float) -> Samples:
     """The samples from one instant to another, whichever is earlier."""
     first = np.searchsorted(motion.t, min(one_s, other_s))
     return part(motion, first, np.searchsorted(motion.t, max(one_s, other_s)))
 
 
 @compiled(fastmath=False)
-def averaged(swing: Samples, block: Rigid) -> Samples:
+def averaged_swing(swing: Samples, block: Rigid) -> Samples:
     """|θ| of a swing in no more than `SWING_SAMPLES` means, less what it bends within the time of one."""
     t, n = swing.t, swing.t.size
     side = 1.0 if swing.y.sum() > 0 else -1.0
@@ -401,7 +401,7 @@ def inverse_of(moments: Floats, n: int) -> tuple[Floats, bool]:
 @compiled(fastmath=False)
 def side_of(swing: Samples, passage: float, peak: Peak, sign: float, block: Rigid) -> Side:
     """The part of a swing between a passage through zero and its peak."""
-    near, shape = between(swing, passage, peak.time_s), shape_of(peak, block)
+    near, shape = part_between(swing, passage, peak.time_s), shape_of(peak, block)
     remainder = np.empty(near.t.size)
     for i in range(near.t.size):
         remainder[i] = sign * (near.y[i] - swing_at(near.t[i], peak, shape, block))

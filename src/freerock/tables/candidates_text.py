@@ -55,7 +55,7 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
     """
     notes = [NOTE, SIMULATED_NOTE] if "simulated" in origin else [NOTE]
     fitted = frame[frame["n_not_fitted"] < frame["n_runs"]]
-    columns = shown(fitted)
+    columns = _shown(fitted)
     labels, text = labels or {}, []
     for (block, foundation), own in fitted.groupby(["block", "foundation"], sort=False):
         scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
@@ -67,7 +67,7 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
     return Printed(fitted, columns, pd.DataFrame(text, columns=heads), caption, notes)
 
 
-def shown(frame: pd.DataFrame) -> Sequence[Column]:
+def _shown(frame: pd.DataFrame) -> Sequence[Column]:
     """The columns of `PRINTED`, without parameters that no candidate named has."""
     empty = {_head(name) for name in MEDIANS if frame[name].isna().all()}
     return [column for column in PRINTED if column.head not in empty]
