@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from freerock.identification.levels import NORMAL_95
 from freerock.identification.fit import Fit
+from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 from freerock_bench.document import publish
 from freerock_bench.virtual_run import Row, rows_of_all

