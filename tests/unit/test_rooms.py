@@ -90,7 +90,16 @@ SHARED = {
         "Samples",
         "Scene",
     ),
-    *("attributes", "cells_of", "contributions", "described", "displaced", "doubts_about", "give_up"),
+    *(
+        "attributes",
+        "averaged",
+        "cells_of",
+        "contributions",
+        "described",
+        "displaced",
+        "doubts_about",
+        "give_up",
+    ),
     *("headed", "integrate", "listed", "main", "markdown", "mirrored", "noise_of", "on_screen"),
     *(
         "other_software",
