@@ -3,8 +3,8 @@
 It takes the tables and datasets it draws, the `origin` of their records ("simulated" or "measured"; the
 figure states it) and `labels`, printed names of blocks and foundations. It returns the figure, or its pages,
 and the numbers drawn; `style.save` writes both. What a figure of a campaign says of these numbers in its
-caption, such as the runs drawn, comes from its function `caption`. Its literal `FIGURE` has title, caption and
-what is read for it; the workflow reads it without importing the module (`declared`).
+caption, such as the runs drawn, comes from its function `caption`. Its literal `FIGURE` has title, caption
+and what is read for it; the workflow reads it without importing the module (`declared`).
 """
 
 __all__ = [
