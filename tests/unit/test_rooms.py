@@ -126,7 +126,7 @@ SHARED = {
     ),
 }
 SHARED_FILES = {
-    *("plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
+    *("respond", "plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
     *("restitution", "noise", "misfit", "tables", "checks", "published", "tdms", "text", "limits", "faults"),
 }
 
