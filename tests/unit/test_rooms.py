@@ -100,7 +100,19 @@ SHARED = {
         "doubts_about",
         "give_up",
     ),
-    *("headed", "integrate", "listed", "main", "markdown", "mirrored", "noise_of", "on_screen"),
+    *(
+        "headed",
+        "understood",
+        "motions_in",
+        "slid",
+        "integrate",
+        "listed",
+        "main",
+        "markdown",
+        "mirrored",
+        "noise_of",
+        "on_screen",
+    ),
     *(
         "other_software",
         "plain",
@@ -114,7 +126,7 @@ SHARED = {
     ),
 }
 SHARED_FILES = {
-    *("plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
+    *("respond", "plan", "simulate", "supplement", "record", "scene", "sensor", "evidence", "quality", "fit"),
     *("restitution", "noise", "misfit", "tables", "checks", "published", "tdms", "text", "limits", "faults"),
 }
 

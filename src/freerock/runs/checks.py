@@ -172,9 +172,7 @@ def slides(run: Facts) -> Iterator[Reason]:
 def touched(run: Facts) -> Iterator[Reason]:
     """Swings of a free block get lower and shorter."""
     found, more, limit = _not_free(run)
-    if peak_on_the_same_side(run):
-        return
-    if found:
+    if found and not peak_on_the_same_side(run):
         bounces = run.block is not None and run.block.theta_cr > SQUAT
         text = f"swing {found} than before: the block was touched" + ", or it bounces" * bounces
         key = "processing.runs.max_growth_fraction" * (limit == run.limits.max_growth_fraction)
