@@ -13,8 +13,6 @@ from small_campaign import Checkout, once
 from test_supplement import BY, share_compiled
 from warm import commands
 
-from freerock.files import listed_checksums
-
 pytestmark = pytest.mark.slow
 
 
@@ -96,7 +94,6 @@ def test_run_says_each_failure_in_one_line(analysed, tmp_path):
     broken = Laboratory(tmp_path / "copy", analysed.site)
     record = broken / "raw/small/tall_mat.tdms"
     record.write_bytes(record.read_bytes()[:100])
-    assert "tall_mat.tdms" not in listed_checksums(broken / "raw/small")
     done = broken.freerock("run", "small")
     assert done.returncode == 1
     told = [line for line in done.stderr.splitlines() if "tall_mat" in line]

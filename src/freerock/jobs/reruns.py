@@ -53,7 +53,8 @@ def code_checksum(script: str | Path, *modules: str) -> str:
 @cache
 def _line(path: str) -> str:
     """Name and checksum of a file; modules are shared by many steps."""
-    ours = Path(path).is_relative_to(PACKAGE.parent) and not Path(path).is_relative_to(PACKED)
+    packed = Path(path).is_relative_to(PACKED)  # a script of a wheel, named as in a checkout
+    ours = Path(path).is_relative_to(PACKAGE.parent) and not packed
     inside = Path(path).relative_to(PACKAGE.parent) if ours else Path(Path(path).name)
     return f"{inside.as_posix()} {meaning(path)}\n"
 
@@ -152,7 +153,8 @@ def _imported(path: str) -> frozenset[str]:
         names |= {module, *re.findall(r"[\w.]+", modules)}
         names |= {f"{module}.{member}" for member in re.findall(r"\w+", members)}
     found: set[str] = set()
-    if "importlib.import_module" in names and Path(path).is_relative_to(PACKAGE):
+    beside = Path(path).is_relative_to(PACKAGE) and not Path(path).is_relative_to(PACKED)
+    if "importlib.import_module" in names and beside:
         found |= set(map(str, Path(path).parent.glob("*.py")))
     return frozenset(found.union(*map(_files, names)))
 
