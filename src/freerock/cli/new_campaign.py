@@ -269,8 +269,9 @@ def _csv_text(
             channel = "" if len(look.readable) == 1 else among[0].name if len(among) == 1 else FILL_IN
             tests = [(look.path.stem, channel, among[0])]
         for test, channel, each in tests:
-            names = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]
-            rows.writerow([*names, sensors[_kind(each)], "", "", "", ""])
+            cells = [_test_name(test, taken), look.path.name, channel, "block1", "foundation1"]
+            cells.append(sensors[_kind(each)])
+            rows.writerow(cells + [""] * (len(Record.model_fields) - len(cells)))
     for error in refused:
         out.write(_comment(f"left out: {error}"))
     return out.getvalue()
