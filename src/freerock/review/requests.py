@@ -55,7 +55,7 @@ class Look(Sent):
 
 
 class Asked(Section):
-    """What an address asks for; its values are texts."""
+    """What an address requires; its values are texts."""
 
     model_config = ConfigDict(strict=False)
 

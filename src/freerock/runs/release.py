@@ -282,7 +282,7 @@ def _early_motion(
     start : ndarray, optional
         Numbers of `_Fall` to begin with.
     errors : bool
-        Whether standard errors are worked out; else they are not numbers.
+        Whether standard errors are computed; else they are not numbers.
     """
     from scipy.optimize import leastsq  # a fifth of a second, and most jobs only read what was found
 
