@@ -25,7 +25,7 @@ class Refit(Sent):
 
 
 class Misfit(Sent):
-    """Ask for the misfit map of a run."""
+    """Request the misfit map of a run."""
 
     test: Test
     run: Run = Field(description="the number of the run")
