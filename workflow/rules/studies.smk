@@ -18,12 +18,8 @@ STUDIES = [
     "mishaps",
 ]
 
-ON_HARNESS = ["success", "coverage", "discrepancy"]  # have one figure
-
-
-def figure_of_study(wildcards):
-    return "coverage" if wildcards.study in ON_HARNESS else wildcards.study
-
+# The figure of each study; those on the harness have one.
+DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "discrepancy"], "coverage")
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release", "others"]
@@ -81,9 +77,9 @@ rule figure_study:
     conda:
         "../envs/freerock.yaml"
     params:
-        figure=figure_of_study,
-        caption=lambda w: declared(f"freerock_bench.figures.{figure_of_study(w)}")["caption"],
-        code=lambda w: code("figure_study", f"freerock_bench.figures.{figure_of_study(w)}"),
+        figure=lambda w: DRAWN_BY[w.study],
+        caption=lambda w: declared(f"freerock_bench.figures.{DRAWN_BY[w.study]}")["caption"],
+        code=lambda w: code("figure_study", f"freerock_bench.figures.{DRAWN_BY[w.study]}"),
     message:
         "study: figure of {wildcards.study}"
     script:
