@@ -16,7 +16,7 @@ LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 DOTTED = re.compile(r"\bfreerock(?:\.[A-Za-z_]\w*)+\b(?!/)")
 MADE = re.compile(  # products, places for a name of your own, names of channels
     r"^(results|raw|logs|ledger)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|txt|tex|md|\*)$|report\.html"
-    r"|NAME|TEST|FOLDER|campaigns/|^\.snakemake|^/|^group/|^fits/$"
+    r"|NAME|TEST|FOLDER|campaigns/|^site/|^\.snakemake|^/|^group/|^fits/$"
 )
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "phase_portrait",
     "plan",
     "predictions",
+    "pulls",
     "quality",
     "quick_look",
     "residuals",

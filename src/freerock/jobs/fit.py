@@ -65,8 +65,7 @@ def make_fits(
     hear : callable
         What the noise of the record is, as `noise_of` says it; likewise.
     passing : bool
-        Written to be looked at once: not compressed, without the contributions of the laboratory's inputs and
-        without energies.
+        Written to be looked at once: not compressed and without energies.
     """
     runs, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
@@ -82,10 +81,10 @@ def make_fits(
         motion, widened = motions[number], found[number].widened
         for model, fit in of_run.items():
             fit = _with_impacts(fit, block, limits)
+            if fit.success and fit.contributions is None:
+                known = contributions(fit, motion, laboratory, hypotheses.settings(model, widened))
+                fit = replace(fit, contributions=known)
             if fit.success and not passing:
-                if fit.contributions is None:
-                    known = contributions(fit, motion, laboratory, hypotheses.settings(model, widened))
-                    fit = replace(fit, contributions=known)
                 fit = _with_energies(fit, block, motion, laboratory, hypotheses)
             of_run[model] = fit
     attributes = settings["attributes"] | {key: attrs[key] for key in ("verdict", "reasons")}
