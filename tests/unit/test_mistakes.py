@@ -515,7 +515,7 @@ CSV_MISTAKES = {
     "no line of columns": (
         (HEADER, ""),
         "lab.csv:1: names no columns; begin with a line of their names, those in use: "
-        "test,file,channel,block,foundation,laser,exclude,override,reason,note",
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note,start,position",
     ),
     "semicolons": (
         (CSV, CSV.replace(",", ";")),
@@ -524,7 +524,8 @@ CSV_MISTAKES = {
     "no record": (
         (CSV, HEADER),
         "lab.csv: has no record; write the line "
-        "test,file,channel,block,foundation,laser,exclude,override,reason,note and a line per record",
+        "test,file,channel,block,foundation,laser,exclude,override,reason,note,start,position "
+        "and a line per record",
     ),
     "open quote": (
         ("near,,,,", 'near,,,,"wet'),

@@ -11,6 +11,7 @@ from small_campaign import CAMPAIGN, add_campaign, check_out, simulated
 from freerock.files import sha256
 from freerock.products.groups import reasons_in
 from freerock.products.netcdf import open_record
+from freerock.runs.verdict import Reason
 from freerock.virtual_lab.faults import ac_coupled
 from freerock.virtual_lab.tdms import write_record, write_records
 
@@ -103,7 +104,7 @@ def test_bad_record_is_told_in_one_line(bad, test):
     line = line.replace("{listed}", checksums["listed"])
     product = open_record(checkout / f"results/bad/records/{test}.nc")
     assert product.attrs["verdict"] == "fail"
-    assert reasons_in(product.attrs) == (("fail", "not_processed", line),)
+    assert reasons_in(product.attrs) == (Reason("fail", "not_processed", line),)
     assert not product.children
     log = checkout / f"results/bad/logs/record_{test}.log"
     assert log.read_text().endswith(f"{line}\n")

@@ -37,6 +37,7 @@ out,"{FILE.replace('"', '""')}",,squat,mat,low,record,,=HYPERLINK("x") {SCRIPT},
 """.replace('HYPERLINK("x")', "HYPERLINK('x')")
 ONLY_EXPR = "identification/least_squares.py"
 FORBIDDEN = {"eval", "exec", "__import__", "system", "popen"}
+SOLVER = "ops.system"  # of OpenSees: how it stores its equations
 UNSAFE_MODULES = {"pickle", "marshal", "shelve", "dill", "joblib", "xmlrpc", "code"}
 
 
@@ -235,6 +236,7 @@ def test_no_module_evaluates_text_or_unpickles():
             called = ast.unparse(node.func)
             given = {word.arg: ast.unparse(word.value) for word in node.keywords}
             bare = called.rpartition(".")[2]
+            bare = bare if called != SOLVER else ""
             assert bare not in FORBIDDEN and called != "compile", f"{file}:{node.lineno}: {called}"
             assert given.get("shell", "False") == "False", file
             assert given.get("allow_pickle", "False") == "False", file

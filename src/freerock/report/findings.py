@@ -17,7 +17,7 @@ TABLES = ("runs", "choice", "candidates", "populations", "foundations", "table1"
 """The tables that the findings are made from."""
 MOST = 4  # names, laws or foundations that are listed
 LEAST_P = 1e-9  # below it a chance is not told
-MOST_P = 0.99  # above it a chance is told as a bound
+MOST_P = 0.99  # above it a chance is close to one
 NAMED = {"status": "selected", "explains": True}
 
 
@@ -303,7 +303,7 @@ def _chance(known: Tables, where: Where) -> Sentence:
     if not row[column] > LEAST_P:
         return ()
     if row[column] > MOST_P:
-        return (f" (p > {MOST_P:g})",)
+        return (" (p close to one)",)
     return " (p = ", known.value("foundations", column, where, digits=2), ")"
 
 
