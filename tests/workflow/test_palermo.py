@@ -1,6 +1,8 @@
 """The shipped campaign, from record files to report."""
 
 import math
+import subprocess
+import sys
 
 import pandas as pd
 import pytest
@@ -138,3 +140,32 @@ def test_configuration_3_rocks_longest_on_marble_and_the_report_says_why(palermo
     assert "Configuration #1 and Configuration #2 rock longest on Marble, as published." in map(
         plain, beside.agrees
     )
+
+
+WITHOUT_FREEROCK = """
+import sys
+sys.modules["freerock"] = None
+import h5py
+import netCDF4
+import numpy as np
+import xarray as xr
+
+path = sys.argv[1]
+maps = {name: node.to_dataset() for name, node in xr.open_datatree(path).children.items()}
+assert maps
+for name, seen in maps.items():
+    assert seen["epsilon_theta"].dims == ("lambda", "k") and float(seen["epsilon_theta"].min()) > 0
+    with netCDF4.Dataset(path) as file, h5py.File(path) as as_matlab:
+        for values in (file[name]["epsilon_theta"][:], as_matlab[name]["epsilon_theta"][()]):
+            np.testing.assert_array_equal(values, seen["epsilon_theta"].values)
+        assert file[name]["k"].units == "N m-2"
+"""
+
+
+def test_misfit_maps_are_read_without_this_package(palermo):
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_FREEROCK, str(palermo / "misfit_map.nc")],
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
