@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 from ruamel.yaml import YAML
 
 from freerock.cli import subcommands as cli
@@ -10,7 +11,7 @@ from freerock.cli.init import WRITTEN, init
 from freerock.cli.run import bar, command, share
 
 SCHEMAS = ("config", "campaign", "scene")
-GENERATED = {"config/README.md", *(f"config/{name}.schema.json" for name in SCHEMAS)}
+GENERATED = {"constraints.txt", "config/README.md", *(f"config/{name}.schema.json" for name in SCHEMAS)}
 
 
 @pytest.fixture(autouse=True)
@@ -37,6 +38,15 @@ def test_what_exists_is_kept_and_what_is_generated_renewed(folder):
     made = init(folder)
     assert made.written == ("config/README.md",)
     assert "README.md" in made.kept and Path("README.md").read_text() == "of the laboratory"
+
+
+def test_the_tested_libraries_are_pinned_for_pip(folder):
+    init(folder)
+    lock = (Path(__file__).parents[2] / "requirements.lock").read_text()
+    pinned = [line for line in Path("constraints.txt").read_text().splitlines() if not line.startswith("#")]
+    assert len(pinned) == sum(not line.startswith((" ", "#")) for line in lock.splitlines())
+    assert all(Requirement(line).specifier and not Requirement(line).extras for line in pinned)
+    assert "-c constraints.txt" in Path("requirements.txt").read_text().splitlines()
 
 
 def test_a_checkout_is_refused(folder, capsys):

@@ -1,5 +1,6 @@
 """A laboratory's own folder, in which the installed freerock analyses: its few files, for version control."""
 
+import re
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -31,32 +32,53 @@ use rule * from freerock
 # The campaigns to analyse: each has its <name>.yaml and <name>.csv in config/campaigns.
 {NO_CAMPAIGN}
 """,
-    ".gitignore": ".snakemake/\nresults/\nfreerock.log\n",
+    ".gitignore": ".snakemake/\n.venv/\nexports/\nresults/\nfreerock.log\n*_supplement.zip\n",
     "README.md": """\
 # Free-rocking tests
 
-Records and settings of free-rocking tests, analysed by freerock. In a new environment of Python:
+Records and settings of free-rocking tests, analysed by freerock.
+
+Once on each computer, in this folder:
 
 ```sh
-pip install -r requirements.txt            # the version of freerock that this folder is analysed by
-freerock new-campaign NAME --from FOLDER   # copies records to raw/NAME, begins config/campaigns/NAME.yaml
-freerock check NAME                        # what is still to be filled in; config/README.md explains the keys
-snakemake                                  # analyses the campaigns of config/config.yaml
+python3 -m venv .venv
+. .venv/bin/activate
+pip install -r requirements.txt   # this version of freerock; its wheel may stand in this folder
 ```
 
-The report is `results/NAME/report.html`. `freerock run NAME` does the same with a progress bar.
-`freerock review NAME` shows the runs and takes corrections. `freerock verify` compares all products with
-what a run would make. `freerock supplement NAME` packs a campaign for a paper. `freerock --help` lists all.
+For each campaign:
 
-Keep all of this folder under version control but `results/`, which is made from the rest.
+```sh
+freerock new-campaign NAME --from FOLDER   # copies records to raw/NAME, begins the configuration
+freerock check NAME                        # lists what to fill in, with file, line and remedy
+snakemake                                  # analyses the campaigns of config/config.yaml
+freerock verify                            # compares all products with what a run would make
+```
 
-A newer freerock: install it and write its version into `requirements.txt`. `freerock init` then renews
-`config/README.md` and the schemas. `freerock check` names each key whose name has changed.
+Before `snakemake`, edit `config/campaigns/NAME.yaml` and `config/campaigns/NAME.csv` until
+`freerock check NAME` finds nothing to correct. `config/README.md` explains the keys. The first analysis
+compiles code, which takes about half a minute. Later ones compute only what changed.
+
+The report is `results/NAME/report.html`. `freerock run NAME` does the same as `snakemake`, with a progress
+bar. `freerock review NAME` shows the runs and takes corrections. `freerock supplement NAME` packs a campaign
+for a paper; it requires `creator` and `license` in `NAME.yaml`. `freerock --help` lists all commands.
+
+Keep this folder under version control. `.gitignore` excludes what is made from the rest, such as `results/`.
+
+`constraints.txt` pins the libraries with which this version of freerock was tested. Other versions can
+change last digits. A newer freerock: install it, and write its version into `requirements.txt`.
+`freerock init` then renews `constraints.txt`, `config/README.md` and the schemas. `freerock check` names
+each key whose name has changed.
 """,
     "raw/README.md": """\
 A folder for each campaign: its record files and their checksums, `manifest.csv`. Nothing writes to them.
 """,
 }
+REQUIREMENTS = """\
+freerock=={version}
+-c constraints.txt
+-f .  # a wheel of freerock in this folder
+"""
 INTRODUCTION = """\
 # Configuration
 
@@ -86,7 +108,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock init my_laboratory\n"
         "\n"
         "Writes Snakefile, profiles/default, config/, raw/, requirements.txt, .gitignore and README.md.\n"
-        "A file that exists is kept; config/README.md and the schemas are renewed for this version."
+        "An existing file is kept. constraints.txt, config/README.md and the schemas are renewed."
     )
     parser.add_argument("folder", metavar="FOLDER", nargs="?", default=".", help="left out, the current one")
 
@@ -121,9 +143,10 @@ def init(folder: str | Path = ".") -> Made:
     if (folder / "src/freerock").exists():
         raise FreerockError(folder, "is a checkout of freerock itself", "run it in your own folder")
     generated = {f"config/{name}": text for name, text in files(INTRODUCTION).items()}
+    generated["constraints.txt"] = constraints((HOME / "requirements.lock").read_text(encoding="utf-8"))
     once = WRITTEN | {
         "profiles/default/config.yaml": (HOME / "profiles/default/config.yaml").read_text(encoding="utf-8"),
-        "requirements.txt": f"freerock=={version('freerock')}\n",
+        "requirements.txt": REQUIREMENTS.format(version=version("freerock")),
     }
     kept = tuple(name for name in once if (folder / name).exists())
     written = {name: text for name, text in once.items() if name not in kept} | {
@@ -133,6 +156,12 @@ def init(folder: str | Path = ".") -> Made:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         write_text(folder / name, text)
     return Made(tuple(written), kept)
+
+
+def constraints(lock: str) -> str:
+    """The versions of a lock for pip's option `-c`: a line a library, without checksums."""
+    head = "# Libraries with which this version of freerock was tested; renewed by `freerock init`.\n"
+    return head + "\n".join(re.findall(r"^(\S+==.*?)[ \\]*$", lock, re.M)) + "\n"
 
 
 def _other(path: Path, text: str) -> bool:

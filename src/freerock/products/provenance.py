@@ -30,8 +30,8 @@ def provenance(inputs: Iterable[str | Path], config: Mapping[str, Any]) -> dict[
     Returns
     -------
     dict
-        inputs (path -> sha256), config, software (name -> version), git (state of the code's checkout,
-        "unknown" outside of one).
+        inputs (path -> sha256), config, software (name -> version), git (state of the code's checkout;
+        outside of one the version that is installed, or "unknown").
     """
     return {
         "inputs": {Path(path).as_posix(): sha256(path) for path in inputs},
@@ -105,6 +105,10 @@ def _archived_state(here: Path) -> str:
     """State of the code as an archive without git tells it, in the manner of `git archive`."""
     with suppress(OSError, IndexError):
         text = (here.parents[3] / ".git_archival.txt").read_text(encoding="utf-8")
-        if found := re.search(r"^describe-name: (\S+)$", text, re.M):
+        if found := re.search(r"^describe-name: (.+)$", text, re.M):
             return found[1]
-    return "unknown"
+    return (
+        f"freerock {version('freerock')} as installed"
+        if (here.parents[1] / "snakemake").is_dir()
+        else "unknown"
+    )
