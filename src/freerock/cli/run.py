@@ -16,6 +16,7 @@ from freerock.errors import FreerockError, printable
 from freerock.jobs.home import HOME, SNAKEFILE
 
 BAR = 40  # characters
+PROFILE = "Using workflow specific profile "  # what Snakemake begins with, --quiet or not
 EVERY_S = 0.5  # between looks at the products
 
 
@@ -84,8 +85,11 @@ def analyse(words: Sequence[str], tests: Mapping[str, Sequence[str]], out: TextI
         said.seek(0)
         lines = [line.rstrip() for line in said]
     reports = {f"results/{name}/report.html" for name in tests}
-    lines = [line for line in dict.fromkeys(lines) if line and line.partition(":")[0] not in reports]
-    return code, lines
+    return code, [
+        line
+        for line in dict.fromkeys(lines)
+        if line and not line.startswith(PROFILE) and line.partition(":")[0] not in reports
+    ]
 
 
 def share(tests: Mapping[str, Sequence[str]], started_s: float) -> float:
