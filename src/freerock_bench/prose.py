@@ -2,7 +2,7 @@
 
     python -m freerock_bench.prose count              # words, words a sentence and numbers of each page
     python -m freerock_bench.prose count OTHER        # of another checkout
-    python -m freerock_bench.prose lint               # docs and docstrings, by proselint with own rules
+    python -m freerock_bench.prose lint               # docs, docstrings, config help, by proselint, own rules
 
 Written words are those of text and of tables written by hand. Code blocks do not count, nor do tables between
 the marks of the bench or of a generator.
@@ -130,6 +130,7 @@ def lint(root: Path) -> list[str]:
             kept = part.sub(lambda match: "\n" * match[0].count("\n"), kept)
         found += against_rules(page, 1, kept)
         found += too_long(page, text)
+    found += against_rules("config/README.md", 1, (root / "config/README.md").read_text(encoding="utf-8"))
     for path, line, text in docstrings(root):
         found += against_rules(path.relative_to(root).as_posix(), line, text)
     total = sum(len(written(text)) for page, text in pages(root).items() if page.startswith("docs/"))

@@ -226,7 +226,7 @@ def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) ->
         lasers.append(f"  {laser}: {{{keys}}}  # {quantity or 'the files state no unit'}")
     return f"""\
 # yaml-language-server: $schema=../campaign.schema.json
-# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` shows what is left.
+# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` lists the rest.
 # All keys are explained in config/README.md. What the records look like: {picture.as_posix()}
 
 title: {FILL_IN}  # of the campaign, as printed in the report

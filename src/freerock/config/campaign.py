@@ -90,7 +90,7 @@ class CampaignFile(Section):
     )
     figures: tuple[Figure, ...] = Field(
         ("foundation_effect", "models", "restitution", "parameters", "misfit_map", "predictions"),
-        description="the figures of the report; any other is drawn when asked for by name",
+        description="the figures of the report; any other is drawn if it is the target of snakemake",
     )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
         (), description="further targets of the figures, beside the double column of a paper"

@@ -118,7 +118,7 @@ class FoundationSection(Section):
         ge=0,
         le=10,
         description="how well its base was levelled in the plane of rocking, in degrees; `freerock check` "
-        "asks for it where records are measured",
+        "requires it for measured records",
     )
 
 
@@ -240,14 +240,14 @@ class FitsSection(Section):
     kinematics: tuple[Kinematics, ...] = Field(
         KINEMATICS,
         min_length=1,
-        description="what the base may do sideways in the rivals of these, which are fitted where more than "
-        "noise is left: guided (its centre is held, as in the paper), pivoting (the block turns about the "
-        "corner that stays down); each with the contact width and without",
+        description="the sideways motion of the base in rival candidates: guided (its centre is held, as "
+        "in the paper) or pivoting (the block turns about the corner that stays down). Rivals are fitted if "
+        "the residual of a law exceeds the noise, each with and without a free contact width",
     )
-    free: FreeSection = Field(FreeSection(), description="what else is freed, law by law")
+    free: FreeSection = Field(FreeSection(), description="further free parameters, law by law")
     parameters: dict[Model, dict[str, GivenSection]] = Field(
         {},
-        description="law: parameter: its bounds, start, or what fixes or ties it; these count as not freed",
+        description="law: parameter: its bounds, its start, or what fixes or ties it; a tied one is not free",
     )
     paper_mode: bool = Field(
         False,
@@ -349,8 +349,7 @@ class PlanSection(Section):
         0.0,
         ge=0,
         lt=1,
-        description="the discrepancy ε_θ that even the right law leaves beyond the noise, as a fraction: "
-        "rivals that are nearer are not told apart",
+        description="ε_θ of the right law beyond the noise, as a fraction; nearer rivals look alike",
     )
     n_runs: tuple[Annotated[Whole, Field(gt=0)], ...] = Field(
         (1, 2, 3, 5, 10, 20), description="how many runs of each block, one or more numbers"
