@@ -13,7 +13,7 @@ DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs
 SUFFIXES = "py|smk|md|lock|toml|mplstyle|j2|js|rst"
 NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*.-]+)+)(?:::\w+)?`")
 LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
-DOTTED = re.compile(r"\bfreerock(?:\.[A-Za-z_]\w*)+\b(?!/)")
+DOTTED = re.compile(r"\bfreerock(?:_bench)?(?:\.[A-Za-z_]\w*)+\b(?!/)")
 MADE = re.compile(  # products, places for a name of your own, names of channels
     r"^(results|raw|logs|ledger)/|^(figures|tables|fits|records)/.*\.(nc|csv|pdf|png|txt|tex|md|\*)$|report\.html"
     r"|NAME|TEST|FOLDER|campaigns/|^site/|^\.snakemake|^/|^group/|^fits/$"
