@@ -33,6 +33,7 @@ html_theme_options = {
     "footer_end": [],
     "navbar_end": ["theme-switcher"],
 }
+html_sidebars = {page: [] for page in ("tutorial", "validation", "gallery")}  # of no chapter: room for tables
 UNDERLINE = re.compile(r"\s*-{3,}\s*$")
 CODE = re.compile(r"(``.*?``|`[^`]*`)")
 
