@@ -38,10 +38,10 @@ WHERE: dict[str, dict[str, str]] = {  # heading: names by the dimensions they ha
         "epsilon_holdout_runs bic noise_p noise_ratio noise_low_hz noise_high_hz added_damping",
     },
     "misfit_map.nc": {
-        "lambda, k": "epsilon_theta",
-        "": "k lambda k_finer lambda_finer",
-        "lambda_finer, k_finer": "epsilon_finer",
-        "identified": "identified_run identified_k identified_lambda correlation",
+        "c or lambda, k": "epsilon_theta",
+        "": "k c lambda k_finer c_finer lambda_finer",
+        "c_finer or lambda_finer, k_finer": "epsilon_finer",
+        "identified": "identified_run identified_k identified_c identified_lambda correlation",
     },
 }
 

@@ -421,7 +421,7 @@ def test_extremes_keep_the_highest_and_lowest_sample(values, n_bins):
 
 
 def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_path, monkeypatch):
-    tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley"])
+    tree, failed = datasets[1][0], fits(record(), failed=["hunt_crossley", "winkler"])
     files = {"good.nc": tree, "failed.nc": failed}
     monkeypatch.setattr("freerock.jobs.misfit.open_fits", lambda path, only=None: files[path])
     settings = {"blocks": {name: asdict(block) for name, block in BLOCKS.items()}, "debonding": "geometric"}
@@ -436,7 +436,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert grid["k"].min() == pytest.approx(6.88e6 * np.exp(-0.3))
     assert figure.axes[0].get_xlabel() == "k / (N/m²)" and figure.axes[0].get_ylabel() == "λ / (N s/m³)"
     assert "simulated record – not the laboratory's data" in texts(figure)
-    assert figure.axes[0].get_title(loc="left") == "Slender block, Marble"
+    assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: Hunt–Crossley"
     assert misfit_map.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_marble."
     ticks = [text.get_text() for text in figure.axes[0].get_xticklabels()]
     assert ticks == ["6.0·10⁶", "8.0·10⁶"]

@@ -28,14 +28,15 @@ from freerock.figures.style import (
     wrapped,
 )
 from freerock.models.laws import MODEL_LABELS
-from freerock.products.misfit_maps import MODEL, RecordMap, open_misfit_maps
+from freerock.products.misfit_maps import RecordMap, open_misfit_maps
+from freerock.tables.candidates import accepted_fits
 
 FIGURE = {
     "title": "Misfit maps around the identified parameters",
-    "caption": "How far the discrepancy ε_θ of the Hunt–Crossley law rises around the parameters identified "
-    "on the first run of each record, in per cent; full dot, those parameters; open dots, the "
-    "parameters identified on its other runs. Law rejected: the choice of a model rejects it for "
-    "the first run, and the parameters describe the fit, not the foundation.",
+    "caption": "How far the discrepancy ε_θ of the law named for each record rises around the parameters "
+    "identified on its first run, in per cent; full dot, those parameters; open dots, the parameters "
+    "identified on its other runs. Law rejected: none with two parameters explains the first run; the "
+    "parameters describe the fit, not the foundation.",
     "reads": ["maps", "choice"],
 }
 
@@ -44,6 +45,7 @@ LEVELS_PERCENT = (2.0, 5.0, 10.0, 30.0)
 OF_DRAWN: Style = {"marker": "o", "color": "black", "linestyle": ""}
 OF_OTHERS: Style = OF_DRAWN | {"markerfacecolor": "white"}
 COLUMNS = ["test", "block", "foundation", "run", "quantity", "k", "lambda", "epsilon_theta", "correlation"]
+COLUMNS += ["model", "c"]
 
 
 def read(path: str) -> list[RecordMap]:
@@ -73,8 +75,7 @@ def draw(
         Columns `COLUMNS`: the contours' grid, the identified values (quantity "identified") with the
         correlation of ln k and ln λ; SI units.
     """
-    rejected = choice[(choice["model"] == MODEL) & (choice["status"] == "rejected")]
-    no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
+    accepted = accepted_fits(choice)
     width, _ = size(1)
     beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
     rows = max(1, math.ceil(len(maps) / beside))
@@ -82,14 +83,15 @@ def draw(
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
-        if (each.test, str(each.identified[0].run)) in no:
+        if (each.test, str(each.identified[0].run), each.model) not in accepted:
             style: Style = {"fontsize": "small", "color": FAILED, "zorder": 4, "ha": "right"}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
             ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **style)
         block, foundation = label(labels, each.block), label(labels, each.foundation)
-        title = panel(i, len(maps), f"{block}, {foundation}")
+        title = panel(i, len(maps), f"{block}, {foundation}: {MODEL_LABELS[each.model]}")
         ax.set_title(wrapped(title, 0.8 / beside), loc="left")
-        ax.set(xlabel=axis_of("k"), ylabel=axis_of("lambda"))
+        first, second = each.map.names
+        ax.set(xlabel=axis_of(first), ylabel=axis_of(second))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
     handles = _handles(maps)
@@ -106,9 +108,8 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 
 def _handles(maps: Sequence[RecordMap]) -> list[Line2D]:
-    contour = f"$ε_θ$ of {MODEL_LABELS[MODEL]} / %"
     handles = [
-        Line2D([], [], color="0.4", linewidth=scaled(0.8), label=contour),
+        Line2D([], [], color="0.4", linewidth=scaled(0.8), label="$ε_θ$ / %"),
         Line2D([], [], **OF_DRAWN, markersize=scaled(4), label="identified on that run: the minimum"),
     ]
     if any(len(each.identified) > 1 for each in maps):
@@ -133,14 +134,14 @@ def _panel(ax: Axes, record: RecordMap) -> None:
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
     for style, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
         for each in found:
-            ax.plot(each.k, each.damping, markersize=scaled(4), zorder=3, **style)
+            ax.plot(each.first, each.second, markersize=scaled(4), zorder=3, **style)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
         number_ticks(axis, values[0], values[-1])
     for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
-        marked = (np.log([each.k / k[0], each.damping / damping[0]]) for each in record.identified)
+        marked = (np.log([each.first / k[0], each.second / damping[0]]) for each in record.identified)
         gaps = [np.hypot(*(at - marker)) for marker in marked]
         text.set_visible(min(gaps) > 0.1 * np.log(k[-1] / k[0]))
         text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.3})
@@ -148,21 +149,15 @@ def _panel(ax: Axes, record: RecordMap) -> None:
 
 def _numbers(record: RecordMap) -> Iterator[pd.DataFrame]:
     """The grid and the identified values of one record."""
-    identity = {"test": record.test, "block": record.block, "foundation": record.foundation}
-    k, damping = np.meshgrid(record.map.first, record.map.second)
-    epsilon = {"epsilon_theta": record.map.epsilon_theta.ravel()}
-    grid = {"k": k.ravel(), "lambda": damping.ravel()} | epsilon
-    yield pd.DataFrame({**identity, "run": record.identified[0].run, "quantity": "grid", **grid})
+    identity = {name: getattr(record, name) for name in ("test", "block", "foundation", "model")}
+    first, second = record.map.names
+    axes = [each.ravel() for each in np.meshgrid(record.map.first, record.map.second)]
+    grid = {first: axes[0], second: axes[1], "epsilon_theta": record.map.epsilon_theta.ravel()}
     yield pd.DataFrame(
-        [
-            {
-                **identity,
-                "run": each.run,
-                "quantity": "identified",
-                "k": each.k,
-                "lambda": each.damping,
-                "correlation": each.correlation,
-            }
-            for each in record.identified
-        ]
+        {**identity, "run": record.identified[0].run, "quantity": "grid", **grid}, columns=COLUMNS
     )
+    found = [
+        {"run": each.run, first: each.first, second: each.second, "correlation": each.correlation}
+        for each in record.identified
+    ]
+    yield pd.DataFrame([{**identity, "quantity": "identified", **each} for each in found], columns=COLUMNS)

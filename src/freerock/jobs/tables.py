@@ -16,6 +16,7 @@ from freerock.products.estimates import estimates_of
 from freerock.products.netcdf import open_fits, open_record, samples_in
 from freerock.products.runs import motions_in
 from freerock.runs.motion import Motion
+from freerock.tables.candidates import accepted_fits
 from freerock.tables.csvfile import write_csv
 from freerock.tables.restitution import restitution_comparison
 from freerock.tables.restitution_law import restitution_law
@@ -23,6 +24,7 @@ from freerock.tables.summary import table1, table2, table3
 from freerock.tables.swings import swings
 from freerock.tables.tidy import joined, rows_of
 
+Fit = tuple[str, str, str]  # test, run, model
 AT_ONCE = 40  # records whose fits are in memory together
 
 
@@ -52,7 +54,9 @@ def make_tables(
         i, record = of_test[test]
         return motions_in(record, samples_in(record_files[i], ("time", "theta")))
 
-    tables["predictions"] = predictions(estimates, motions, blocks, settings["debonding"])
+    tables["predictions"] = predictions(
+        _predicting(estimates, accepted_fits(tables["choice"])), motions, blocks, settings["debonding"]
+    )
     choice = tables["choice"][tables["choice"]["status"] == "rejected"]
     rejected = set(choice[["test", "run", "model"]].itertuples(index=False, name=None))
     tables["foundations"] = shared_foundation(estimates, rejected)
@@ -71,6 +75,17 @@ def make_tables(
         tables[name] = frame.assign(origin=origin)
     for name, frame in tables.items():
         write_csv(frame, Path(folder, f"{name}.csv"))
+
+
+def _predicting(estimates: Sequence[Estimate], accepted: set[Fit]) -> list[Estimate]:
+    """The fits that predict: those that explain their run; of a foundation without any, all."""
+    explaining = [(each.test, str(each.run), each.model) in accepted for each in estimates]
+    known = {each.foundation for each, explains in zip(estimates, explaining, strict=True) if explains}
+    return [
+        each
+        for each, explains in zip(estimates, explaining, strict=True)
+        if explains or each.foundation not in known
+    ]
 
 
 def _read(

@@ -1,45 +1,67 @@
 """Misfit maps of a campaign in one dataset: ε_θ around the identified parameters of its scenes."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from freerock.models.laws import MODELS, PAPER_MODELS
 from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.products.names import root_attributes
 from freerock.products.storage import open_product, write_groups
 
-MODEL = "hunt_crossley"  # the law that is mapped
-
 
 @dataclass(frozen=True)
 class MapCentre:
-    """What was identified on a run: k and λ [SI], and their correlation."""
+    """What was identified on a run: the two parameters [SI], and their correlation."""
 
     run: int
-    k: float
-    damping: float
+    first: float
+    second: float
     correlation: float
 
 
 @dataclass(frozen=True)
 class RecordMap:
-    """What was identified on the runs of a record, and the misfit map around the first of these values."""
+    """What was identified on the runs of a record with a law, and the misfit map around the first of them."""
 
     test: str
     block: str
     foundation: str
+    model: str
     map: MisfitMap
     identified: Sequence[MapCentre]
 
 
+def mapped(named: str, usable: Iterable[str]) -> str:
+    """The candidate that a misfit map is of: the one named, or the nearest of the paper's; two parameters.
+
+    Parameters
+    ----------
+    named : str
+        What the choice names for the run.
+    usable : iterable of str
+        Candidates with a fit that may be used.
+
+    Returns
+    -------
+    str
+        Empty where none has two parameters.
+    """
+    known = {model for model in usable if len(MODELS[model]) == 2}
+    return next((model for model in (named, *reversed(PAPER_MODELS)) if model in known), "")
+
+
 def record_map(found: MisfitMap, estimates: Sequence[Estimate]) -> RecordMap:
     """The map of a record around the first of its estimates."""
-    first = estimates[0]
-    identified = [MapCentre(e.run, e.values["k"], e.values["lambda"], e.correlation) for e in estimates]
-    return RecordMap(first.test, first.block, first.foundation, found, identified)
+    first, (x, y) = estimates[0], found.names
+    identified = [
+        MapCentre(each.run, float(each.values[x]), float(each.values[y]), each.correlation)
+        for each in estimates
+    ]
+    return RecordMap(first.test, first.block, first.foundation, first.model, found, identified)
 
 
 def write_misfit_maps(path: str | Path, maps: Sequence[RecordMap], campaign: str, origin: str) -> None:
@@ -77,39 +99,40 @@ def open_misfit_maps(path: str | Path) -> list[RecordMap]:
 
 
 def _group(each: RecordMap) -> xr.Dataset:
-    found = each.map
+    found, (first, second) = each.map, each.map.names
     return xr.Dataset(
         {
-            "epsilon_theta": (("lambda", "k"), found.epsilon_theta),
-            "epsilon_finer": (("lambda_finer", "k_finer"), found.epsilon_finer),
+            "epsilon_theta": ((second, first), found.epsilon_theta),
+            "epsilon_finer": ((f"{second}_finer", f"{first}_finer"), found.epsilon_finer),
             "identified_run": ("identified", [one.run for one in each.identified]),
-            "identified_k": ("identified", [one.k for one in each.identified]),
-            "identified_lambda": ("identified", [one.damping for one in each.identified]),
+            f"identified_{first}": ("identified", [one.first for one in each.identified]),
+            f"identified_{second}": ("identified", [one.second for one in each.identified]),
             "correlation": ("identified", [one.correlation for one in each.identified]),
         },
         {
-            "k": found.first,
-            "lambda": found.second,
-            "k_finer": found.first_finer,
-            "lambda_finer": found.second_finer,
+            first: found.first,
+            second: found.second,
+            f"{first}_finer": found.first_finer,
+            f"{second}_finer": found.second_finer,
         },
-        {"test": each.test, "block": each.block, "foundation": each.foundation},
+        {"test": each.test, "block": each.block, "foundation": each.foundation, "model": each.model},
     )
 
 
 def _record_map(group: xr.Dataset) -> RecordMap:
     arrays = {str(name): np.asarray(variable.values) for name, variable in group.variables.items()}
-    columns = (arrays[name].tolist() for name in ("identified_run", "identified_k", "identified_lambda"))
-    identified = zip(*columns, arrays["correlation"].tolist(), strict=True)
+    second, first = map(str, group["epsilon_theta"].dims)
+    names = ("identified_run", f"identified_{first}", f"identified_{second}", "correlation")
+    identified = zip(*(arrays[name].tolist() for name in names), strict=True)
     return RecordMap(
-        **{key: group.attrs[key] for key in ("test", "block", "foundation")},
+        **{key: group.attrs[key] for key in ("test", "block", "foundation", "model")},
         map=MisfitMap(
-            names=("k", "lambda"),
-            first=arrays["k"],
-            second=arrays["lambda"],
+            names=(first, second),
+            first=arrays[first],
+            second=arrays[second],
             epsilon_theta=arrays["epsilon_theta"],
-            first_finer=arrays["k_finer"],
-            second_finer=arrays["lambda_finer"],
+            first_finer=arrays[f"{first}_finer"],
+            second_finer=arrays[f"{second}_finer"],
             epsilon_finer=arrays["epsilon_finer"],
         ),
         identified=[MapCentre(*one) for one in identified],

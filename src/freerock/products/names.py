@@ -145,9 +145,11 @@ VARIABLES = {
     "noise_low_hz": ("Hz", "quality", "lower end of that band"),
     "noise_high_hz": ("Hz", "quality", "upper end of that band"),
     "added_damping": ("1", "quality", "trace of a damping that the law lacks, in standard errors"),
-    "k": ("N m-2", "coordinate", "stiffness of the Hunt–Crossley law"),
-    "lambda": ("N s m-3", "coordinate", "damping of the Hunt–Crossley law"),
+    "k": ("N m-2", "coordinate", "stiffness of the law of the map"),
+    "c": ("N s m-2", "coordinate", "damping of the law, of Winkler's"),
+    "lambda": ("N s m-3", "coordinate", "damping of the law, of Hunt–Crossley's"),
     "k_finer": ("N m-2", "coordinate", "stiffness on the finer grid"),
+    "c_finer": ("N s m-2", "coordinate", "damping on the finer grid"),
     "lambda_finer": ("N s m-3", "coordinate", "damping on the finer grid"),
     "epsilon_finer": (
         "1",
@@ -156,6 +158,7 @@ VARIABLES = {
     ),
     "identified_run": ("", "auxiliary", "run of the identified values"),
     "identified_k": ("N m-2", "model", "identified stiffness"),
+    "identified_c": ("N s m-2", "model", "identified damping"),
     "identified_lambda": ("N s m-3", "model", "identified damping"),
     "correlation": ("1", "quality", "correlation of the identified parameters"),
 }

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import pandas as pd
 
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, OF_RECORD, PAPER_MODELS, SYMBOLS, law_of
+from freerock.populations.between_blocks import TEST
 from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, Number, Sentence, Tables, Where, listed
 from freerock.tables.candidates import Answer, answers
@@ -297,14 +298,23 @@ def _agree(known: Tables, label: str, scene: Where) -> Sentence:
 
 
 def _chance(known: Tables, where: Where) -> Sentence:
-    """The p-value of a difference between blocks, where it is not too small to matter."""
+    """The p-value of the scatter between blocks against that between runs, where it is not too small to
+    matter; where it is small, also that of the test that allows for the inputs."""
     row = known.rows("foundations", where).iloc[0]
-    column = "inputs_p" if pd.notna(row["inputs_p"]) else "f_p"
-    if not row[column] > LEAST_P:
+    told = _p(known, "f_p", where)
+    if told and row["f_p"] < TEST.significant and row["inputs_p"] > LEAST_P:
+        told = (*told, "; with what block and sensor may shift them, ", *_p(known, "inputs_p", where))
+    return (" (", *told, ")") if told else ()
+
+
+def _p(known: Tables, column: str, where: Where) -> Sentence:
+    """A p-value, in words where it is close to one."""
+    p = known.rows("foundations", where).iloc[0][column]
+    if not p > LEAST_P:
         return ()
-    if row[column] > MOST_P:
-        return (" (p close to one)",)
-    return " (p = ", known.value("foundations", column, where, digits=2), ")"
+    if p > MOST_P:
+        return ("p close to one",)
+    return "p = ", known.value("foundations", column, where, digits=2)
 
 
 def _denied(shared: "pd.Series[bool]") -> "pd.Series[bool]":

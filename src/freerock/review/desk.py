@@ -25,7 +25,7 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, MODELS
+from freerock.models.laws import MODEL_LABELS
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import Correction, cells_of, corrected, correction_of
@@ -222,6 +222,7 @@ class Desk:
         """ε_θ over the two parameters of the candidate named for a run, or of the nearest law with two."""
         from freerock.jobs.misfit import map_of_run
         from freerock.products.estimates import estimates_in
+        from freerock.products.misfit_maps import mapped
 
         line = self._line(test)
         cells = cells_of(correction, line)
@@ -234,9 +235,8 @@ class Desk:
         if group is None:
             return {}
         usable = {each.model: each for each in estimates_in(found.fits) if each.run == run}
-        names = [str(group.children["choice"].attrs["selected"]), "hunt_crossley", "winkler"]
-        model = next((each for each in names if each in usable and len(MODELS[each]) == 2), None)
-        if model is None:
+        model = mapped(str(group.children["choice"].attrs["selected"]), usable)
+        if not model:
             return {}
         block = Block(**geometry(self.campaign, line))
         made = map_of_run(found.fits, usable[model], block, self.campaign.fits.debonding)

@@ -77,6 +77,12 @@ def answers(choice: pd.DataFrame) -> list[Answer]:
     return found
 
 
+def accepted_fits(choice: pd.DataFrame) -> set[tuple[str, str, str]]:
+    """Test, run and candidate of the fits that explain their run and may be its law, from the tidy table."""
+    known = choice[choice["status"].isin(POSSIBLE) & choice["explains"].astype(bool)]
+    return set(known[["test", "run", "model"]].astype(str).itertuples(index=False, name=None))
+
+
 def named_by(model: str, choice: pd.DataFrame) -> str:
     """How many of the runs of the tidy table choice name a candidate, in words: "12 of 18 runs"."""
     n = len(choice[["test", "run"]].astype(str).drop_duplicates())

@@ -1,7 +1,7 @@
 """What runs have in common: mean, spread and next value of parameters, by record, foundation, campaign."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.special import expit, logit
 from freerock.models.laws import MODELS, OF_RECORD, law_of
 from freerock.populations.means import Key, Mean, over_records, over_runs, spread_of_runs
 from freerock.populations.random_effects import Population
+from freerock.tables.candidates import accepted_fits
 
 OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 
@@ -53,7 +54,11 @@ def scale_of(parameter: str) -> _Scale:
     return {"r": LOGIT, "tilt": AS_IT_IS, "edge_radius": AS_IT_IS}.get(parameter, LOGARITHM)
 
 
-def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | None = None) -> pd.DataFrame:
+def populations_table(
+    parameters: pd.DataFrame,
+    contributions: pd.DataFrame | None = None,
+    choice: pd.DataFrame | None = None,
+) -> pd.DataFrame:
     """Random effects of the identified parameters (`populations.random_effects`).
 
     Values are taken as logarithms, r as the logit, tilt and edge radius as they are. Of a foundation its
@@ -63,8 +68,10 @@ def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | No
 
     Parameters
     ----------
-    parameters, contributions : pandas.DataFrame
-        Tidy tables; without the latter the inputs are taken for exact.
+    parameters, contributions, choice : pandas.DataFrame
+        Tidy tables. Without contributions the inputs are taken for exact. With a choice the mean of a law
+        holds the runs alone that the law explains, where it explains any of the record; the mean of a
+        foundation the records with such runs, where there are any.
 
     Returns
     -------
@@ -78,25 +85,24 @@ def populations_table(parameters: pd.DataFrame, contributions: pd.DataFrame | No
         parameter's unit. scatter_p: chance of so much scatter by noise and inputs alone. Of a single run
         n_runs is 1, mean and error are its own, and the rest is NaN.
     """
-    rows, members = [], dict[tuple[str, ...], list[Mean]]()
-    for scene, member in _records(parameters, contributions):
-        rows.append(scene | _told(scene["parameter"], member.found))
-        if member.found.n:
-            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
-            members.setdefault(common, []).append(member)
+    records = list(_records(parameters, contributions, choice))
+    rows = [scene | _told(scene["parameter"], member.found) for scene, member, _ in records]
+    members = _by_foundation(records)
     for scene, record in _foundations(members):
         rows.append(scene | _told(scene["parameter"], record.found) | {"n_runs": scene["n_runs"]})
     rows += list(_campaign(members))
     return pd.DataFrame(rows, columns=POPULATIONS).astype({"n_runs": "Int64", "n_records": "Int64"})
 
 
-def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.DataFrame:
+def budget_table(
+    parameters: pd.DataFrame, contributions: pd.DataFrame, choice: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """Uncertainty budget of the means of `populations_table` (JCGM 100:2008, 7.2.7 and H).
 
     Parameters
     ----------
-    parameters, contributions : pandas.DataFrame
-        Tidy tables.
+    parameters, contributions, choice : pandas.DataFrame
+        Tidy tables, as of `populations_table`.
 
     Returns
     -------
@@ -107,14 +113,10 @@ def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.Da
         stated; sensitivity, the derivative of the mean by the input; contribution, their product [unit of the
         parameter]; share_percent of the square of u_total.
     """
-    known, rows, members = _inputs_by_key(contributions), [], dict[tuple[str, ...], list[Mean]]()
-    means = []
-    for scene, member in _records(parameters, contributions):
-        if member.found.n:
-            means.append((scene, member))
-            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
-            members.setdefault(common, []).append(member)
-    for scene, member in [*means, *_foundations(members)]:
+    known, rows = _inputs_by_key(contributions), list[dict[str, Any]]()
+    records = list(_records(parameters, contributions, choice))
+    means = [(scene, member) for scene, member, _ in records if member.found.n]
+    for scene, member in [*means, *_foundations(_by_foundation(records))]:
         scale, found = scale_of(scene["parameter"]), member.found
         mean = float(scale.back(found.mean))
         slope = scale.slope(mean)
@@ -136,9 +138,10 @@ def budget_table(parameters: pd.DataFrame, contributions: pd.DataFrame) -> pd.Da
 
 
 def _records(
-    parameters: pd.DataFrame, contributions: pd.DataFrame | None
-) -> Iterator[tuple[dict[str, Any], Mean]]:
-    """What each row of a record is of, and what its runs say."""
+    parameters: pd.DataFrame, contributions: pd.DataFrame | None, choice: pd.DataFrame | None
+) -> Iterator[tuple[dict[str, Any], Mean, bool]]:
+    """What each row of a record is of, what its runs say, and whether the law explains any of them."""
+    accepted = accepted_fits(choice) if choice is not None else set()
     own = [each.parameter in (*MODELS[each.model], *OF_RECORD) for each in parameters.itertuples()]
     used = parameters[np.array(own, bool) & parameters["success"].astype(bool)]
     shifts: dict[tuple[Any, ...], dict[Key, float]] = {}
@@ -148,12 +151,29 @@ def _records(
         shifts.setdefault(of, {})[row.input_owner, row.input] = row.contribution / slope
     for key, runs in used.groupby(RECORD, sort=False):
         scene = dict(zip(RECORD, key, strict=True)) | {"unit": runs["unit"].iloc[0]}
+        explained = [(scene["test"], str(run), scene["model"]) in accepted for run in runs["run"]]
+        runs = runs[explained] if any(explained) else runs
         of_runs = [
             shifts.get((scene["campaign"], scene["test"], run, scene["model"], scene["parameter"]), {})
             for run in runs["run"]
         ]
         member = _member(scene["parameter"], runs, of_runs)
-        yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member
+        yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member, any(explained)
+
+
+def _by_foundation(
+    records: Iterable[tuple[dict[str, Any], Mean, bool]],
+) -> dict[tuple[str, ...], list[Mean]]:
+    """The records of each parameter on a foundation: those that the law explains, else all."""
+    found: dict[tuple[str, ...], list[tuple[Mean, bool]]] = {}
+    for scene, member, explained in records:
+        if member.found.n:
+            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
+            found.setdefault(common, []).append((member, explained))
+    return {
+        common: [member for member, explained in own if explained] or [member for member, _ in own]
+        for common, own in found.items()
+    }
 
 
 def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) -> Mean:

@@ -451,8 +451,8 @@ def joined(parts: Sequence[Mapping[str, pd.DataFrame]]) -> dict[str, pd.DataFram
     contributions = tables.pop("contributions")
     parameters = tables["parameters"]
     tables["candidates"] = candidates_table(tables["choice"], parameters)
-    tables["populations"] = populations_table(parameters, contributions)
-    tables["budget"] = budget_table(parameters, contributions)
+    tables["populations"] = populations_table(parameters, contributions, tables["choice"])
+    tables["budget"] = budget_table(parameters, contributions, tables["choice"])
     return tables
 
 
