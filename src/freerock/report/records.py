@@ -210,5 +210,7 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
 
 def _symbol(name: str) -> str:
     """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
-    kind, _, number = name.partition("_")
-    return SYMBOLS[kind] + (f" of {'impact' if kind == 'r' else 'run'} {number}" if number else "")
+    if name in SYMBOLS:
+        return SYMBOLS[name]
+    kind, _, number = name.rpartition("_")
+    return f"{SYMBOLS[kind]} of {'impact' if kind == 'r' else 'run'} {number}"

@@ -7,7 +7,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, SYMBOLS
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, SYMBOLS, parameter_of
 from freerock.products.choices import GROUP
 from freerock.products.groups import impacts_of, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
@@ -178,8 +178,8 @@ def _parameter(name: str, value: float, u: float, unit: str) -> Json:
 
 def symbol(parameter: str) -> str:
     """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
-    kind, _, number = parameter.partition("_")
-    return SYMBOLS[kind] + (f" {number}" if number else "")
+    number = "" if parameter in SYMBOLS else f" {parameter.rpartition('_')[2]}"
+    return parameter_of(parameter).symbol + number
 
 
 def _drawn(group: xr.DataTree | None, models: dict[str, xr.DataTree]) -> list[str]:
