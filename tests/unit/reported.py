@@ -4,11 +4,13 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from matplotlib.image import imsave
 
 from freerock.config.campaign import load_campaign
 from freerock.models.block import Block
 from freerock.populations.population import shared_foundation
+from freerock.populations.predict import PREDICTIONS
 from freerock.products.estimates import estimates_of
 from freerock.report.page import write_report
 from freerock.tables.csvfile import read_csv, write_csv
@@ -73,6 +75,16 @@ def settings(trees, **changes):
     return config | changes
 
 
+def foretold(estimates):
+    """Discrepancies as predictions would have them, of made-up size: of other runs, and of another block."""
+    rows = [
+        [each.campaign, each.test, each.run, each.block, each.foundation, each.model, basis, 1, epsilon]
+        for i, each in enumerate(estimates)
+        for basis, epsilon in (("other runs", 0.001 * (1 + i)), ("b2", 0.01 * (1 + i)))
+    ]
+    return pd.DataFrame(rows, columns=PREDICTIONS)
+
+
 def tables_of(folder, datasets, shapes=BLOCKS):
     """Write the tables of made-up records into a folder; their names."""
     records, fitted = datasets
@@ -80,6 +92,7 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
     frames["foundations"] = shared_foundation(estimates_of(fitted))
+    frames["predictions"] = foretold(estimates_of(fitted))
     frames |= {
         "table1": table1(records, shapes),
         "table2": table2(tidy["populations"], tidy["parameters"], choice=tidy["choice"]),

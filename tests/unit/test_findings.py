@@ -1,5 +1,7 @@
 """The five lines of findings, of made-up campaigns: true sentences, and every number found again."""
 
+import re
+
 import pytest
 from fabricated import campaign, failed_record, fits, record
 from found_again import found_again
@@ -37,6 +39,13 @@ def test_a_campaign_with_failures(tmp_path):
     assert text["Explained by"].startswith("Hunt–Crossley explains all 7 runs")
     assert "Housner (" in text["Explained by"]
     assert "Marble: k = (6.8800 ± 0.0060)·10⁶ N m⁻² and λ = " in text["Parameters"]
+    assert text["Foundation"].count(" rocks longest on ") == 2
+    assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
+    assert re.search(
+        r"Marble: a run is foretold from other runs of the record with ε_θ = [\d.]+ to [\d.]+ % and "
+        r"from another block with ε_θ = [\d.]+ to [\d.]+ %\.",
+        text["Foretold"],
+    )
     assert "Not tested" not in text["Shared by blocks"]
     assert "2 blocks" in text["Shared by blocks"]
     assert "simulated" in text["Not to be concluded"]
@@ -48,6 +57,7 @@ def test_a_single_run(tmp_path):
     assert text["Explained by"].startswith("Hunt–Crossley explains the only run:")
     assert "one record" in text["Parameters"]
     assert "one run does not show how much runs differ" in text["Parameters"]
+    assert "Foundation" not in text
     assert text["Shared by blocks"] == "Not tested: each foundation carried one block only."
     assert "How much runs differ" in text["Not to be concluded"]
 
@@ -125,7 +135,7 @@ def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_
 def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp_path):
     page = make(tmp_path, campaign())
     first = page.html.partition('<section id="findings"')[2].partition("</section>")[0]
-    assert first.count("<dt>") == 5
+    assert first.count("<dt>") == 7
     assert 'title="tables/populations.csv: value of mean' in first
     assert '<a class="button" href="#look">' in first
     assert page.html.index('id="findings"') < page.html.index("<table")

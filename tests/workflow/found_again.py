@@ -53,7 +53,12 @@ def look_up(number, folder):
 
 
 def holds(row, where):
-    return all(row[name] != "" if value == "*" else row[name] == str(value) for name, value in where.items())
+    def one(name, value):
+        if str(value).startswith("!"):
+            return row[name] != str(value)[1:]
+        return row[name] != "" if value == "*" else row[name] == str(value)
+
+    return all(one(name, value) for name, value in where.items())
 
 
 def read(path):

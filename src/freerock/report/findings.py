@@ -1,7 +1,8 @@
-"""What a campaign found, in five lines: sentences from its tables, every number of which stands in them."""
+"""What a campaign found, in a few lines: sentences from its tables, every number of which stands in them."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import pandas as pd
@@ -9,13 +10,14 @@ import pandas as pd
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, OF_RECORD, PAPER_MODELS, SYMBOLS, law_of
 from freerock.populations.between_blocks import TEST
 from freerock.report.limits import limits
-from freerock.report.numbers import KNOWN, Number, Sentence, Tables, Where, listed
+from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Labels
 from freerock.tables.text import unit_text
 
-TABLES = ("runs", "choice", "candidates", "populations", "foundations", "table1", "table3")
+TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
 """The tables that the findings are made from."""
+OTHER_RUNS = "other runs"  # of the record, as the table predictions says
 MOST = 4  # names, laws or foundations that are listed
 LEAST_P = 1e-9  # below it a chance is not told
 MOST_P = 0.99  # above it a chance is close to one
@@ -30,8 +32,11 @@ class Finding(NamedTuple):
     apart: bool = False
 
 
-def findings(tables: Mapping[str, pd.DataFrame], labels: Labels) -> list[Finding]:
-    """What was tested, what explains it, the parameters, what blocks share, what must not be concluded.
+def findings(
+    tables: Mapping[str, pd.DataFrame], labels: Labels, longest: Mapping[str, str] = MappingProxyType({})
+) -> list[Finding]:
+    """What was tested, what the foundation changes, what explains it, the parameters, how well they foretell
+    another run, what blocks share, what must not be concluded.
 
     Parameters
     ----------
@@ -39,13 +44,18 @@ def findings(tables: Mapping[str, pd.DataFrame], labels: Labels) -> list[Finding
         Those of `TABLES`, as `freerock.tables.csvfile.read_csv` gives them.
     labels : mapping of str to str
         Printed names of blocks and foundations.
+    longest : mapping of str to str, optional
+        Foundation on which each block rocks longest, as published.
     """
     known = Tables(tables)
     quoted = laws_of_foundations(known["choice"])
+    foundation, foretold = _durations(known, labels, longest), _foretold(known, quoted, labels)
     return [
         Finding("Tested", _tested(known, labels)),
+        *([Finding("Foundation", foundation, True)] if foundation else []),
         Finding("Explained by", _explained(known)),
         Finding("Parameters", _parameters(known, quoted, labels), True),
+        *([Finding("Foretold", foretold, True)] if foretold else []),
         Finding("Shared by blocks", _shared(known, quoted, labels), True),
         Finding("Not to be concluded", limits(known, set(filter(None, quoted.values())))),
     ]
@@ -91,6 +101,51 @@ def _left_out(known: Tables) -> list[Sentence]:
     if n.text != "0":
         told.append((n, f" run{_s(n)} {'was' if n.text == '1' else 'were'} left out by hand"))
     return [(*listed(told), "; what follows does not rest on that.")] if told else []
+
+
+def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> list[Sentence]:
+    """How long each block rocks on each of several foundations, the longest first."""
+    usable: dict[str, object] = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
+    means = known.rows("runs", usable).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
+    blocks = list(dict.fromkeys(means.index.get_level_values("block")))
+    told: list[Sentence] = []
+    for block in [each for each in blocks if len(means[each]) > 1][:MOST]:
+        ranked = means[block].sort_values(ascending=False, kind="stable")
+        times: list[Sentence] = [
+            (
+                *known.ends("runs", "duration_s", usable | {"block": block, "foundation": each}),
+                f" s on {labels.get(each, each)}",
+            )
+            for each in ranked.index
+        ]
+        first = str(ranked.index[0])
+        beside = {first: ", as published"}.get(longest.get(block, ""), "")
+        if not beside and longest.get(block) in ranked:
+            beside = ", otherwise than published"
+        slender = known.value("table1", "slenderness", {"block": block})
+        head: Sentence = (f"{labels.get(block, block)} (h/b = ", slender, ") rocks longest on ")
+        told.append((*head, f"{labels.get(first, first)}{beside}: ", *listed(times), "."))
+    return told
+
+
+def _foretold(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
+    """Discrepancy of runs with parameters of other runs, and of other blocks, under the law quoted."""
+    told: list[Sentence] = []
+    for foundation, model in list(quoted.items())[:MOST]:
+        scene = {"foundation": foundation, "model": model}
+        parts: list[Sentence] = []
+        for basis, what in (
+            (OTHER_RUNS, "from other runs of the record"),
+            (NOT + OTHER_RUNS, "from another block"),
+        ):
+            where = scene | {"basis": basis}
+            if len(known.rows("predictions", where)):
+                parts.append(
+                    (f"{what} with ε_θ = ", *known.ends("predictions", "epsilon_theta", where, 100), " %")
+                )
+        if parts:
+            told.append((f"{labels.get(foundation, foundation)}: a run is foretold ", *listed(parts), "."))
+    return told
 
 
 def _explained(known: Tables) -> list[Sentence]:

@@ -11,6 +11,8 @@ from freerock.tables.text import quantity, unit_text
 
 KNOWN = "*"
 """Picks the rows in which a column is not empty."""
+NOT = "!"
+"""Before what a column must not hold."""
 Where = Mapping[str, object]
 How = Literal["value", "rows", "distinct", "lowest", "highest"]
 
@@ -27,7 +29,8 @@ class Number(NamedTuple):
     columns : tuple of str
         Where it stands; that of its standard error follows. Of "distinct" the columns that are counted.
     where : mapping of str to object
-        What the rows hold, by column; `KNOWN` picks those that hold something.
+        What the rows hold, by column; `KNOWN` picks those that hold something, `NOT` before a text those
+        that hold another.
     how : str
         "value" of one row, number of "rows", of "distinct" entries, "lowest" or "highest" value.
     factor : float
@@ -86,7 +89,10 @@ class Tables:
         frame = self._tables[table]
         for column, value in where.items():
             own = frame[column]
-            frame = frame[own.notna() if value == KNOWN else own == value]
+            if str(value).startswith(NOT):
+                frame = frame[own != str(value)[1:]]
+            else:
+                frame = frame[own.notna() if value == KNOWN else own == value]
         return frame
 
     def count(self, table: str, where: Where, *columns: str) -> Number:

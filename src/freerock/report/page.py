@@ -72,8 +72,8 @@ def write_report(
         inputs, config, software, git and other_software, as in provenance.json; config is the
         campaign's section.
     tables : mapping of str to pandas.DataFrame
-        runs, choice, candidates, populations, foundations, budget, restitution_comparison and table1 to
-        table3, as `freerock.tables.csvfile.read_csv` gives them.
+        runs, choice, candidates, populations, foundations, predictions, budget, restitution_comparison and
+        table1 to table3, as `freerock.tables.csvfile.read_csv` gives them.
     blocks : mapping of str to freerock.models.block.Block
         The blocks by name.
     opened : callable
@@ -150,7 +150,7 @@ def _content(
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],
-        "findings": findings(tables, labels),
+        "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),
         "verdicts": [
             (each, n)
             for each in VERDICTS
