@@ -145,7 +145,7 @@ VARIABLES = {
     "noise_low_hz": ("Hz", "quality", "lower end of that band"),
     "noise_high_hz": ("Hz", "quality", "upper end of that band"),
     "added_damping": ("1", "quality", "trace of a damping that the law lacks, in standard errors"),
-    "k": ("N m-2", "coordinate", "stiffness of the law of the map"),
+    "k": ("N m-2", "coordinate", "stiffness of the law"),
     "c": ("N s m-2", "coordinate", "damping of the law, of Winkler's"),
     "lambda": ("N s m-3", "coordinate", "damping of the law, of Hunt–Crossley's"),
     "k_finer": ("N m-2", "coordinate", "stiffness on the finer grid"),
