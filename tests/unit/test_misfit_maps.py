@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
 from freerock.populations.estimate import Estimate, MisfitMap
-from freerock.products.misfit_maps import open_misfit_maps, record_map, write_misfit_maps
+from freerock.products.misfit_maps import mapped, open_misfit_maps, record_map, write_misfit_maps
 
 
 def made_up(test="a"):
@@ -46,3 +48,24 @@ def test_same_maps_same_bytes(tmp_path):
 def test_another_file_is_refused(tmp_path):
     with pytest.raises(FreerockError, match=r"maps\.nc: there is no such file"):
         open_misfit_maps(tmp_path / "maps.nc")
+
+
+def test_a_map_of_winklers_law_comes_back_with_its_parameters(tmp_path):
+    first = made_up()
+    winkler = replace(first, model="winkler", map=replace(first.map, names=("k", "c")))
+    write_misfit_maps(tmp_path / "maps.nc", [winkler], "lab", "simulated")
+    (found,) = open_misfit_maps(tmp_path / "maps.nc")
+    assert (found.model, found.map.names, found.identified) == ("winkler", ("k", "c"), first.identified)
+
+
+@pytest.mark.parametrize(
+    "named, usable, model",
+    [
+        ("winkler_pivoting", ["hunt_crossley", "winkler_pivoting"], "winkler_pivoting"),
+        ("housner", ["housner", "winkler", "hunt_crossley"], "hunt_crossley"),
+        ("general", ["general", "winkler"], "winkler"),
+        ("housner", ["housner"], ""),
+    ],
+)
+def test_the_map_is_of_the_named_law_where_it_has_two_parameters(named, usable, model):
+    assert mapped(named, usable) == model

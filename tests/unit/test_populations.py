@@ -108,3 +108,30 @@ def test_a_tilt_has_a_sign():
     assert row.mean == pytest.approx(1.3e-3 / 3)
     assert row.next_low < 0 < row.next_high
     assert populations_table(pd.concat([parameters, tilts]))["next_low"].dtype == float
+
+
+def choice_of(parameters, explained):
+    """The tidy table choice, where the law of each fit is named and explains its run, or is rejected."""
+    named = np.array(explained)
+    return parameters[["test", "run", "model"]].assign(
+        status=np.where(named, "selected", "rejected"), explains=named
+    )
+
+
+def test_a_run_that_the_law_does_not_explain_is_in_no_mean():
+    parameters = pd.concat([fitted("a", "mat", [3e6, 3.1e6, 9e6]), fitted("b", "mat", [8e6, 8.1e6])])
+    explained = [True, True, False, False, False]
+    levels = by_level(populations_table(parameters, choice=choice_of(parameters, explained)))
+    a, b = levels["record"].itertuples()
+    assert (a.n_runs, b.n_runs) == (2, 2)  # of b none is explained: its numbers describe the fits
+    assert a.mean == pytest.approx(math.sqrt(3e6 * 3.1e6), rel=1e-3)
+    assert "foundation" not in levels  # one record is left
+    nearest = choice_of(parameters, [True] * 5).assign(explains=explained)
+    assert by_level(populations_table(parameters, choice=nearest))["record"]["n_runs"].tolist() == [2, 2]
+
+
+def test_a_law_that_explains_no_run_keeps_the_means_of_all():
+    parameters = pd.concat([fitted("a", "mat", [3e6, 3.1e6]), fitted("b", "mat", [3.2e6, 3.3e6])])
+    without = populations_table(parameters)
+    rejected = populations_table(parameters, choice=choice_of(parameters, [False] * 4))
+    pd.testing.assert_frame_equal(without, rejected)
