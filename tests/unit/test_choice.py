@@ -1,11 +1,16 @@
 """Which candidates explain a run, by evidence that is made up."""
 
 import math
+from dataclasses import replace
 
+import fabricated
+import numpy as np
 import pytest
 
+from freerock.products.runs import runs_in
 from freerock.selection.choice import TELLS, Evidence, choose, plainly
 from freerock.selection.hypotheses import holds
+from freerock.selection.hypothesis_search import of_set
 
 N = {
     "housner": 3,
@@ -155,3 +160,38 @@ def test_what_holds_what():
 )
 def test_reasons_have_plain_figures(value, text):
     assert plainly(value) == text
+
+
+@pytest.mark.parametrize("charged, selected", [(5.0, "hunt_crossley"), (7.0, "hunt_crossley_width")])
+def test_a_larger_candidate_is_told_from_its_case_by_the_likelihood(charged, selected):
+    law, worn = found("hunt_crossley", 0.0), found("hunt_crossley_width", -4.0, charged=charged)
+    choice = choose([law, worn])
+    assert choice.selected == selected
+    assert choose([law, replace(worn, bic=1.0)]).selected == "hunt_crossley"
+    assert not worn.rules_out(worn)
+    assert not choose([found("hunt_crossley_pivoting", 0.0), worn]).judged[0].reason.startswith("needless")
+
+
+def test_the_uncertainty_of_a_law_holds_a_larger_one_by_its_odds():
+    tree = fabricated.record()
+    run = runs_in(tree)[0]
+    law = explaining(fabricated.fit(tree, "hunt_crossley", run, ()), 0.0)
+    worn = explaining(fabricated.fit(tree, "hunt_crossley_width", run, ()), -3.0)
+    k = law.value * [1.01, *[1.0] * (len(law.value) - 1)]
+    worn = replace(worn, value=np.insert(k, worn.parameters.index("width"), 0.1))
+    told = of_set({"hunt_crossley": law, "hunt_crossley_width": worn})
+    share = 1 / (1 + math.exp(-1.5))
+    assert told["hunt_crossley"].discrepancy[0] ** 2 == pytest.approx(
+        law.discrepancy[0] ** 2 + share * (0.01 * law.value[0]) ** 2
+    )
+    assert told["hunt_crossley"].discrepancy[1] == law.discrepancy[1]
+    assert (told["hunt_crossley_width"].discrepancy == worn.discrepancy).all()
+    unexplained = replace(worn, diagnostics=worn.diagnostics | {"noise_p": 0.0})
+    assert (
+        of_set({"hunt_crossley": law, "hunt_crossley_width": unexplained})["hunt_crossley"].discrepancy
+        == law.discrepancy
+    ).all()
+
+
+def explaining(fit, bic):
+    return replace(fit, bic=bic, diagnostics=fit.diagnostics | {"noise_p": 0.5})

@@ -101,7 +101,8 @@ class Fit:
         correlate); white (1 where the residual passes for
         white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
         noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
-        effective_samples; widened (largest factor by which a standard error was raised, of a run whose first
+        effective_samples; charged (part of the BIC that is for freed numbers and inputs);
+        widened (largest factor by which a standard error was raised, of a run whose first
         half disagrees with the whole); in_phase_r, in_phase_epsilon_theta (of a rigid block that stops
         rocking at the minimum: the local one that keeps the phase); added_damping (of a law that a wider one
         extends: how many standard errors the damping that it lacks would be above zero); profile (1 where the
@@ -332,7 +333,9 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     pinned = problem.at_bound(x) & (best.result is None)
     notes = [f"{problem.names[i]} held at its bound" for i in np.flatnonzero(pinned)]
     n_freed = int(problem.varied.sum())
-    aic, bic = (each + best.charge for each in likely.criteria(n_freed + problem.settings.loose_release))
+    n_charged = n_freed - int(best.is_wide[best.free].sum()) + problem.settings.loose_release
+    aic, bic = (each + best.charge for each in likely.criteria(n_charged))
+    diagnostics["charged"] = bic - likely.minus_two_log
     return Fit(
         model=problem.model,
         parameters=problem.names,

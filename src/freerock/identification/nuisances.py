@@ -44,6 +44,8 @@ class InputSettings:
     farthest : float
         Standard uncertainties by which an input may move: at such a pull the law is rejected whatever it
         leaves.
+    worn_m : float
+        Prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule.
     ftol, most : float, int
         Relative change of the objective at which the search ends, and its evaluations.
     takes : float
@@ -57,6 +59,7 @@ class InputSettings:
     read_step: float = 1e-5
     near: float = 0.3
     farthest: float = 8.0
+    worn_m: float = 3e-4
     ftol: float = 1e-8
     most: int = 25
     takes: float = 1.0
@@ -262,10 +265,20 @@ class Posterior:
         """What the priors add to minus twice the logarithm of the evidence: ln det(1 + Dᵀ D).
 
         D are the whitened derivatives by the inputs beside those by the free numbers (Laplace): an input that
-        the run can't see costs nothing, one that it determines what a freed number does.
+        the run can't see costs nothing, one that it determines what a freed number does. A freed contact
+        width is an input with a wide prior, `InputSettings.worn_m`, where the noise is known.
         """
-        alone = self._inputs_alone if len(self.z) else np.empty((1, 0))
-        return float(np.linalg.slogdet(np.eye(len(self.z)) + alone.T @ alone)[1])
+        wide = self.is_wide[self.free]
+        n, worn = len(wide), INPUTS.worn_m / self.problem.gradient(self.x).diagonal()[self.free][wide]
+        own, by_z = np.split(self.whitened.rows[:, 1:], [n], axis=1)
+        alone = _without(own[:, ~wide], np.hstack([own[:, wide] * worn, by_z]))
+        return float(np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1])
+
+    @property
+    def is_wide(self) -> Mask:
+        """Which of the fitted numbers are inputs whose prior is widened."""
+        known = all(motion.noise is not None for motion in self.problem.motions)
+        return np.array([known and name == "width" for name in self.problem.names], bool)
 
     @cached_property
     def level(self) -> float:

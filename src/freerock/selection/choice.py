@@ -44,6 +44,8 @@ class Evidence:
         ε_θ of the second half of the run under the first, and of the run under the other runs of its record.
     bic : float
         Bayesian information criterion.
+    charged : float
+        Part of it that is for the freed numbers and the inputs.
     noise_p, noise_ratio, noise_low_hz, noise_high_hz : float
         The residual against the noise at rest (`freerock.identification.noise.AgainstRest`).
     added_damping : float
@@ -63,6 +65,7 @@ class Evidence:
     epsilon_holdout: float = math.nan
     epsilon_holdout_runs: float = math.nan
     bic: float = math.nan
+    charged: float = 0.0
     noise_p: float = math.nan
     noise_ratio: float = math.nan
     noise_low_hz: float = math.nan
@@ -97,6 +100,17 @@ class Evidence:
     def explains(self) -> bool:
         """Whether only noise is left."""
         return not self.objection
+
+    def rules_out(self, other: "Evidence") -> bool:
+        """Whether the data tell this candidate from another one, in its favour.
+
+        By `TELLS` in the BIC; of one that holds the other as a case, where the BIC is lower, in the
+        likelihood.
+        """
+        apart = other.bic - self.bic
+        if holds(self.model, other.model) and apart > 0:
+            apart += self.charged - other.charged
+        return apart > TELLS
 
 
 @dataclass(frozen=True)
@@ -162,10 +176,11 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
 
     A candidate explains a run when its residual is the noise at rest (`noise.against_rest`), holds no trace
     of a damping that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
-    differs by `TELLS` in the BIC: of two candidates of as many numbers the wrong one is then named alone with
-    a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are. Among the others, the least numbers
-    win, then the lowest BIC. A candidate that holds the selected one as a case is needless and not listed
-    beside it, unless its BIC is lower.
+    differs by `TELLS` (`Evidence.rules_out`): the wrong one of two candidates of as many numbers is then
+    named alone with a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are, and so is a larger one
+    whose further number has one sign. Among the others, the least numbers win, then the lowest BIC. A
+    candidate that holds the selected one as a case is needless and not listed beside it, unless its BIC is
+    lower.
 
     Where none explains the run, the lowest held-out ε_θ, and among those within a tenth of it the lowest
     BIC, is named, and said not to explain it. A candidate with a held-out ε_θ above 1 is never named.
@@ -174,7 +189,7 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     if not good:
         return _least_bad(evidence)
     best = min(each.bic for each in good)
-    left = [each for each in good if each.bic <= best + TELLS]
+    left = [each for each in good if not any(other.rules_out(each) for other in good)]
     chosen = min(left, key=lambda each: (each.n_freed, each.bic))
     judged = tuple(_judged(each, chosen, left, best) for each in evidence)
     beside = [each.evidence.model for each in judged if each.status == "also_possible"]

@@ -25,7 +25,7 @@ from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.runs.motion import Motion
 from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
-from freerock.selection.hypotheses import Hypotheses, Hypothesis
+from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
 from freerock.selection.quick import Screening, asked_later, asks_for, law_suffices, screen, start_from
 
 
@@ -169,6 +169,25 @@ def identify_runs(
     return found
 
 
+def of_set(fits: Mapping[str, Fit]) -> dict[str, Fit]:
+    """Fits of the candidates that explain a run, with what it would change to name a larger one of them.
+
+    `discrepancy` takes up the mean square difference to those that hold the candidate as a case, by their
+    odds exp(-ΔBIC/2) against it: worn corners that a run can't tell from other inputs shift k all the same.
+    """
+    possible = {name: fit for name, fit in fits.items() if evidence(fit).explains}
+    told = {}
+    for name, fit in possible.items():
+        larger = [other for model, other in possible.items() if holds(model, name)]
+        odds = np.exp(np.clip([(fit.bic - other.bic) / 2 for other in larger], None, 700.0))
+        square = np.square(fit.discrepancy)
+        for share, other in zip(odds / (1 + odds.sum()), larger, strict=True):
+            at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
+            square = square + share * (at - fit.value) ** 2
+        told[name] = replace(fit, discrepancy=np.sqrt(square))
+    return told
+
+
 def _contends(model: str, found: Identified) -> bool:
     """Whether a candidate may be named for a run, so that its held-out discrepancy counts."""
     return model in found.fits and (evidence(found.fits[model]).explains or not found.explained)
@@ -208,9 +227,12 @@ class _Search:
     @property
     def possible(self) -> dict[Hypothesis, Fit]:
         """Those that explain the run, and that no other one surpasses by the BIC."""
-        explaining = self.explaining
-        least = min((fit.bic for fit in explaining.values()), default=math.inf)
-        return {each: fit for each, fit in explaining.items() if fit.bic <= least + TELLS}
+        explaining = {each: (fit, evidence(fit)) for each, fit in self.explaining.items()}
+        return {
+            each: fit
+            for each, (fit, own) in explaining.items()
+            if not any(other.rules_out(own) for _, other in explaining.values())
+        }
 
     def worth_trying(self) -> list[Hypothesis]:
         """The next hypotheses to try together; none where the search is at its end."""
@@ -241,11 +263,14 @@ class _Search:
     def _one_more(self, named: Hypothesis, untried: Sequence[Hypothesis]) -> list[Hypothesis]:
         """Hypotheses with one number more that the derivatives of the named one require.
 
-        Where a rival is named, or a width or a damping is required, these are all that free one number more:
-        beside pivoting corners a tilt has been required where the contact was narrower.
+        Where the width alone is required, that is the only one. Where a rival is named, or a width or a
+        damping is required beside others, these are all that free one number more: beside pivoting corners a
+        tilt has been required where the contact was narrower.
         """
         one_more = [each for each in untried if self.rank(each) == self.rank(named) + 1]
         required = self._required(named) if one_more else ()
+        if required == ("width",):
+            return [each for each in one_more if _frees_width(each, named)]
         if not required or {"width", "damping"} & {*required} or named.model not in self.hypotheses.laws:
             return one_more if required else []
         wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
@@ -370,6 +395,7 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
+        found.fits |= of_set(found.fits)
         return found
 
     def _fit_nearest(self) -> None:
@@ -399,6 +425,12 @@ def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
     if end.given_up:
         return LeftOut(reason, math.nan)
     return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
+
+
+def _frees_width(each: Hypothesis, named: Hypothesis) -> bool:
+    """Whether a hypothesis is another one with the contact width freed."""
+    one, other = CANDIDATES[each.model], CANDIDATES[named.model]
+    return each.widened == named.widened and replace(other, width=True) == one != other
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:

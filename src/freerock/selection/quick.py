@@ -17,7 +17,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.levels import ASKED, ASKED_EDGES, SURE_EDGES
+from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, SURE_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.nuisances import Nuisances, Posterior, settled
@@ -208,16 +208,15 @@ def asks_for(best: Posterior) -> tuple[str, ...]:
 
     What they require most comes first. By the ratio of likelihoods under the noise at rest, with the
     derivative by the tilt of the base or by the contact width, with what edges of a small radius would
-    change, or with a free release, beside those by all that the fit frees and by its inputs. A width asks
-    from where its gain is what the BIC charges for a number: worn corners are common.
+    change, or with a free release, beside those by all that the fit frees and by its inputs. Worn corners and
+    rounded edges are common, and the derivative sees a part of what they change: the BIC decides of them.
 
     Parameters
     ----------
     best : Posterior
         Of one run, at the tolerance of the fit.
     """
-    charged = math.sqrt(math.log(best.whitened.likelihood().effective))
-    off, least = off_zero(best), {"edge_radius": ASKED_EDGES, "width": charged}
+    off, least = off_zero(best), {"edge_radius": ASKED_EDGES, "width": ASKED_WIDTH}
     asked = [name for name in off if abs(off[name]) > least.get(name, ASKED)]
     return tuple(sorted(asked, key=lambda name: -abs(off[name])))
 
