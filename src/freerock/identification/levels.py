@@ -39,8 +39,8 @@ ASKED = deviations(level(8))
 # asks early, and the BIC decides. Set on 40 short runs of 0.7 mm (3.3 and more); of 160 others one has less.
 # Two of 600 clean runs turn to edges, of 0.17 and 0.18 mm.
 ASKED_EDGES = 2.0
-# Worn corners look like a beam, a scale and a width that are off by one uncertainty each. Set on 24 records of
-# corners that callipers missed; 13 % of clean runs try them in vain.
+# Worn corners look like a beam, a scale and a width that are off by one uncertainty each. Set on 24 records
+# of corners that callipers missed; 13 % of clean runs try them in vain.
 ASKED_WIDTH = 1.5
 SURE_EDGES = 3.5  # beside a freed release no BIC decides of edges
 # Standard errors from which a sensor is told to be slower than stated: noise alone does so in one of two
