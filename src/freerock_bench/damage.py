@@ -221,7 +221,7 @@ def damage_the_ledger(lab, chance, other):
     elif kind == "flip":
         _flip(path, chance)
     else:
-        shutil.copy2(chance.choice(lab.files(ledger=True)), path)
+        shutil.copy2(chance.choice([each for each in lab.files(ledger=True) if each != path]), path)
 
 
 def _flip(path, chance):
