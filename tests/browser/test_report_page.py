@@ -153,7 +153,7 @@ SIDEWAYS = """element => [element, ...element.querySelectorAll(".scroll")].filte
 def test_findings_key_figure_and_table_2_need_no_sideways_scroll(page, width):
     page.set_viewport_size({"width": width, "height": 900})
     findings = page.locator("#findings")
-    assert findings.locator("dt").count() == 5
+    assert findings.locator("dt").count() == 7
     assert findings.locator("svg.key").bounding_box()["width"] > 0.85 * min(width, 500)
     table = page.locator("figure.table", has_text="Table 2.")
     assert findings.evaluate(SIDEWAYS) == table.evaluate(SIDEWAYS) == 0

@@ -42,8 +42,7 @@ def test_a_campaign_with_failures(tmp_path):
     assert text["Foundation"].count(" rocks longest on ") == 2
     assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
     assert re.search(
-        r"Marble: a run is foretold from other runs of the record with ε_θ = [\d.]+ to [\d.]+ % and "
-        r"from another block with ε_θ = [\d.]+ to [\d.]+ %\.",
+        r"Marble: ε_θ = [\d.]+ to [\d.]+ % from other runs and [\d.]+ to [\d.]+ % from another block\.",
         text["Foretold"],
     )
     assert "Not tested" not in text["Shared by blocks"]

@@ -114,7 +114,7 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         times: list[Sentence] = [
             (
                 *known.ends("runs", "duration_s", usable | {"block": block, "foundation": each}),
-                f" s on {labels.get(each, each)}",
+                " s" if each == ranked.index[0] else f" s on {labels.get(each, each)}",
             )
             for each in ranked.index
         ]
@@ -135,16 +135,14 @@ def _foretold(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[
         scene = {"foundation": foundation, "model": model}
         parts: list[Sentence] = []
         for basis, what in (
-            (OTHER_RUNS, "from other runs of the record"),
+            (OTHER_RUNS, "from other runs"),
             (NOT + OTHER_RUNS, "from another block"),
         ):
             where = scene | {"basis": basis}
             if len(known.rows("predictions", where)):
-                parts.append(
-                    (f"{what} with ε_θ = ", *known.ends("predictions", "epsilon_theta", where, 100), " %")
-                )
+                parts.append((*known.ends("predictions", "epsilon_theta", where, 100), f" % {what}"))
         if parts:
-            told.append((f"{labels.get(foundation, foundation)}: a run is foretold ", *listed(parts), "."))
+            told.append((f"{labels.get(foundation, foundation)}: ε_θ = ", *listed(parts), "."))
     return told
 
 
