@@ -167,6 +167,10 @@ def test_a_larger_candidate_is_told_from_its_case_by_the_likelihood(charged, sel
     law, worn = found("hunt_crossley", 0.0), found("hunt_crossley_width", -4.0, charged=charged)
     choice = choose([law, worn])
     assert choice.selected == selected
+    beaten = (
+        choice.judged[0].reason == "leaves only noise, but one that holds it is more likely by 10 in −2 ln L"
+    )
+    assert beaten == (selected != "hunt_crossley")
     assert choose([law, replace(worn, bic=1.0)]).selected == "hunt_crossley"
     assert not worn.rules_out(worn)
     assert not choose([found("hunt_crossley_pivoting", 0.0), worn]).judged[0].reason.startswith("needless")

@@ -269,9 +269,12 @@ class Posterior:
         width is an input with a wide prior, `InputSettings.worn_m`, where the noise is known.
         """
         wide = self.is_wide[self.free]
-        n, worn = len(wide), INPUTS.worn_m / self.problem.gradient(self.x).diagonal()[self.free][wide]
-        own, by_z = np.split(self.whitened.rows[:, 1:], [n], axis=1)
-        alone = _without(own[:, ~wide], np.hstack([own[:, wide] * worn, by_z]))
+        if wide.any():
+            worn = INPUTS.worn_m / self.problem.gradient(self.x).diagonal()[self.free][wide]
+            own, by_z = np.split(self.whitened.rows[:, 1:], [len(wide)], axis=1)
+            alone = _without(own[:, ~wide], np.hstack([own[:, wide] * worn, by_z]))
+        else:
+            alone = self._inputs_alone if len(self.z) else np.empty((1, 0))
         return float(np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1])
 
     @property

@@ -24,7 +24,6 @@ from freerock.tables.summary import table1, table2, table3
 from freerock.tables.swings import swings
 from freerock.tables.tidy import joined, rows_of
 
-Fit = tuple[str, str, str]  # test, run, model
 AT_ONCE = 40  # records whose fits are in memory together
 
 
@@ -77,8 +76,11 @@ def make_tables(
         write_csv(frame, Path(folder, f"{name}.csv"))
 
 
-def _predicting(estimates: Sequence[Estimate], accepted: set[Fit]) -> list[Estimate]:
-    """The fits that predict: those that explain their run; of a foundation without any, all."""
+def _predicting(estimates: Sequence[Estimate], accepted: set[tuple[str, str, str]]) -> list[Estimate]:
+    """The fits that predict: those that explain their run; of a foundation without any, all.
+
+    `accepted` holds test, run and model.
+    """
     explaining = [(each.test, str(each.run), each.model) in accepted for each in estimates]
     known = {each.foundation for each, explains in zip(estimates, explaining, strict=True) if explains}
     return [

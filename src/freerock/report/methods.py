@@ -196,9 +196,10 @@ def _choice() -> str:
         "octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F), if it shows no trace of a "
         f"damping that the law lacks ({TRACE:.1f} standard errors), and if it predicts the second half of "
         "the run from the first, and the run from the others of its record, with ε_θ below 1. "
-        f"Of those within {TELLS:g} of the lowest Bayesian information criterion [@schwarz1978] the one "
-        "with the fewest free numbers is named; the others are named beside it as also possible. Where "
-        "none explains a run, the nearest is named and called so."
+        f"A difference of {TELLS:g} in the Bayesian information criterion [@schwarz1978] rules a candidate "
+        "out, and so does a candidate that holds it as a case, has the lower criterion and is more likely by "
+        f"{TELLS:g} in −2 ln L. Of the others the one with the fewest free numbers is named; the rest stand "
+        "beside it as also possible. Where none explains a run, the nearest is named and called so."
     )
 
 

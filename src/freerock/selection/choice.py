@@ -214,6 +214,9 @@ def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: fl
         return Judged(each, "not_fitted", each.message)
     if not each.explains:
         return Judged(each, "rejected", each.objection)
+    if each not in left and each.bic <= best + TELLS:
+        why = f"leaves only noise, but one that holds it is more likely by {TELLS:g} in −2 ln L"
+        return Judged(each, "rejected", why)
     if each not in left:
         return Judged(each, "rejected", f"leaves only noise, but the BIC is {each.bic - best:.0f} higher")
     if holds(each.model, chosen.model) and each.bic >= chosen.bic:

@@ -226,7 +226,7 @@ class _Search:
 
     @property
     def possible(self) -> dict[Hypothesis, Fit]:
-        """Those that explain the run, and that no other one surpasses by the BIC."""
+        """Those that explain the run, and that no other one rules out."""
         explaining = {each: (fit, evidence(fit)) for each, fit in self.explaining.items()}
         return {
             each: fit
@@ -270,10 +270,11 @@ class _Search:
         one_more = [each for each in untried if self.rank(each) == self.rank(named) + 1]
         required = self._required(named) if one_more else ()
         if required == ("width",):
-            return [each for each in one_more if _frees_width(each, named)]
-        if not required or {"width", "damping"} & {*required} or named.model not in self.hypotheses.laws:
+            wider = self.hypotheses.of(replace(CANDIDATES[named.model], width=True).name, named.widened)
+        elif not required or {"width", "damping"} & {*required} or named.model not in self.hypotheses.laws:
             return one_more if required else []
-        wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
+        else:
+            wider = self.hypotheses.of(named.model, (*named.widened, required[0]))
         return [each for each in one_more if each == wider]
 
     def _required(self, named: Hypothesis) -> tuple[str, ...]:
@@ -425,12 +426,6 @@ def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
     if end.given_up:
         return LeftOut(reason, math.nan)
     return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
-
-
-def _frees_width(each: Hypothesis, named: Hypothesis) -> bool:
-    """Whether a hypothesis is another one with the contact width freed."""
-    one, other = CANDIDATES[each.model], CANDIDATES[named.model]
-    return each.widened == named.widened and replace(other, width=True) == one != other
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:
