@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LARGEST = 1e100  # of a sample; loggers write up to 9.9e37 for an overload
-AT_ONCE = 1 << 20  # samples
+AT_ONCE = 1 << 16  # samples
 
 
 def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset":
@@ -71,10 +71,9 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
     _check_other_clocks(path, wanted.values(), grid.step_s, columns)
-    import pandas as pd  # half a second with xarray, which listing the channels does without
-    import xarray as xr
+    import xarray as xr  # half a second, which listing the channels does without
 
-    instants = pd.Index(_instants(grid), copy=False)
+    from freerock.records.instants import time_of
 
     found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
     return xr.Dataset(
@@ -82,7 +81,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
             name: ("time", _placed(path, grid, columns[c.column], length), {"units": c.units})
             for name, c in wanted.items()
         },
-        coords={"time": ("time", instants, {"units": "s"})},
+        coords=time_of(grid),
         attrs=contents.attrs
         | {"sampling_rate_hz": 1 / grid.step_s}
         | {key: text for key, text in found.items() if text},
@@ -165,10 +164,3 @@ def _placed(path: Path, grid: Grid, values: Samples, length: int) -> Samples:
         what = f"{np.isfinite(values[length:]).sum()} samples at the end have no time stamp"
         raise FreerockError(path, what, "export the time column again")
     return on_grid(path, grid, values[:length])
-
-
-def _instants(grid: Grid) -> Samples:
-    instants = np.arange(grid.size, dtype=float)
-    instants *= grid.step_s
-    instants += grid.start_s
-    return instants

@@ -109,7 +109,7 @@ def _contents(
     for name, array in arrays.items():
         group, _, last = name.rpartition("/")
         if prod(array.shape) == 1 and states_rate({last: 1.0}):
-            single.setdefault(group, {})[last] = float(_values(array).item())
+            single.setdefault(group, {})[last] = float(doubles(array).item())
     times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
     channels: list[Channel] = []
     without: list[str] = []
@@ -145,20 +145,22 @@ def _contents(
         raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
 
     def read(names: Sequence[str]) -> dict[str, Samples]:
-        return {name: _unpacked(_values(arrays[name]), attributes[name]) for name in names}
+        return {name: _unpacked(doubles(arrays[name]), attributes[name]) for name in names}
 
     covered = _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
     start = start or ({"start_time": covered} if covered else {})
     return Contents(channels, read, {"format": kind} | start)
 
 
-def _values(array: Any) -> Samples:
-    """The numbers of an array as doubles; of a long vector part by part, lest memory holds it twice."""
-    if len(array.shape) != 1:
-        return np.asarray(array[()] if array.shape == () else array[:], float)
-    values = np.empty(array.shape[0])
-    for start in range(0, len(values), AT_ONCE):
-        values[start : start + AT_ONCE] = array[start : start + AT_ONCE]
+def doubles(array: Any) -> Samples:
+    """The numbers of an array as doubles, part by part along its longest axis, lest memory holds it twice."""
+    if array.shape == ():
+        return np.asarray(array[()], float)
+    values = np.empty(array.shape)
+    longest = int(np.argmax(array.shape))
+    for start in range(0, array.shape[longest], AT_ONCE):
+        part = (slice(None),) * longest + (slice(start, start + AT_ONCE),)
+        values[part] = array[part]
     return values
 
 

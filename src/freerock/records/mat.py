@@ -17,7 +17,7 @@ from scipy.io.matlab import matfile_version
 
 from freerock.errors import FreerockError
 from freerock.records.channels import Channel, Contents, Even, Samples, Stamps, check_declared
-from freerock.records.hdf5 import numeric_arrays, opened
+from freerock.records.hdf5 import doubles, numeric_arrays, opened
 from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
 from freerock.records.mat5 import matrices
 
@@ -42,7 +42,7 @@ def contents(path: Path) -> Iterator[Contents]:
         with opened(path) as file:
             arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
-            yield _contents(path, shapes, lambda names: {n: arrays[n][()].T for n in names}, "v7.3")
+            yield _contents(path, shapes, lambda names: {n: doubles(arrays[n]).T for n in names}, "v7.3")
     elif matfile_version(path)[0]:
         found = matrices(path)
         shapes = {name: matrix.shape for name, matrix in found.items()}
