@@ -13,6 +13,7 @@ from freerock.models.contact import Foundation, State
 from freerock.models.laws import Rules
 
 BLOCK = Block(0.28, 0.07, 5.84)
+ODD = Block(0.28, 0.07, 5.84, com_height_m=0.15, com_offset_m=0.004, inertia_kg_m2=0.05)
 STILL = np.empty((0, 14))
 SHAKEN = np.array([[1.0, 2.0, -3.0, 4.0, 5.0, 6.0, 0.3, -1.0, 2.0, 1.0, -2.0, 0.5, 7.0, 0.1]])
 
@@ -20,14 +21,15 @@ laws = st.tuples(st.floats(1e5, 1e9), st.floats(0.001, 0.1), st.booleans()).map(
     lambda x: (x[0], x[0] * x[1], 0.0) if x[2] else (x[0], 0.0, 1e3 * x[0] * x[1])
 )
 states = st.tuples(st.floats(-0.02, 0.02), st.floats(-1, 1), st.floats(-0.6, 0.6), st.floats(-5, 5))
+blocks = st.sampled_from([BLOCK, ODD])
 ground = st.tuples(st.floats(-5, 5), st.floats(0, 20))  # ẍ_g, g + z̈_g
 kinematics = st.sampled_from(["guided", "pivoting"])
 
 
-def per_mass(law, sideways="guided", side=1):
+def per_mass(law, sideways="guided", side=1, block=BLOCK):
     """The kernel's constants; a block that pivots turns about its right corner, or its left one."""
-    *constants, corner, radius = Foundation(*law).constants(BLOCK, sideways == "pivoting")
-    return (*constants, math.copysign(corner, side), radius)
+    *constants, corner, radius, offset = Foundation(*law).constants(block, sideways == "pivoting")
+    return (*constants, math.copysign(corner, side), radius, offset)
 
 
 def regime_of(law, state, tensionless):
@@ -45,14 +47,14 @@ def away_from_edges(law, state, tensionless):
         assume(u1 - u0 > 1e-3)
 
 
-@given(laws, states, ground, st.booleans(), kinematics)
-def test_compiled_law_is_the_readable_one(law, state, moved, tensionless, sideways):
+@given(laws, states, ground, st.booleans(), kinematics, blocks)
+def test_compiled_law_is_the_readable_one(law, state, moved, tensionless, sideways, block):
     away_from_edges(law, state, tensionless)
     rules = Rules("tensionless" if tensionless else "geometric", sideways)
     regime = regime_of(law, state, tensionless)
-    found = kernel._accelerations(regime, *state, *moved, per_mass(law, sideways, state[2]))
+    found = kernel._accelerations(regime, *state, *moved, per_mass(law, sideways, state[2], block))
     expected = contact.accelerations(
-        BLOCK, Foundation(*law), State(*state), rules, x_ground=moved[0], z_ground=moved[1] - GRAVITY
+        block, Foundation(*law), State(*state), rules, x_ground=moved[0], z_ground=moved[1] - GRAVITY
     )
     force, _ = contact.contact_force(BLOCK, Foundation(*law), State(*state), rules)
     scale = abs(force) / BLOCK.mass_kg + 40
@@ -60,10 +62,10 @@ def test_compiled_law_is_the_readable_one(law, state, moved, tensionless, sidewa
     assert found[1] == pytest.approx(expected[1], abs=1e-10 * scale / BLOCK.b)
 
 
-@given(laws, states, ground, st.booleans(), kinematics)
-def test_jacobian_is_the_derivative(law, state, moved, tensionless, sideways):
+@given(laws, states, ground, st.booleans(), kinematics, blocks)
+def test_jacobian_is_the_derivative(law, state, moved, tensionless, sideways, block):
     away_from_edges(law, state, tensionless)
-    law = per_mass(law, sideways, state[2])
+    law = per_mass(law, sideways, state[2], block)
     bits = kernel._signs(tensionless, state, law)
     regime = kernel._regime(bits, tensionless)
     found = np.reshape(kernel._jacobian(regime, state, *moved, law), (2, 4))
@@ -76,9 +78,10 @@ def test_jacobian_is_the_derivative(law, state, moved, tensionless, sideways):
         assert found[:, i] == pytest.approx(slope, abs=2e-4 * scale.max() / (BLOCK.b if i in (1, 3) else 1))
 
 
+@pytest.mark.parametrize("block", [BLOCK, ODD])
 @pytest.mark.parametrize("side", [1, -1])
-def test_jacobian_of_housners_block(side):
-    law, state = per_mass((0.0, 0.0, 0.0), "pivoting", side), (0.0, 0.0, 0.1, 0.5)
+def test_jacobian_of_housners_block(side, block):
+    law, state = per_mass((0.0, 0.0, 0.0), "pivoting", side, block), (0.0, 0.0, 0.1, 0.5)
     found = kernel._jacobian(kernel.HOUSNER, state, 3.0, 9.0, law)
     above, below = (
         kernel._accelerations(kernel.HOUSNER, 0.0, 0.0, 0.1 + d, 0.5, 3.0, 9.0, law)[1] for d in (1e-6, -1e-6)

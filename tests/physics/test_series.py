@@ -35,7 +35,7 @@ kinematics = st.sampled_from(["guided", "pivoting"])
 
 def coefficients(fill, law, state, sideways):
     """Of the depth of the centre of mass and of the angle, as `fill` has them."""
-    k, c, lam, b, h, inertia, g, corner, _ = Foundation(*law).constants(BLOCK, sideways == "pivoting")
+    k, c, lam, b, h, inertia, g, corner, *_ = Foundation(*law).constants(BLOCK, sideways == "pivoting")
     z, v, theta, w = state
     a = math.copysign(corner, theta)
     s, cos = math.sin(theta), math.cos(theta)

@@ -1,4 +1,4 @@
-"""A rigid rectangular block and the constants of its rocking motion."""
+"""A rigid block on a flat base and the constants of its rocking motion."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,8 @@ GRAVITY = 9.81  # m/s²
 
 @dataclass(frozen=True)
 class Block:
-    """A uniform rectangular block (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024).
+    """A rectangular block, uniform if nothing else is given (Spanos et al. 2017,
+    doi:10.1016/j.proeng.2017.09.024).
 
     Parameters
     ----------
@@ -25,6 +26,12 @@ class Block:
         The inertia is that of the full width.
     edge_radius_m : float, optional
         Radius ρ of the edges of the base [m]; sharp if None.
+    com_height_m : float, optional
+        Height of the centre of mass over the base [m]; half the height if None.
+    com_offset_m : float, optional
+        How far right of the middle of the base the centre of mass lies [m]; over the middle if None.
+    inertia_kg_m2 : float, optional
+        Moment of inertia about the centre of mass [kg m²]; that of the full uniform rectangle if None.
 
     Examples
     --------
@@ -38,11 +45,19 @@ class Block:
     mass_kg: float
     contact_width_m: float | None = None
     edge_radius_m: float | None = None
+    com_height_m: float | None = None
+    com_offset_m: float | None = None
+    inertia_kg_m2: float | None = None
 
     @cached_property
     def h(self) -> float:
-        """Half height h [m]."""
-        return self.height_m / 2
+        """Height h of the centre of mass over the base, half the height of a uniform block [m]."""
+        return self.height_m / 2 if self.com_height_m is None else self.com_height_m
+
+    @cached_property
+    def e(self) -> float:
+        """Offset e of the centre of mass to the right of the middle of the base [m]."""
+        return self.com_offset_m or 0.0
 
     @cached_property
     def b(self) -> float:
@@ -61,31 +76,48 @@ class Block:
 
     @cached_property
     def R(self) -> float:
-        """Distance R of a base corner from the centre of mass [m]."""
-        return math.hypot(self.b, self.h)
+        """Distance R of the nearer base corner from the centre of mass [m]."""
+        return math.hypot(self.b - abs(self.e), self.h)
 
     @cached_property
     def theta_cr(self) -> float:
-        """Critical tilt angle atan(b/h) [rad]: beyond it the block overturns under its weight."""
-        return math.atan2(self.b, self.h)
+        """Critical tilt angle atan((b - |e|)/h) [rad]: beyond it the block overturns under its weight."""
+        return self.corner(self.e)[0]
 
     @cached_property
     def p(self) -> float:
-        """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle [rad/s].
+        """Frequency parameter sqrt(m g R / I_corner), sqrt(3g/4R) of a rectangle, nearer corner [rad/s].
 
         Housner 1963, doi:10.1785/BSSA0530020403.
         """
-        return math.sqrt(self.mass_kg * GRAVITY * self.R / (self.inertia_base + self.mass_kg * self.b**2))
+        return self.corner(self.e)[1]
+
+    def corner(self, side: float) -> tuple[float, float]:
+        """θ_cr [rad] and p [rad/s] about the corner on a side, 1 the right one, -1 the left one."""
+        towards = self.e if side > 0 else -self.e
+        arm = self.b - towards
+        weight = self.mass_kg * GRAVITY * math.hypot(arm, self.h)
+        return math.atan2(arm, self.h), math.sqrt(weight / self.inertia_corner(towards))
 
     @cached_property
     def inertia_cm(self) -> float:
         """Moment of inertia about the centre of mass [kg m²]."""
+        if self.inertia_kg_m2 is not None:
+            return self.inertia_kg_m2
         return self.mass_kg * (self.width_m**2 + self.height_m**2) / 12
 
     @cached_property
     def inertia_base(self) -> float:
-        """Moment of inertia I_cm + m h² about the base centre [kg m²], eq. (1b)."""
-        return self.inertia_cm + self.mass_kg * self.h**2
+        """Moment of inertia I_cm + m (h² + e²) about the base centre [kg m²], eq. (1b)."""
+        return self.inertia_cm + self.mass_kg * (self.h**2 + self.e**2)
+
+    def inertia_corner(self, towards: float) -> float:
+        """Moment of inertia [kg m²] about a corner, the centre of mass nearer to it by `towards` [m]."""
+        return self.inertia_base + self.mass_kg * (self.b**2 - 2 * self.b * towards)
+
+    def com(self, s: float, cos: float) -> tuple[float, float]:
+        """Centre of mass to the right of and above the base centre, at the sine and cosine of θ [m]."""
+        return self.h * s + self.e * cos, self.h * cos - self.e * s
 
     def as_found(self, values: Mapping[str, float]) -> "Block":
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""
@@ -100,6 +132,6 @@ class Block:
     def restitution_housner(self) -> float:
         """Restitution of a rigid block on a rigid base: 1 - 1.5 sin²θ_cr of a rectangle.
 
-        Housner 1963, doi:10.1785/BSSA0530020403.
+        Housner 1963, doi:10.1785/BSSA0530020403. That of the corner farther from the centre of mass.
         """
-        return 1 - 2 * self.mass_kg * self.b**2 / (self.inertia_base + self.mass_kg * self.b**2)
+        return 1 - 2 * self.mass_kg * (self.b**2 + self.b * abs(self.e)) / self.inertia_corner(-abs(self.e))

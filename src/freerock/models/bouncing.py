@@ -96,7 +96,7 @@ def bounce(
         raise no_bounce(what, "give 0 <= restitution < 1 and friction >= 0")
     time = np.ascontiguousarray(time_s, float)
     state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
-    shape = block.b, block.h, block.inertia_cm / block.mass_kg, QUIET * math.sqrt(GRAVITY * block.R)
+    shape = block.b, block.h, block.inertia_cm / block.mass_kg, QUIET * math.sqrt(GRAVITY * block.R), block.e
     if min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape)) < -1e-9:
         raise no_bounce("a corner starts below the ground", "start higher")
     longest = 1 / (STEPS * block.p)
@@ -108,14 +108,14 @@ def bounce(
 
 def standing_on(block: Block, corner: int, theta: float, rate: float, x: float = 0.0) -> PlaneState:
     """PlaneState of a block that turns at a rate [rad/s] about a corner that sticks, at x [m], z = 0."""
-    rx, rz = _arm(corner, theta, (block.b, block.h, 0.0, 0.0))
+    rx, rz = _arm(corner, theta, (block.b, block.h, 0.0, 0.0, block.e))
     return x - rx, -rz, theta, -rate * rz, rate * rx, rate
 
 
 @compiled()
 def _arm(corner, theta, shape):
     """From the centre of mass to a corner [m]."""
-    side = shape[0] if corner == RIGHT else -shape[0]
+    side = (shape[0] if corner == RIGHT else -shape[0]) - shape[4]
     c, s = math.cos(theta), math.sin(theta)
     return side * c - shape[1] * s, -side * s - shape[1] * c
 

@@ -55,6 +55,16 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
+def check_mass(block: Block) -> None:
+    """Raise where the centre of mass or the moment of inertia of a block can't be simulated."""
+    for name, value in (("com_height_m", block.h), ("inertia_kg_m2", block.inertia_cm)):
+        if not (math.isfinite(value) and value > 0):
+            raise FreerockError(name, f"{value} is not a positive number", "correct it, or leave it out")
+    if not abs(block.e) < block.b / 3:
+        what = f"{block.e:g} m off the middle, the block at rest stands on a part of its base"
+        raise FreerockError("com_offset_m", what, f"give less than {block.b / 3:g} m, a sixth of the width")
+
+
 def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules) -> None:
     """Raise where the parameters are not those of the model, or the rules not implemented for it."""
     if model in CANDIDATES and model not in LAWS:

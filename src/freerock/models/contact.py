@@ -54,7 +54,7 @@ class Foundation(NamedTuple):
         """The law and the block as `kernel.integrate` takes them."""
         m = block.mass_kg
         law = (self.k / m, self.c / m, self.lam / m, block.flat, block.h, block.inertia_base / m, GRAVITY)
-        return (*law, block.b if pivots else 0.0, block.edge_radius)
+        return (*law, block.b if pivots else 0.0, block.edge_radius, block.e)
 
 
 class State(NamedTuple):
@@ -146,12 +146,13 @@ def sideways(block: Block, theta: float, rules: Rules) -> tuple[float, float]:
     """Derivatives x_G′ and x_G″ [m] by θ of the place of the centre of mass over the ground.
 
     A guided base centre keeps its place (Spanos et al. 2017, section 2, doi:10.1016/j.proeng.2017.09.024),
-    x_G = h sinθ. A pivoting block keeps the corner that is down in its place, x_G = h sinθ ± b (1 - cosθ):
-    docs/equations.md, section 4. The right corner is down where theta [rad] is zero or positive.
+    x_G = h sinθ + e cosθ. A pivoting block keeps the corner that is down in its place, which adds
+    ± b (1 - cosθ): docs/equations.md, section 4. The right corner is down where theta [rad] is not negative.
     """
     s, cos = math.sin(theta), math.cos(theta)
     arm = math.copysign(block.b, theta + 0.0) if rules.kinematics == "pivoting" else 0.0
-    return block.h * cos + arm * s, arm * cos - block.h * s
+    along, above = block.com(s, cos)
+    return above + arm * s, arm * cos - along
 
 
 def accelerations(
@@ -188,12 +189,12 @@ def accelerations(
         [rad/s²]
     """
     force, moment = contact_force(block, foundation, state, rules)
-    m, h, w = block.mass_kg, block.h, state.theta_rate
-    s, cos = math.sin(state.theta), math.cos(state.theta)
+    m, w = block.mass_kg, state.theta_rate
+    along, above = block.com(math.sin(state.theta), math.cos(state.theta))
     lever, lever_slope = sideways(block, state.theta, rules)
-    turning = hand - moment + h * s * force + m * lever * (x_ground - lever_slope * w**2)
+    turning = hand - moment + along * force + m * lever * (x_ground - lever_slope * w**2)
     theta_acceleration = turning / (block.inertia_cm + m * lever**2)
-    return GRAVITY + z_ground - force / m - h * (cos * w**2 + s * theta_acceleration), theta_acceleration
+    return GRAVITY + z_ground - force / m - above * w**2 - along * theta_acceleration, theta_acceleration
 
 
 def static_depth(block: Block, foundation: Foundation, theta: float) -> float:
@@ -211,10 +212,12 @@ def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
     right.
 
     The linearised no-uplift equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) at rest:
-    m g h sin τ / (2/3 b³ k - m g h cos τ).
+    m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)).
     """
-    weight = block.mass_kg * GRAVITY * block.h
-    return weight * math.sin(tilt_rad) / (2 / 3 * block.b**3 * foundation.k - weight * math.cos(tilt_rad))
+    s, cos, weight = math.sin(tilt_rad), math.cos(tilt_rad), block.mass_kg * GRAVITY
+    turning, falling = weight * block.h * s, weight * block.h * cos
+    turning, falling = turning + weight * block.e * cos, falling - weight * block.e * s
+    return turning / (2 / 3 * block.b**3 * foundation.k - falling)
 
 
 def energy(
@@ -226,7 +229,7 @@ def energy(
     theta_rate: "float | Floats",
     rules: Rules = GEOMETRIC,
 ) -> "float | Floats":
-    """Mechanical energy [J] above the upright block at rest on its bed, for arrays or floats.
+    """Mechanical energy [J] above the upright block, sunk by its weight, for arrays or floats.
 
     The sum of kinetic energy, weight and elastic energy ∫ k z²/2 du over the contact z > 0.
 
@@ -243,17 +246,18 @@ def energy(
 
     m, h, b, k = block.mass_kg, block.h, block.b, foundation.k
     s = np.sin(theta)
+    along, above = h * s + block.e * np.cos(theta), h * np.cos(theta) - block.e * s
     right, left = z_cb + b * s, z_cb - b * s
     flat = np.abs(s) * b <= 1e-9 * np.abs(z_cb)
     slope = np.where(flat, 1.0, s)
     partial = k / 6 * (np.maximum(right, 0) ** 3 - np.maximum(left, 0) ** 3) / slope
     full = k * (b * np.maximum(z_cb, 0) ** 2 + (b**3 / 3) * s**2)
     elastic = np.where(flat | (np.minimum(right, left) >= 0), full, partial)
-    lever = h * np.cos(theta) + (b * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
-    sinking = z_cb_rate + h * s * theta_rate
+    lever = above + (b * np.abs(s) if rules.kinematics == "pivoting" else 0.0)
+    sinking = z_cb_rate + along * theta_rate
     kinetic = 0.5 * m * ((lever * theta_rate) ** 2 + sinking**2) + 0.5 * block.inertia_cm * theta_rate**2
     at_rest = static_depth(block, foundation, 0.0)
-    weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - (z_cb - at_rest))
+    weight = m * GRAVITY * (-2 * h * np.sin(0.5 * theta) ** 2 - block.e * s - (z_cb - at_rest))
     return kinetic + weight + elastic - k * b * at_rest**2
 
 

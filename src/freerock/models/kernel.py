@@ -367,13 +367,23 @@ def _upright(k, flat, radius, g):
 
 
 @compiled(forceinline=True)
+def _com(s, cos, law):
+    """Centre of mass to the right of and above the base centre."""
+    h, e = law[4], law[9]
+    hs, hc = h * s, h * cos
+    if e != 0:
+        hs, hc = hs + e * cos, hc - e * s
+    return hs, hc
+
+
+@compiled(forceinline=True)
 def _inertia(s, cos, law):
     """x_G′ = h cosθ + a sinθ, -x_G″ and (I_cm + m x_G′²)/m, x_G(θ) the centre of mass over the ground.
 
     The point that keeps its place sideways lies at a from the base centre: 0, or ±b of the corner.
     """
-    h, a = law[4], law[7]
-    hs, hc = h * s, h * cos
+    a = law[7]
+    hs, hc = _com(s, cos, law)
     lever, fall, reduced = hc, hs, law[5] - hs * hs
     if a != 0:
         rise = a * s
@@ -383,13 +393,18 @@ def _inertia(s, cos, law):
 
 
 @compiled(forceinline=True)
+def _about_corner(law):
+    """Moment of inertia over the mass about the corner turned about."""
+    return law[5] + law[3] * law[3] - 2 * law[9] * law[7]
+
+
+@compiled(forceinline=True)
 def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
     """z̈_cb and θ̈ of eq. (1); NaN where the regime's formula cannot be continued to this state."""
-    b, h, inertia = law[3], law[4], law[5]
     s, cos = _sincos(theta)
     lever, fall, reduced = _inertia(s, cos, law)
     if regime >= HOUSNER:
-        return 0.0, (x_ground * lever + gravity * fall) / (inertia + b * b)
+        return 0.0, (x_ground * lever + gravity * fall) / _about_corner(law)
     f_0, f_v, f_w, m_0, m_v, m_w = _force_factors(regime, z, s, cos, law)
     if f_0 != f_0:
         return math.nan, math.nan
@@ -403,7 +418,7 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
         m_0 += of_edges[3]
         m_v += of_edges[4]
         m_w += of_edges[5]
-    hs, hc = h * s, h * cos
+    hs, hc = _com(s, cos, law)
     inverse = 1 / reduced
     t_0 = (lever * x_ground + hs * f_0 - cos * m_0) * inverse
     t_v = (hs * f_v - cos * m_v) * inverse
@@ -419,12 +434,12 @@ def _accelerations(regime, z, v, theta, w, x_ground, gravity, law):
 @compiled()
 def _jacobian(regime, y, x_ground, gravity, law):
     """Derivatives of z̈_cb and of θ̈ with respect to z_cb, ż_cb, θ, θ̇."""
-    k, c, lam, b, h, inertia = law[0], law[1], law[2], law[3], law[4], law[5]
+    k, c, lam = law[0], law[1], law[2]
     z, v, theta, w = y
     s, cos = _sincos(theta)
     lever, fall, reduced = _inertia(s, cos, law)
     if regime >= HOUSNER:
-        slope = (gravity * lever - x_ground * fall) / (inertia + b * b)
+        slope = (gravity * lever - x_ground * fall) / _about_corner(law)
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, slope, 0.0
     spin = w * cos
     # force, moment/cosθ and their derivatives with respect to z, ż, sinθ, θ̇ cosθ
@@ -459,7 +474,8 @@ def _jacobian(regime, y, x_ground, gravity, law):
                 f_s += by_end * u
                 m_z += by_end * u
                 m_s += by_end * u * u
-    hs, hc, rise, shift = h * s, h * cos, law[7] * s, law[7] * cos
+    hs, hc = _com(s, cos, law)
+    rise, shift = law[7] * s, law[7] * cos
     turn = (lever * (x_ground + fall * w * w) + hs * force - cos * moment) / reduced
     f_theta = f_s * cos - f_spin * w * s
     m_theta = m_s * cos - m_spin * w * s
@@ -642,10 +658,10 @@ def _step_implicit(regime, h, y, f, ground, law, weights, dense, stages):
     lever, fall, reduced = _inertia(s, cos, law)
     if regime < HOUSNER:
         b_time = lever * x_rate / reduced
-        a_time = z_rate - law[4] * s * b_time
+        a_time = z_rate - _com(s, cos, law)[0] * b_time
     else:
         a_time = 0.0
-        b_time = (x_rate * lever + z_rate * fall) / (law[5] + law[3] ** 2)
+        b_time = (x_rate * lever + z_rate * fall) / _about_corner(law)
     # W k = r, reduced to the two accelerations since the rates of z and θ are ż and θ̇
     q = 1 / (GAMMA * h)
     m11, m12 = q * q - a_z - q * a_v, -a_t - q * a_w
@@ -814,17 +830,17 @@ def _may_cross(bits, pivots, y, swing, v_before, swing_before, law):
 @compiled()
 def _lift(coefficients, segment, tau, duration, law):
     """Time from tau until Housner's block at rest lifts within the segment, at most `duration`."""
-    slope = law[3] / law[4]
+    slope, off = law[3] / law[4], law[9] / law[4]
     parts = 64 if coefficients[segment, 4] != 0 or coefficients[segment, 11] != 0 else 4
     left = 0.0
     for i in range(parts + 1):
         right = duration * i / parts
         x, gravity = _ground(coefficients, segment, tau + right, law[6])
-        if abs(x) > gravity * slope:
+        if abs(x + gravity * off) > gravity * slope:
             for _ in range(60):
                 middle = 0.5 * (left + right)
                 x, gravity = _ground(coefficients, segment, tau + middle, law[6])
-                if abs(x) > gravity * slope:
+                if abs(x + gravity * off) > gravity * slope:
                     right = middle
                 else:
                     left = middle
@@ -891,10 +907,10 @@ def _is_quiet(coefficients, segment):
 def _integrate(
     law, restitution, tensionless, y, time, breaks, coefficients, tolerance, max_steps, out, rates
 ):
-    k, c, lam, b, h, inertia, g, corner, radius = law
+    k, c, lam, b, h, inertia, g, corner, radius, e = law
     housner = restitution >= 0
     p = math.sqrt(g * math.sqrt(b * b + h * h) / (inertia + b * b))
-    theta_cr = math.atan2(b + radius, h)
+    theta_cr = math.atan2(b + radius + abs(e), h)
     weights = (1 / (tolerance * b), 1 / (tolerance * b * p), b)
     # where the block changes its corner, θ̈ jumps by w² times this; a step must make more of it to count
     kick = 2 * corner * h / inertia
@@ -902,7 +918,7 @@ def _integrate(
     flat, half = (0.0, b) if housner else _upright(k, b, radius, g)
     # stiffness of the upright block against turning, and the energy below which it is at rest
     turning = (2 / 3) * k * half * half * half - g * h
-    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if c > 0 or lam > 0 else -1.0
+    rest = 0.5 * turning * (0.03 * tolerance) ** 2 if (c > 0 or lam > 0) and e == 0 else -1.0
     dense = np.zeros((4, 5))
     stages = np.empty((8, 4))
     record = rates.size > 0
@@ -921,7 +937,7 @@ def _integrate(
         segment += 1
     right = y[2] > 0 or (y[2] == 0 and y[3] > 0)
     sign = 1.0 if right else -1.0
-    law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
+    law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
     bits = 0
     if not housner:
         bits = _signs(tensionless, y, law)
@@ -966,10 +982,11 @@ def _integrate(
                 segment += 1
                 t_segment = t
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
-            if step < left_in_segment or abs(x) * h > gravity * b:
+            push = x + gravity * e / h
+            if step < left_in_segment or abs(push) * h > gravity * b:
                 regime = HOUSNER
-                sign = 1.0 if x > 0 else -1.0
-                law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
+                sign = 1.0 if push > 0 else -1.0
+                law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
                 size = 0.01 / p
                 fresh = True
             continue
@@ -1048,7 +1065,7 @@ def _integrate(
                 impacts[n_impacts] = end if which == 5 else t + step * _sign_change(dense, sign)
                 n_impacts += 1
             sign = -sign
-            law = (k, c, lam, b, h, inertia, g, sign * corner, radius)
+            law = (k, c, lam, b, h, inertia, g, sign * corner, radius, e)
         steps += 1
         implicit += stiff
         t, y, f, swing = end, y1, f1, swing1
@@ -1057,7 +1074,7 @@ def _integrate(
             y = (y[0], y[1], 0.0, y[3])
         elif which == 5:
             x, gravity = _ground(coefficients, segment, t - t_segment, g)
-            hold = gravity * b - abs(x) * h
+            hold = gravity * b - abs(x + gravity * e / h) * h
             # the impact is located within a tolerance: the rate where θ is zero, by the work done since
             w = restitution * math.copysign(math.sqrt(max(y[3] * y[3] - 2 * f[1] * y[2], 0.0)), y[3])
             # of a swing whose top is hardly beyond what an impact is located to, none is told from rest
@@ -1108,10 +1125,11 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
 
     Parameters
     ----------
-    law : tuple of 9 floats
+    law : tuple of 10 floats
         k/m, c/m, λ/m, half the flat part of the base (b, where its edges are sharp), h, (I_cm + m h²)/m, g, b
-        where the block turns about its corners or 0 where it is guided, and the radius of its edges, which
-        requires a guided block and the geometric rule of debonding.
+        where the block turns about its corners or 0 where it is guided, the radius of its edges, which
+        requires a guided block and the geometric rule of debonding, and the offset e of the centre of mass to
+        the right of the middle; I_cm + m (h² + e²) is then the moment of inertia.
     restitution : float
         r of Housner's block; negative for a contact law.
     tensionless : bool

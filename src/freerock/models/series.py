@@ -845,12 +845,12 @@ def integrate(
     theta: Floats,
     rates: Floats,
 ) -> tuple[int, int, int, int, int, Floats]:
-    """As `kernel.integrate`, with `state` its y and `theta` its out: a block with sharp edges, the geometric
-    rule, a ground at rest.
+    """As `kernel.integrate`, with `state` its y and `theta` its out: a block with sharp edges and its centre of
+    mass over the middle, the geometric rule, a ground at rest.
 
     Where the law turns out to be stiff, from there on by that. A step counts as one evaluation.
     """
-    k, c, lam, b, h, inertia, g, corner, _ = law
+    k, c, lam, b, h, inertia, g, corner, *_ = law
     scene = (k, c, lam, b, h, inertia - h * h, g), corner, state
     accuracy = tolerance, SHARPER * tolerance, max_steps
     outcome, steps, n, clock, there, impacts = run(_rock, *scene, time, *accuracy, theta, rates)

@@ -13,7 +13,7 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.checks import check_edges, check_scene
+from freerock.models.checks import check_edges, check_mass, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
@@ -125,9 +125,10 @@ def simulate(
     """
     start = theta0 if isinstance(theta0, State) else State(0.0, 0.0, theta0, 0.0)
     instants = check_scene(model, parameters, time, start, rules, solver.rtol)
+    check_mass(block)
     check_edges(model, block, rules)
     if not LAWS[model].is_foundation:
-        if base_excitation is None:
+        if base_excitation is None and not block.e:
             return _housner(block, parameters["r"], instants, start, solver.max_steps)
         start = State(0.0, 0.0, start.theta, start.theta_rate)
     elif not isinstance(theta0, State):
@@ -158,8 +159,8 @@ def simulate_theta(
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
-    `parameters` may hold more: the tilt of the base counts [rad], under which angles are those from where the
-    block stands at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
+    `parameters` may hold more: the tilt of the base counts [rad]. Angles count from where the block stands
+    at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
     θ̇ alone, shape (n_time, 1).
 
     Returns
@@ -255,6 +256,7 @@ def simulate_many(
     for extreme in (np.min, np.max):
         outermost = {name: float(extreme(values)) for name, values in given.items()}
         instants = check_scene(model, outermost, time, starts, rules, solver.rtol)
+    check_mass(block)
     check_edges(model, block, rules)
     theta = np.empty((starts.size, instants.size))
     outcome = np.empty(starts.size, dtype="U10")
@@ -319,7 +321,8 @@ class _Scene:
         tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
         # Housner's block always turns about its corners
         constants = foundation.constants(block, pivots or not is_foundation)
-        if is_foundation and not (tensionless or block.edge_radius or len(motion.coefficients)):
+        odd = tensionless or block.edge_radius or block.e
+        if is_foundation and not (odd or len(motion.coefficients)):
             return series.integrate(constants, state, time, tolerance, max_steps, theta, rates)
         return kernel.integrate(
             constants,
@@ -342,7 +345,7 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
     is_foundation = scene.law.is_foundation
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1])))
-    if scene.motion is None and not is_foundation:
+    if scene.motion is None and not is_foundation and not block.e:
         swings = housner_swings(block, scene.parameters["r"], theta0, 0.0, time[-1], scene.solver.max_steps)
         theta, rate = housner_motion(swings, time, theta0, 0.0, rates=rates is not None)
         if rates is not None:
@@ -353,14 +356,14 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
     depth = stands = 0.0
     if is_foundation:
         depth = static_depth(block, scene.foundation, theta0)
-        stands = lean(block, scene.foundation, tilt) if tilt else 0.0
+        stands = lean(block, scene.foundation, tilt) if tilt or block.e else 0.0
     theta = np.empty(time.size)
     start = State(depth, 0.0, theta0 + stands, 0.0)
     every = NO_RATES if rates is None else rates if rates.shape[1] > 1 else np.empty((time.size, 3))
     outcome, *_ = scene.integrate(start, time, theta, every)
     if rates is not None and every is not rates:
         rates[:, 0] = every[:, 2]
-    return theta - stands if tilt else theta, OUTCOMES[outcome]
+    return theta - stands if stands else theta, OUTCOMES[outcome]
 
 
 def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int) -> Response:

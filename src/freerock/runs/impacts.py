@@ -136,14 +136,14 @@ def restitution_from_peaks(
     before_stderr: float,
     after: float,
     after_stderr: float,
-    block: Block | Rigid,
+    block: Block,
     shared: float = 0.0,
 ) -> tuple[float, float]:
     """Restitution that takes one peak of a rigid block to the next.
 
     r² = (cos φ_after - cos θ_cr)/(cos φ_before - cos θ_cr) with φ = θ_cr - |θ_peak|: the energy integral of
-    φ'' = p² sin φ (Housner 1963, doi:10.1785/BSSA0530020403) on either side of the impact. Standard error to
-    first order.
+    φ'' = p² sin φ (Housner 1963, doi:10.1785/BSSA0530020403) on either side of the impact, with p and θ_cr of
+    that side. Standard error to first order.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def restitution_from_peaks(
     r, r_stderr : float
         NaN where a peak is zero or beyond θ_cr.
     """
-    (energy_0, slope_0), (energy_1, slope_1) = (_energy(abs(peak), block) for peak in (before, after))
+    (energy_0, slope_0), (energy_1, slope_1) = (_energy(peak, block) for peak in (before, after))
     r = math.sqrt(energy_1 / energy_0)
     by_0, by_1 = slope_0 / energy_0, slope_1 / energy_1
     variance = (by_0 * before_stderr) ** 2 + (by_1 * after_stderr) ** 2 - 2 * by_0 * by_1 * shared
@@ -172,7 +172,7 @@ def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -
     """
 
     def by(peaks: Floats, stderrs: Floats) -> Floats:
-        energy, slope = np.reshape([_energy(abs(peak), block) for peak in peaks], (-1, 2)).T
+        energy, slope = np.reshape([_energy(peak, block) for peak in peaks], (-1, 2)).T
         return np.asarray(impacts.restitution / 2 * slope / energy * np.maximum(stderrs, least))
 
     before = by(impacts.peak_before_rad, impacts.peak_before_stderr_rad)
@@ -183,12 +183,14 @@ def restitution_covariance(impacts: Impacts, block: Block, least: float = 0.0) -
     return np.asarray(covariance * np.outer(scale, scale))
 
 
-def _energy(height: float, block: Block | Rigid) -> tuple[float, float]:
-    """cos φ - cos θ_cr of a peak, half the squared impact rate over p², and its derivative by the height."""
-    if not 0 < height < block.theta_cr:
+def _energy(peak: float, block: Block) -> tuple[float, float]:
+    """cos φ - cos θ_cr of a peak, half the squared impact rate over p² of the block, and its derivative."""
+    height, (theta_cr, p) = abs(peak), block.corner(peak)
+    if not 0 < height < theta_cr:
         return math.nan, math.nan
-    energy = 2 * math.sin(height / 2) * math.sin(block.theta_cr - height / 2)  # without loss of digits
-    return energy, math.sin(block.theta_cr - height)
+    share = (p / block.p) ** 2
+    energy = 2 * math.sin(height / 2) * math.sin(theta_cr - height / 2)  # without loss of digits
+    return share * energy, share * math.sin(theta_cr - height)
 
 
 def _motion(time_s: ArrayLike, theta: ArrayLike, sigma_theta: ArrayLike) -> Samples:
@@ -251,9 +253,9 @@ def _rows(
         rows[1:, 3] = rows[:-1, 5]
         shared -= release[2] ** 2  # the peaks are on either side
     restitution = [
-        restitution_from_peaks(before, before_stderr, after, after_stderr, rigid, both)
+        restitution_from_peaks(before, before_stderr, after, after_stderr, block, both)
         for (before, before_stderr, after, after_stderr), both in zip(
-            np.abs(rows[:, 2:6]).tolist(), shared.tolist(), strict=True
+            rows[:, 2:6].tolist(), shared.tolist(), strict=True
         )
     ]
     return np.hstack([rows[:, :6], np.reshape(restitution, (-1, 2)), rows[:, 6:]])

@@ -133,5 +133,7 @@ def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
 
 def _energy(peaks: Floats, laboratory: Laboratory) -> Floats:
     """cos φ - cos θ_cr of peaks, φ = θ_cr - |θ|: see `impacts.restitution_from_peaks`."""
-    half, critical = np.abs(peaks) / 2, laboratory.block.theta_cr - np.sign(peaks) * laboratory.tilt
-    return np.asarray(2 * np.sin(half) * np.sin(critical - half))
+    block = laboratory.block
+    theta_cr, p = np.where(peaks > 0, *np.reshape([block.corner(1), block.corner(-1)], (2, 2, 1)))
+    half, critical = np.abs(peaks) / 2, theta_cr - np.sign(peaks) * laboratory.tilt
+    return np.asarray(p**2 * 2 * np.sin(half) * np.sin(critical - half))

@@ -8,7 +8,7 @@ is how a pivoting block and a rigid one move sideways; a guided one goes b(1 - c
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.contact import Foundation, State, accelerations, contact_force, static_depth
+from freerock.models.contact import Foundation, State, accelerations, contact_force, lean, static_depth
 from freerock.models.ground import GroundMotion
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.simulate import Response, Solver, simulate
@@ -231,18 +231,22 @@ def _release(
     grid = np.arange(first, math.ceil((free + recording.longest_s) * rate_hz)) / rate_hz
 
     share = np.clip((grid - clock) / release.tilt_s, 0, 1)
-    theta = release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
+    on_bed = LAWS[scene.model].is_foundation
+    stands = lean(scene.block, Foundation.of(scene.parameters), 0.0) if on_bed and scene.block.e else 0.0
+    theta = stands + release.theta0 * share**3 * (10 - 15 * share + 6 * share**2)
     fading, rocking = (grid >= let_go) & (grid < free), grid >= free
-    theta[fading], begin = _fade(scene, release, grid[fading] - let_go)
+    held = replace(release, theta0=release.theta0 + stands)
+    theta[fading], begin = _fade(scene, held, grid[fading] - let_go)
     motion = release.moves(scene, grid[rocking] - free, begin)
     theta[rocking] = motion.theta
     depth = np.zeros(grid.size)
-    if recording.corner_sinks and LAWS[scene.model].is_foundation:
+    if recording.corner_sinks and on_bed:
         soil = Foundation.of(scene.parameters)
         depth[~rocking] = [static_depth(scene.block, soil, each) for each in theta[~rocking]]
         depth[rocking] = motion.z_cb
         depth += scene.block.b * np.abs(np.sin(theta))
 
+    theta -= stands  # where the sensor has its zero
     moving = np.flatnonzero(np.abs(theta) > REST_RAD)  # NaN, once overturned, is not
     rest = round(float(grid[moving[-1]]) + 1 / rate_hz, 6) if moving.size else free
     end = rest + release.pause_s
@@ -279,16 +283,17 @@ def _fade(scene: Scene, release: Release, times: Floats) -> tuple[Floats, State]
         return 0.5 * (1 + math.cos(math.pi * min(t / release.fade_s, 1.0)))
 
     if not LAWS[scene.model].is_foundation:
-        start = [theta0, 0.0]
+        start, (critical, p) = [theta0, 0.0], block.corner(theta0)
 
         def rates(t: float, y: Floats) -> list[float]:
-            fall = -math.copysign(block.p**2 * math.sin(block.theta_cr - abs(y[0])), theta0)
+            fall = -math.copysign(p**2 * math.sin(critical - abs(y[0])), theta0)
             return [y[1], (1 - support(t)) * fall]
 
     else:
         start = [theta0, 0.0, held.z, 0.0]
         moment = contact_force(block, foundation, held, rules)[1]
-        moment -= block.mass_kg * GRAVITY * block.h * math.sin(theta0)  # what the finger bears at first
+        along, _ = block.com(math.sin(theta0), math.cos(theta0))
+        moment -= block.mass_kg * GRAVITY * along  # what the finger bears at first
 
         def rates(t: float, y: Floats) -> list[float]:
             state = State(y[2], y[3], y[0], y[1])

@@ -29,8 +29,10 @@ class Block:
     def __init__(self, scene: Scene) -> None:
         """The scene's constants."""
         shape, law = scene.block, scene.parameters
-        self.m, self.b, self.h = shape.mass_kg, shape.width_m / 2, shape.height_m / 2
-        self.inertia = self.m * (shape.width_m**2 + shape.height_m**2) / 12
+        self.m, self.b, self.h = shape.mass_kg, shape.width_m / 2, shape.com_height_m or shape.height_m / 2
+        self.e = shape.com_offset_m or 0.0
+        uniform = self.m * (shape.width_m**2 + shape.height_m**2) / 12
+        self.inertia = shape.inertia_kg_m2 or uniform
         self.k, self.c, self.lam = law.get("k", 0.0), law.get("c", 0.0), law.get("lambda", 0.0)
         self.rigid, self.pivots = scene.law == "housner", scene.kinematics == "pivoting"
         self.tensionless = scene.debonding == "tensionless"
@@ -83,13 +85,14 @@ class Block:
         return self._rigid(regime[0]) if self.rigid else self._on_bed(*regime)
 
     def _rigid(self, side: int) -> Callable[[float, State], list[float]]:
-        about = self.inertia + self.m * (self.b**2 + self.h**2)
+        arm = side * self.b - self.e
+        about = self.inertia + self.m * (arm**2 + self.h**2)
 
         def call(t: float, y: State) -> list[float]:
             s, c = math.sin(y[2]), math.cos(y[2])
             x, gravity = self.ground(t)
-            overturning = x * (self.h * c + side * self.b * s)
-            righting = gravity * (side * self.b * c - self.h * s)
+            overturning = x * (self.h * c + arm * s)
+            righting = gravity * (arm * c - self.h * s)
             return [0.0, 0.0, y[3], self.m * (overturning - righting) / about]
 
         return call
@@ -113,12 +116,12 @@ class Block:
                     f = (self.k * depth + self.c * rate + self.lam * depth * rate) * (u1 - u0) / 2
                     force, moment = force + f, moment + f * u * c
             x, gravity = self.ground(t)
-            slide = self.h * c + side * self.b * s
-            bend = side * self.b * c - self.h * s
-            # [m, m h s; m h s, I + m (slide² + h² s²)] [z̈, θ̈] = right side
-            m, lift = self.m, self.h * s
+            m, lift, high = self.m, self.h * s + self.e * c, self.h * c - self.e * s
+            slide = high + side * self.b * s
+            bend = side * self.b * c - lift
+            # [m, m lift; m lift, I + m (slide² + lift²)] [z̈, θ̈] = right side
             a12, a22 = m * lift, self.inertia + m * (slide * slide + lift * lift)
-            centripetal = m * self.h * c * w * w
+            centripetal = m * high * w * w
             r1 = m * gravity - force - centripetal
             r2 = m * gravity * lift - moment + m * slide * (x - bend * w * w) - lift * centripetal
             det = m * a22 - a12 * a12
@@ -179,7 +182,7 @@ def _lift(block: Block, start: float) -> float:
     for _ in range(60):
         middle = 0.5 * (low + high)
         x, gravity = block.ground(middle)
-        low, high = (low, middle) if x * block.h > gravity * block.b else (middle, high)
+        low, high = (low, middle) if x * block.h > gravity * (block.b - block.e) else (middle, high)
     return high
 
 
