@@ -2,7 +2,6 @@ import inspect
 from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 import pandas as pd
@@ -17,10 +16,22 @@ from overlaps import assert_nothing_overlaps
 
 from freerock import figures
 from freerock.arrays import extremes
-from freerock.config.campaign import Figure as Figures
-from freerock.figures import foundation_effect, misfit_map, models, predictions, quality, restitution, style
+from freerock.config.campaign import FIGURES
+from freerock.figures import (
+    contact_force,
+    decay,
+    foundation_effect,
+    misfit_map,
+    models,
+    predictions,
+    quality,
+    restitution,
+    set_up,
+    style,
+)
 from freerock.jobs.misfit import make_misfit_maps
 from freerock.models.block import Block
+from freerock.models.housner import housner_swings
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.groups import runs_of
 from freerock.tables.text import quantity
@@ -95,40 +106,43 @@ def test_foundation_effect_leaves_out_failed_and_excluded_runs():
     assert foundation_effect.draw([tree], "simulated")[1].empty
 
 
-def test_models_shows_measured_models_and_residuals(datasets):
+def test_models_shows_all_runs_their_named_law_and_the_residuals(datasets):
     figure, data = models.draw(datasets[1][:2], runs_table(datasets[0]), "simulated", LABELS)
     assert len(figure.axes) == 4
-    assert data["source"].unique().tolist() == ["measured", "housner", "winkler", "hunt_crossley"]
-    measured = data[(data["source"] == "measured") & (data["test"] == "b1_mat")]
-    housner = data[(data["source"] == "housner") & (data["test"] == "b1_mat")]
-    difference = housner["theta_deg"].values - measured["theta_deg"].values
-    np.testing.assert_allclose(housner["residual_deg"], difference, atol=1e-9)
-    np.testing.assert_allclose(housner["residual_over_sigma"], difference / 0.01, atol=1e-6)
-    legend = figure.axes[0].get_legend()
-    assert legend.get_texts()[0].get_text() == "simulated record"
-    assert any("24.6 %" in text for text in texts(figure))
+    assert data["source"].unique().tolist() == ["measured", "hunt_crossley"]
+    own = data[data["test"] == "b1_mat"]
+    assert own["run"].nunique() == 2
+    run = own[own["run"] == 2]
+    measured, law = (run[run["source"] == source] for source in ("measured", "hunt_crossley"))
+    difference = law["theta_deg"].values - measured["theta_deg"].values
+    np.testing.assert_allclose(law["residual_deg"], difference, atol=1e-9)
+    np.testing.assert_allclose(law["residual_over_sigma"], difference / 0.01, atol=1e-6)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["simulated record", "Hunt–Crossley"]
+    assert any(text.startswith("$ε_θ$ = ") for text in texts(figure))
 
 
-def test_models_names_the_run_drawn_and_a_failed_fit():
+def test_models_names_the_runs_drawn_and_a_law_that_is_rejected():
     tree = record("b1_mat", "b1", "mat")
-    figure, data = models.draw([fits(tree, failed=["housner"])], runs_table([tree]), "simulated", LABELS)
+    fitted = fits(tree)
+    figure, data = models.draw([fitted], runs_table([tree]), "simulated", LABELS)
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
-    assert models.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_mat."
-    told = [text for text in texts(figure) if "failed fit" in text]
-    assert [text.split(",")[0] for text in told] == ["Housner"]
+    assert (
+        models.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_mat; run\N{NO-BREAK SPACE}2 of b1_mat."
+    )
+    assert not any("rejected" in text for text in texts(figure))
+    fitted["run_1/choice"].attrs["explained"] = 0
+    figure, _ = models.draw([fitted], runs_table([tree]), "simulated", LABELS)
+    assert any(text.endswith(" %, rejected") for text in texts(figure))
 
 
-def test_restitution_leaves_out_failed_fits():
+def test_restitution_has_no_line_of_a_failed_fit():
     tree = record()
     _, whole = drawn_restitution([tree], [fits(tree)])
-    figure, data = drawn_restitution([tree], [fits(tree, failed=["winkler"])])
-    assert set(whole["source"]) - set(data["source"]) == {"winkler"}
-    assert len(data) == (whole["source"] != "winkler").sum()
-    (legend,) = figure.legends
-    told = [text.get_text() for text in legend.get_texts()]
-    assert told[:3] == ["rigid block, theory", "line through the impacts", "Housner, fitted"]
-    assert "Winkler, fitted" not in told
-    assert figure.axes[0].get_title(loc="left") == "b1, marble"
+    figure, data = drawn_restitution([tree], [fits(tree, failed=["hunt_crossley"])])
+    assert set(whole["source"]) == {"experiment", "hunt_crossley"}
+    assert "hunt_crossley" not in set(data["source"])
+    assert figure.axes[0].get_title(loc="left") == "b1"
 
 
 def test_models_without_fits_says_so(datasets):
@@ -142,21 +156,53 @@ def drawn_restitution(records, fitted, labels=None, origin="simulated"):
     return restitution.draw(*tables, BLOCKS, origin, labels)
 
 
-def test_restitution_has_a_panel_per_scene_and_leaves_out_excluded_runs(datasets):
+def test_restitution_has_a_panel_per_block_and_leaves_out_excluded_runs(datasets):
     figure, data = drawn_restitution(*datasets, LABELS)
-    assert len(figure.axes) == 4
-    assert figure.axes[2].lines[0].get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
+    assert len(figure.axes) == 2
+    assert figure.axes[1].lines[0].get_ydata()[0] == pytest.approx(0.7, abs=1e-6)
     shown = {tuple(row) for row in data[["test", "run"]].values}
     assert ("b1_marble", 3) not in shown
     assert ("b1_marble", 2) in shown
     assert len(data) < len(restitution_table(*datasets))
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    of_foundations = [
+        f"{name}, {what}" for name in ("Marble", "mat") for what in ("simulated record", "named law")
+    ]
+    assert told == ["rigid block (Housner 1963)", *of_foundations]
 
 
-def test_restitution_names_the_laws_of_which_no_fit_may_be_used():
-    tree = record()
-    lost = "Housner: no fit that may be used"
-    assert lost in texts(drawn_restitution([tree], [fits(tree, failed=["housner"])])[0])
-    assert lost not in texts(drawn_restitution([tree], [fits(tree)])[0])
+def test_a_rigid_block_decays_as_its_swings_do():
+    block = BLOCKS["b1"]
+    found = housner_swings(block, block.restitution_housner, 0.7 * block.theta_cr, max_impacts=12)
+    seen = pd.DataFrame({"swing": np.arange(12.0), "amplitude": 0.7})
+    swing, amplitude = decay._rigid(block, seen)
+    assert list(swing) == list(range(12))
+    np.testing.assert_allclose(amplitude, found.peak[:12] / block.theta_cr, rtol=1e-9)
+
+
+def test_contact_begins_in_equilibrium_and_lifts_the_other_corner(datasets):
+    figure, data = contact_force.draw(datasets[1], BLOCKS, "geometric", "simulated", LABELS)
+    assert set(data["model"]) == {"hunt_crossley"} and len(figure.axes) == 8
+    first = data.groupby("test").first()
+    np.testing.assert_allclose(first["force_over_weight"], 1.0, rtol=1e-6)
+    deeper, lifted = (first[["left_mm", "right_mm"]].agg(end, axis=1) for end in ("max", "min"))
+    assert (deeper > 0).all() and (lifted < 0).all()
+    assert contact_force.draw([fits(failed_record())], BLOCKS, "geometric", "simulated")[1].empty
+
+
+def test_the_set_up_is_drawn_to_scale():
+    lasers = [{"name": "high", "beam": "horizontal", "position_m": 0.2, "face": "left"}]
+    lasers += [{"name": "top", "beam": "vertical", "position_m": 0.01, "face": "left"}]
+    lasers += [{"name": "angle", "beam": None, "position_m": None, "face": "left"}]
+    set_ups = {"b1": {"foundations": ["marble", "mat"], "lasers": lasers}}
+    figure, data = set_up.draw(BLOCKS, set_ups, "measured", LABELS)
+    body = figure.axes[0].patches[0]
+    assert (body.get_width(), body.get_height()) == (BLOCKS["b1"].width_m, BLOCKS["b1"].height_m)
+    assert figure.axes[0].get_aspect() == 1
+    assert {"200 mm", "10 mm", "α", "R"} <= {*texts(figure)}
+    assert data["alpha_deg"].tolist() == pytest.approx([np.degrees(BLOCKS["b1"].theta_cr)] * 3)
+    assert set_up.caption(data, LABELS) == "Slender block on Marble, mat."
 
 
 def test_restitution_without_any_impact():
@@ -262,13 +308,14 @@ def test_footer_says_that_a_record_is_simulated(origin, said):
 def test_every_axis_is_labelled_with_its_unit_and_nothing_overlaps(datasets):
     records, fitted = datasets
     figures = [foundation_effect.draw(records, "simulated", LABELS)[0]]
+    figures += [contact_force.draw(fitted[:2], BLOCKS, "geometric", "simulated", LABELS)[0]]
     figures += [models.draw(fitted[:2], runs_table(records), "simulated", LABELS)[0]]
     figures += [drawn_restitution(records, fitted, LABELS)[0], quality.draw(records[0], fitted[0])[0][2]]
     for figure in figures:
         figure.draw_without_rendering()
         labels = [ax.get_ylabel() for ax in figure.axes if ax.get_subplotspec().is_first_col()]
         labels += [ax.get_xlabel() for ax in figure.axes if ax.get_subplotspec().is_last_row()]
-        assert all(" / " in text or text == "restitution r" for text in labels)
+        assert all(" / " in text or text.startswith(("restitution", "amplitude")) for text in labels)
         boxes = [ax.get_tightbbox() for ax in figure.axes]
         boxes += [artist.get_window_extent() for artist in (*figure.texts, *figure.legends)]
         for i, box in enumerate(boxes):
@@ -326,12 +373,10 @@ def predicted(datasets):
 def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
     frame, epsilon = predicted(datasets)
     figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
-    assert [ax.get_title(loc="left") for ax in figure.axes] == [
-        "(a) Housner",
-        "(b) Winkler",
-        "(c) Hunt–Crossley",
-    ]
-    assert len(data) == 1.5 * len(frame)
+    (ax,) = figure.axes
+    assert ax.get_title(loc="left") == "Hunt–Crossley"
+    assert set(data["model"]) == {"hunt_crossley"}
+    assert len(data) == 1.5 * (frame["model"] == "hunt_crossley").sum()
     assert set(data["basis"]) == {"fitted to the run itself", "other runs", "b2"}
     own, other, _ = figure.axes[0].lines
     np.testing.assert_allclose(other.get_xdata(), 3 * np.array(own.get_xdata()))
@@ -339,7 +384,7 @@ def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
 
 
 def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_shown():
-    epsilon = epsilon_table([fits(record(n_runs=1), failed=["winkler"])])
+    epsilon = epsilon_table([fits(record(n_runs=1), failed=["winkler"])]).assign(selected=False)
     figure, data = predictions.draw(pd.DataFrame(columns=PREDICTIONS), epsilon, "simulated")
     housner, winkler, hunt_crossley = figure.axes
     assert [len(ax.lines[0].get_xdata()) for ax in figure.axes] == [1, 0, 1]
@@ -353,6 +398,7 @@ def test_predictions_have_tick_labels_in_each_panel(datasets):
     """Of five models two stand in a second row, and the third of the first row has no panel below."""
     frame, epsilon = predicted(datasets)
     more = {"winkler": "winkler_pivoting", "hunt_crossley": "hunt_crossley_pivoting"}
+    epsilon = epsilon.assign(selected=True)  # every law is named
     rivals = [table[table["model"].isin(more)].replace({"model": more}) for table in (frame, epsilon)]
     figure, _ = predictions.draw(
         pd.concat([frame, rivals[0]]), pd.concat([epsilon, rivals[1]]), "simulated", LABELS
@@ -450,7 +496,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert "law rejected" in texts(misfit_map.draw(maps, choice, "simulated", LABELS)[0])
 
 
-@pytest.mark.parametrize("name", get_args(Figures))
+@pytest.mark.parametrize("name", FIGURES)
 def test_a_figure_of_a_campaign_is_a_module_that_draws_and_captions(name):
     module = import_module(f"freerock.figures.{name}")
     draw = inspect.signature(module.draw)

@@ -6,7 +6,7 @@ import pytest
 
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.tables.swings import first_runs, local_band, named_models, swings
+from freerock.tables.swings import first_runs, named_models, swings
 
 BLOCK = Block(0.28, 0.07, 5.84)
 R = 0.93
@@ -83,26 +83,3 @@ def test_the_model_of_a_run_is_the_one_named_or_the_nearest():
     rows += [("a", 3, "winkler", 0.1, False, True), ("a", 3, "housner", 0.01, False, False)]
     named = named_models(pd.DataFrame(rows, columns=columns))
     assert named == {("a", "1"): "winkler", ("a", "2"): "housner", ("a", "3"): "winkler"}
-
-
-def test_the_band_holds_95_percent_of_points_about_a_curve():
-    random = np.random.default_rng(7)
-    inside = []
-    for _ in range(200):
-        x = pd.Series(np.sort(random.uniform(0.3, 1.7, 60)))
-        y = 0.9 + 0.05 * x + pd.Series(random.normal(0, 0.004, 60))
-        band = local_band(x, y)
-        new = random.uniform(0.4, 1.6, 50)
-        value = 0.9 + 0.05 * new + random.normal(0, 0.004, 50)
-        low, high = (np.interp(new, band["x"], band[end]) for end in ("low", "high"))
-        inside.append(np.mean((low < value) & (value < high)))
-    assert np.mean(inside) == pytest.approx(0.95, abs=0.02)
-
-
-def test_a_straight_line_has_a_band_of_no_width_and_few_points_none():
-    x = pd.Series(np.linspace(1, 2, 20))
-    band = local_band(x, 0.9 + 0.1 * x)
-    np.testing.assert_allclose(band["low"], 0.9 + 0.1 * band["x"], atol=1e-9)
-    assert local_band(x[:11], x[:11]).empty
-    assert local_band(pd.Series([1.0] * 20), x).empty
-    assert local_band(x[:0], x[:0]).empty

@@ -43,11 +43,7 @@ def rot(checkout, path):
     (checkout / LOOKS).write_text(json.dumps({path: [told, *look(checkout / path)]}))
 
 
-WITHOUT_RECORDS = {
-    job: n
-    for job, n in OF_ONE_RECORD.items()
-    if job not in ("record", "fit", "quality", "figure_foundation_effect")
-}
+WITHOUT_RECORDS = {job: n for job, n in OF_ONE_RECORD.items() if job not in ("record", "fit", "quality")}
 DAMAGE = {
     "deleted": lambda path: path.unlink(),
     "emptied": lambda path: path.write_bytes(b""),
@@ -59,7 +55,7 @@ DAMAGE = {
 @pytest.mark.parametrize(
     ("product", "damage", "jobs"),
     [
-        ("figures/restitution.pdf", "deleted", {"figure_restitution": 1} | REPORT),
+        ("figures/restitution.pdf", "deleted", {"figures": 1} | REPORT),
         ("figures/qc_tall_mat.pdf", "emptied", PAGES | {"quality": 1}),
         ("tables/numbers.tex", "cut", {"printed_tables": 1, "complete": 1}),
         ("provenance.json", "byte flipped", REPORT),

@@ -9,15 +9,13 @@ from freerock.cli import subcommands as cli
 from freerock.files import sha256
 from freerock.virtual_lab.tdms import write_record
 
-OF_TABLES = {"figure_models": 2, "figure_restitution": 1, "figure_parameters": 1, "figure_predictions": 1}
-OF_TABLES |= {"figure_misfit_map": 1}
-FIGURES = {"figure_foundation_effect": 1} | OF_TABLES
+FIGURES = {"figures": 1}
 REPORT = {"report": 1, "complete": 1}
 PAGES = REPORT | {"quality": 2}
-AFTER_TABLES = {"printed_tables": 1, "recovered": 1} | OF_TABLES
-AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "misfit_map": 1, "figure_misfit_map": 1}
-EVERYTHING = AFTER_FITS | FIGURES | {"record": 2, "fit": 2}
-AFTER_STYLE = PAGES | FIGURES | {"figure_misfit_map": 1}
+AFTER_TABLES = {"printed_tables": 1, "recovered": 1} | FIGURES
+AFTER_FITS = PAGES | AFTER_TABLES | {"tables": 1, "misfit_map": 1}
+EVERYTHING = AFTER_FITS | {"record": 2, "fit": 2}
+AFTER_STYLE = PAGES | FIGURES
 AFTER_LABELS = AFTER_STYLE | {"printed_tables": 1}
 OF_ONE_RECORD = EVERYTHING | {"record": 1, "fit": 1, "quality": 1}
 
@@ -91,17 +89,15 @@ def test_edited_line(checkout, path, old, new, jobs):
         ("src/freerock/report/report.html.j2", REPORT),
         ("src/freerock/tables/csvfile.py", AFTER_STYLE | AFTER_TABLES | {"tables": 1}),
         ("src/freerock/tables/tidy.py", {"tables": 1} | AFTER_TABLES | REPORT),
-        (
-            "src/freerock/tables/paper.py",
-            {"printed_tables": 1, "recovered": 1, "figure_parameters": 1} | REPORT,
-        ),
+        ("src/freerock/tables/paper.py", AFTER_TABLES | REPORT),
         ("src/freerock/tables/latex.py", {"printed_tables": 1, "recovered": 1} | REPORT),
         ("src/freerock/identification/fit.py", {"fit": 2} | AFTER_FITS),
         ("src/freerock/models/kernel.py", {"fit": 2} | AFTER_FITS),
         ("src/freerock/records/tdms.py", EVERYTHING),
         ("src/freerock/rotation/sensor.py", EVERYTHING),
-        ("src/freerock/figures/restitution.py", {"figure_restitution": 1} | REPORT),
-        ("workflow/scripts/figure.py", FIGURES | {"figure_misfit_map": 1} | REPORT),
+        ("src/freerock/figures/restitution.py", FIGURES | REPORT),
+        ("src/freerock/figures/energy.py", {}),
+        ("workflow/scripts/figure.py", FIGURES | REPORT),
         ("workflow/scripts/complete.py", {"complete": 1}),
     ],
 )

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from freerock.config import step_settings as settings
-from freerock.config.campaign import check_options, load_config
+from freerock.config.campaign import FIGURES, check_options, load_config
 from freerock.config.history import log_of
 from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
@@ -19,6 +19,7 @@ from freerock.jobs.reruns import code_checksum
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # jobs run side by side: threads within one only get in the way
 logging.raiseExceptions = False  # no traceback for each line that Snakemake's log has no room for
 SCRIPTS = Path(workflow.snakefile).parents[1] / "scripts"
+CONFIGURED = ("blocks", "set_ups", "debonding")  # what a figure reads of the configuration
 A_CAMPAIGN = "among the campaigns to analyse"
 
 
@@ -64,13 +65,16 @@ def chosen(name, names, kind, target):
 
 
 def misspelt(targets):
-    """A line for each target of a step that is no record's; Snakemake says no more than that no rule makes it."""
+    """A line for each target that is of no record or figure there is; Snakemake says no more than that no rule makes it."""
     for target in map(os.path.normpath, targets):
         if found := re.fullmatch(r"results/(\w+)/(?:records/|fits/|figures/qc_)(\w+)\.\w+", target):
             name, test = found.groups()
             tests = {each.test for each in CAMPAIGNS[name].records} if name in CAMPAIGNS else ()
             no_campaign = unknown(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
             if told := no_campaign or unknown(test, sorted(tests), "a record of this campaign", target):
+                yield told
+        elif found := re.fullmatch(r"results/\w+/figures/(?:\w+/)?(\w+)\.(?:pdf|png|csv|txt)", target):
+            if told := unknown(found[1], dict.fromkeys(FIGURES), "a figure", target):
                 yield told
 
 
@@ -108,79 +112,55 @@ def changes_of(wildcards):
     return [str(log)] if log.exists() else []
 
 
-def figures_of(section):
-    """Of each figure that a campaign can have, in order: its line and the block it is of, if of one."""
-    blocks = dict.fromkeys(record.block for record in section.records)
-    return {
-        line.format(block=block): (line, block)
-        for line in FIGURES
-        for block in (blocks if "{block}" in line else [None])
-    }
-
-
-def reported(section):
-    """Names of the figures that a campaign asks for, in the order of its report."""
-    return [name for name, (line, _) in figures_of(section).items() if module_of(line) in section.figures]
-
-
-def declared_of(line):
-    """Title, caption and inputs of the figures of a line."""
-    return declared(f"freerock.figures.{module_of(line)}")
-
-
-def module_of(line):
-    """The module that draws the figures of a line."""
-    return line.partition("_{")[0]
-
-
-def figure_of(wildcards):
-    """A figure's line, and the campaign's records that it is of."""
-    section = campaign(wildcards)
-    figures = f"results/{section.name}/figures"
-    line, block = chosen(wildcards.figure, figures_of(section), "a figure of this campaign", figures)
-    return declared_of(line), [each for each in section.records if block in (None, each.block)]
-
-
-def figure_module(wildcards):
-    return module_of(figures_of(campaign(wildcards))[wildcards.figure][0])
-
-
-def figure_files(wildcards):
-    """Input function: what a figure reads, by name."""
-    line, records = figure_of(wildcards)
-    folder = f"results/{wildcards.campaign}"
-    files = {name: f"{folder}/tables/{name}.csv" for name in line["reads"]}
-    files |= {kind: [f"{folder}/{kind}/{each.test}.nc" for each in records] for kind in ("records", "fits")}
+def figure_files(name, figures):
+    """Input function: what some figures of a campaign read, by name."""
+    folder, tests = f"results/{name}", [each.test for each in CAMPAIGNS[name].records]
+    files = {kind: [f"{folder}/{kind}/{test}.nc" for test in tests] for kind in ("records", "fits")}
     files["maps"] = f"{folder}/misfit_map.nc"
-    return {name: files[name] for name in line["reads"] if name != "blocks"}
+    names = dict.fromkeys(each for figure in figures for each in declared_of(figure)["reads"])
+    return {each: files.get(each, f"{folder}/tables/{each}.csv") for each in names if each not in CONFIGURED}
 
 
-def figure_settings(wildcards):
-    """What a figure needs to know of a campaign."""
-    section = campaign(wildcards)
-    line, records = figure_of(wildcards)
-    known = {"origin": section.origin, "labels": settings.labels(section)}
-    known["title"] = figure_title(section.name, wildcards.figure)
-    known["caption"] = line["caption"]
-    if {"records", "fits"} & {*line["reads"]}:
-        known["scenes"] = scenes_of(records)
-    if "blocks" in line["reads"]:
-        known["blocks"] = settings.geometries(section)
-    return known
+def figure_settings(name, figures):
+    """What each of some figures needs to know of a campaign, by the figure's name."""
+    section = CAMPAIGNS[name]
+    known = {
+        "scenes": scenes_of(section.records),
+        "blocks": settings.geometries(section),
+        "set_ups": settings.set_ups(section),
+        "debonding": section.fits.debonding,
+    }
+    found = {}
+    for figure in figures:
+        declared = declared_of(figure)
+        reads = {*declared["reads"]} | ({"scenes"} if {"records", "fits"} & {*declared["reads"]} else set())
+        found[figure] = {each: known[each] for each in known if each in reads} | {
+            "origin": section.origin,
+            "labels": settings.drawn_labels(section),
+            "title": figure_title(name, figure),
+            "caption": declared["caption"],
+        }
+    return found
+
+
+def declared_of(figure):
+    """Title, caption and inputs of a figure."""
+    return declared(f"freerock.figures.{figure}")
+
+
+def modules_of(figures):
+    """The modules that draw some figures."""
+    return [f"freerock.figures.{figure}" for figure in figures]
 
 
 def figure_title(campaign, figure):
-    section = CAMPAIGNS[campaign]
-    line, block = figures_of(section)[figure]
-    label = block and section.blocks[block].label
-    return declared_of(line)["title"].format(block=label, Measured=section.origin.capitalize())
+    return declared_of(figure)["title"].format(Measured=CAMPAIGNS[campaign].origin.capitalize())
 
 
 def for_targets(wildcards):
     """The figures of a campaign for each further target it names."""
     section, folder = campaign(wildcards), f"results/{wildcards.campaign}/figures"
-    names = reported(section)
-    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=names)
+    return expand(f"{folder}/{{target}}/{{name}}.pdf", target=section.figures_for, name=section.figures)
 
 
 def csv_tables(*names):

@@ -1,28 +1,49 @@
-# The figures that a campaign can have, by the name of their module in freerock.figures, whose `FIGURE` says title,
-# caption and what it reads; {block} stands for one figure of each block. `figures` of the campaign says which are drawn;
-# any other by its name: snakemake results/<campaign>/figures/backbone.pdf.
+# The figures that a campaign can have: modules of freerock.figures, whose `FIGURE` says title, caption and what they
+# read. `figures` of the campaign says which the report has; one job draws these. Any other is drawn by its name:
+# snakemake results/<campaign>/figures/energy.pdf.
 
-FIGURES = [
-    "foundation_effect",
-    "models_{block}",
-    "restitution",
-    "parameters",
-    "misfit_map",
-    "predictions",
-    "backbone",
-    "energy",
-    "phase_portrait",
-    "residuals_{block}",
-    "evidence",
-    "budget",
-    "parts",
-    "pulls",
-]
+REPORTED_FIGURES = {name: section.figures for name, section in CAMPAIGNS.items() if section.figures}
+
+for name, figures in REPORTED_FIGURES.items():
+
+    rule:
+        name:
+            f"figures_{name}"
+        input:
+            **figure_files(name, figures),
+            again=again(f"figures_{name}", name),
+        output:
+            pdf=[f"results/{name}/figures/{figure}.pdf" for figure in figures],
+            png=[
+                report(
+                    f"results/{name}/figures/{figure}.png",
+                    caption="../report/figure.rst",
+                    category=name,
+                    subcategory="Figures",
+                    labels={"figure": figure_title(name, figure)},
+                )
+                for figure in figures
+            ],
+            data=[f"results/{name}/figures/{figure}.csv" for figure in figures],
+            caption=[f"results/{name}/figures/{figure}.txt" for figure in figures],
+        log:
+            f"results/{name}/logs/figures.log",
+        benchmark:
+            f"results/{name}/benchmarks/figures.tsv"
+        conda:
+            "../envs/freerock.yaml"
+        params:
+            code=code("figure", *modules_of(figures)),
+            figures=figure_settings(name, figures),
+        message:
+            f"{name}: figures"
+        script:
+            "../scripts/figure.py"
 
 
 rule figure:
     input:
-        unpack(figure_files),
+        unpack(lambda w: figure_files(w.campaign, [w.figure])),
         again=again("figure"),
     output:
         pdf="results/{campaign}/figures/{figure}.pdf",
@@ -40,14 +61,16 @@ rule figure:
     benchmark:
         "results/{campaign}/benchmarks/figure_{figure}.tsv"
     wildcard_constraints:
-        figure="|".join(line.format(block=r"\w+") for line in FIGURES),
+        # of a campaign those figures that are not in its report: a look ahead in the path
+        campaign=r"(?!(?:{})\.)\w+".format(
+            "|".join(f"{name}/figures/(?:{'|'.join(figures)})" for name, figures in REPORTED_FIGURES.items())
+        ),
+        figure="|".join(FIGURES),
     conda:
         "../envs/freerock.yaml"
     params:
-        code=lambda w: code("figure", f"freerock.figures.{figure_module(w)}"),
-        module=figure_module,
-        settings=figure_settings,
-        caption=lambda w: figure_of(w)[0]["caption"],
+        code=lambda w: code("figure", *modules_of([w.figure])),
+        figures=lambda w: figure_settings(w.campaign, [w.figure]),
     message:
         "{wildcards.campaign}: figure {wildcards.figure}"
     script:
@@ -58,7 +81,7 @@ rule figure:
 # `figures_for` of the campaign, or by name: snakemake results/<campaign>/figures/slide/misfit_map.pdf
 use rule figure as figure_for_target with:
     input:
-        unpack(figure_files),
+        unpack(lambda w: figure_files(w.campaign, [w.figure])),
         again=again("figure_for_target"),
     output:
         pdf="results/{campaign}/figures/{target}/{figure}.pdf",

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -41,21 +41,25 @@ from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
 Figure = Literal[  # in the order of the report; each is a module of freerock.figures
-    "foundation_effect",
+    "set_up",
     "models",
+    "residuals",
+    "decay",
+    "backbone",
     "restitution",
     "parameters",
-    "misfit_map",
     "predictions",
-    "backbone",
+    "contact_force",
+    "foundation_effect",
+    "misfit_map",
     "energy",
     "phase_portrait",
-    "residuals",
     "evidence",
     "budget",
     "parts",
     "pulls",
 ]
+FIGURES: tuple[Figure, ...] = get_args(Figure)
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
 RESERVED = {  # folders of results that are no campaign's
     "studies": "the results of the studies",
@@ -89,7 +93,7 @@ class CampaignFile(Section):
         4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
     )
     figures: tuple[Figure, ...] = Field(
-        ("foundation_effect", "models", "restitution", "parameters", "misfit_map", "predictions"),
+        FIGURES[:9],
         description="the figures of the report; any other is drawn if it is the target of snakemake",
     )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
@@ -108,6 +112,11 @@ class CampaignFile(Section):
     @classmethod
     def _each_once(cls, names: Any) -> Any:
         return once(names)
+
+    @field_validator("figures")
+    @classmethod
+    def _in_order(cls, names: Any) -> Any:
+        return tuple(sorted(names, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
     @classmethod

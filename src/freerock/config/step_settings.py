@@ -4,6 +4,7 @@ Texts that only describe (title, summary, notes) are no settings of a step that 
 """
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,6 +14,7 @@ from freerock.config.uncertainty import DEFAULTS, response_u_ms
 from freerock.config.values import Section
 
 Settings = dict[str, Any]
+NUMBERED = re.compile(r"\w+ ?#?\d+")  # a block's label that says no more than which it is
 NOT_OF_BLOCK = ("label", "release_angle_deg", "uncertainty")
 
 
@@ -165,3 +167,26 @@ def labels(campaign: Campaign) -> dict[str, str]:
     """Printed names of the blocks and foundations."""
     printed = {name: block.label for name, block in campaign.blocks.items()}
     return printed | {name: foundation.label for name, foundation in campaign.foundations.items()}
+
+
+def drawn_labels(campaign: Campaign) -> dict[str, str]:
+    """The labels, those of blocks that are numbered only with their slenderness, "Block 3, h/b = 4"."""
+    slender = {
+        name: f"{block.label}, h/b = {block.height_m / block.width_m:.3g}"
+        for name, block in campaign.blocks.items()
+        if NUMBERED.fullmatch(block.label)
+    }
+    return labels(campaign) | slender
+
+
+def set_ups(campaign: Campaign) -> Settings:
+    """By block of the records, the foundations it stood on and the sensors that looked at it."""
+    found: Settings = {}
+    for record in campaign.records:
+        own = found.setdefault(record.block, {"foundations": [], "lasers": []})
+        sensors = ({"name": name} | plain(campaign.lasers[name]) for name in record.lasers)
+        shown = [{key: each[key] for key in ("name", "beam", "position_m", "face")} for each in sensors]
+        own["lasers"] += [each for each in shown if each not in own["lasers"]]
+        if record.foundation not in own["foundations"]:
+            own["foundations"].append(record.foundation)
+    return found

@@ -10,6 +10,9 @@ and what is read for it; the workflow reads it without importing the module (`de
 __all__ = [
     "backbone",
     "budget",
+    "by_block",
+    "contact_force",
+    "decay",
     "declared",
     "energy",
     "evidence",
@@ -28,6 +31,7 @@ __all__ = [
     "residuals",
     "restitution",
     "scene",
+    "set_up",
     "style",
     "ticks",
 ]

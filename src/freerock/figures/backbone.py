@@ -1,4 +1,4 @@
-"""Period against amplitude, measured and modelled."""
+"""Period against amplitude, recorded and of the named law."""
 
 from collections.abc import Mapping
 
@@ -6,36 +6,20 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    MODEL_MARKERS,
-    MODEL_STYLES,
-    Axes,
-    Labels,
-    footer,
-    legend_on_top,
-    number_of,
-    of_scene,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    recorded,
-    scaled,
-    scenes_in,
-)
+from freerock.arrays import Floats
+from freerock.figures.by_block import Shown, caption_of, draw_by_block
+from freerock.figures.style import Labels, printed
 from freerock.models.block import Block
 from freerock.models.housner import housner_swings
-from freerock.models.laws import LAWS, law_of
-from freerock.tables.swings import first_runs, law_swings
+from freerock.tables.swings import named_swings
 
 FIGURE = {
     "title": "Period against amplitude",
-    "caption": "Twice the time between two impacts against the largest |θ| between them. Dotted: a rigid "
-    "block (Housner 1963), whose period does not depend on r and goes to zero with its amplitude.",
+    "caption": "Twice the time between two impacts against the largest |θ| between them over the critical "
+    "angle α. Dotted: a rigid block (Housner 1963), whose period does not depend on r and goes to "
+    "zero with its amplitude.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
-
-# Housner's period depends on no number.
-FOUNDATIONS = [model for model in LAWS if law_of(model).is_foundation]
 
 
 @printed
@@ -47,7 +31,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> tuple[Figure, pd.DataFrame]:
-    """Twice the time between impacts against the peak between them: all runs; laws fitted to the first.
+    """Twice the time between impacts against the peak between them: all runs, and the law of the first.
 
     Parameters
     ----------
@@ -61,51 +45,27 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `freerock.tables.swings.swings`, rows with a period.
     """
-    data = law_swings(runs, restitution, epsilon, blocks)
-    data = data[data["period_s"].notna() & data["source"].isin(["experiment", *FOUNDATIONS])]
-    modelled = first_runs(data)
-    modelled = modelled[modelled["source"] != "experiment"]
-    data = pd.concat([data[data["source"] == "experiment"], modelled], ignore_index=True)
-    figure, panels = panel_per_scene(scenes_in(runs), labels, 2.0, sharex="row", sharey="row")
-    for (block, foundation), ax in panels.items():
-        scene = of_scene(data, block, foundation)
-        _panel(ax, scene, blocks[block], str(recorded(origin)["label"]))
-        ax.margins(x=0.04)
+    data = named_swings(runs, restitution, epsilon, blocks)
+    data = data[data["period_s"].notna()]
+    shown = Shown("amplitude", "period_s", "amplitude |θ|/α", "period / s", _rigid)
+    figure = draw_by_block(shown, data, runs, blocks, origin, labels)
+    for ax in figure.axes:
         ax.set_xlim(left=0)
         ax.set_ylim(bottom=0)
-    outer_labels(panels, "peak |θ| between two impacts / °", "period / s")
-    legend_on_top(figure)
-    footer(figure, origin)
     return figure, data
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn, and of which run the models are."""
-    seen = data[data["source"] == "experiment"][["test", "run"]].drop_duplicates()
-    return f"{number_of(len(seen), 'run').capitalize()}; models fitted to the first of each panel."
+    """How many impacts and runs are drawn, and the law of each line."""
+    return caption_of(data)
 
 
-def _panel(ax: Axes, scene: pd.DataFrame, block: Block, name: str) -> None:
-    seen = scene[scene["source"] == "experiment"]
-    ax.plot(
-        seen["peak_before_deg"],
-        seen["period_s"],
-        "o",
-        color="0.45",
-        markerfacecolor="none",
-        markersize=scaled(4.5),
-        label=name,
-    )
-    highest = scene["peak_before_deg"].max() if len(scene) else 0.0
-    if 0 < highest < np.degrees(block.theta_cr):
-        amplitude = np.linspace(0.002, 1, 60) * highest
-        period = [
-            4 * housner_swings(block, 1.0, each, max_impacts=1).impact_time[0]
-            for each in np.radians(amplitude)
-        ]
-        ax.plot(amplitude, period, color="0.3", linestyle=":", label="rigid block, any r")
-    for model in FOUNDATIONS:
-        own = scene[scene["source"] == model]
-        if len(own):
-            look = MODEL_STYLES[model] | {"marker": MODEL_MARKERS[model], "markersize": scaled(2.5)}
-            ax.plot(own["peak_before_deg"], own["period_s"], **look)
+def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
+    highest = seen["amplitude"].max() if len(seen) else 0.0
+    if not 0 < highest < 1:
+        return np.empty(0), np.empty(0)
+    amplitude = np.linspace(0.002, 1, 60) * highest
+    quarter = [
+        housner_swings(block, 1.0, each * block.theta_cr, max_impacts=1).impact_time[0] for each in amplitude
+    ]
+    return amplitude, 4 * np.array(quarter)

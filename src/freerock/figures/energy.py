@@ -1,14 +1,13 @@
 """Energy through a run, and what each impact takes of it."""
 
 from collections.abc import Mapping
-from itertools import cycle
 
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from freerock.figures.by_block import foundation_looks
 from freerock.figures.style import (
-    FOUNDATION_STYLES,
     Axes,
     Labels,
     drawn_runs,
@@ -25,7 +24,7 @@ from freerock.figures.style import (
 )
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
-from freerock.tables.swings import first_runs, named_models, swings
+from freerock.tables.swings import first_runs, named_swings
 
 FIGURE = {
     "title": "Energy through a run, and what each impact takes of it",
@@ -34,8 +33,6 @@ FIGURE = {
     "Signs: the record; lines: the model that the choice names, or else that of the least ε_θ.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
-
-MARKERS = "osD^v"  # of the foundations
 
 
 @printed
@@ -61,19 +58,15 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `freerock.tables.swings.swings`; source is "experiment" or the model of `named_models`.
     """
-    data = first_runs(swings(runs, restitution, epsilon, blocks))
-    named = named_models(epsilon)
-    own = [named.get((test, str(run))) for test, run in data[["test", "run"]].to_numpy()]
-    data = data[(data["source"] == "experiment") | (data["source"] == own)]
-    above, under = (list(dict.fromkeys(runs[key])) for key in ("block", "foundation"))
-    looks = dict(zip(under, zip(cycle(FOUNDATION_STYLES), cycle(MARKERS)), strict=False))
+    data = first_runs(named_swings(runs, restitution, epsilon, blocks))
+    above, looks = list(dict.fromkeys(runs["block"])), foundation_looks(runs)
     figure = Figure(figsize=size(0.5 + 2.0 * len(above)))
     axes = figure.subplots(len(above), 2, squeeze=False, sharex="col")
     for i, block in enumerate(above):
-        for foundation, (look, marker) in looks.items():
+        for foundation, look in looks.items():
             scene = of_scene(data, block, foundation)
             name = label(labels, foundation)
-            _curves(axes[i], scene, {**look, "marker": marker}, name, str(recorded(origin)["label"]))
+            _curves(axes[i], scene, look, name, str(recorded(origin)["label"]))
         title = wrapped(panel(i, len(above), label(labels, block)), 0.45)
         axes[i, 0].set_title(title, loc="left")
         axes[i, 0].set(yscale="log", ylabel="energy / J")

@@ -1,6 +1,6 @@
 """Recorded against modelled θ(t): Spanos et al. 2017, figure 3 (doi:10.1016/j.proeng.2017.09.024)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -8,19 +8,18 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Labels, printed
-from freerock.models.laws import CANDIDATES, LAWS
-from freerock.products.choices import GROUP
+from freerock.figures.style import Axes, Labels, printed
+from freerock.models.laws import MODEL_LABELS
+from freerock.products.choices import explained_in, named_in
 from freerock.products.groups import runs_of
 from freerock.tables.text import fixed, quantity
 
 FIGURE = {
-    "title": "{Measured} rotation of {block} and the models fitted to it",
-    "caption": "Rotation θ and the models fitted to it, as in figure 3 of Spanos et al. 2017; below, "
-    "modelled minus recorded rotation over σ, the standard deviation of one sample of θ at rest. "
-    "The grey band is ±1.96 σ: a model that leaves nothing but white noise is inside it for 95 % "
-    "of the samples. The scale is linear up to ±3 σ and logarithmic beyond. ε_θ is the relative "
-    "mean square discrepancy.",
+    "title": "{Measured} rotation and the law named for it",
+    "caption": "Rotation θ of all runs of a record and the law named for each, as in figure 3 of Spanos et "
+    "al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
+    "sample of θ at rest. The grey band is ±1.96 σ: a law that leaves nothing but white noise is "
+    "inside it for 95 % of the samples. The scale is linear up to ±3 σ and logarithmic beyond.",
     "reads": ["fits", "runs"],
 }
 
@@ -35,14 +34,12 @@ INSIDE = 1.96  # σ, between which 95 % of white noise lies
 def draw(
     fits: Sequence[xr.DataTree], runs: pd.DataFrame, origin: str, labels: Labels = None
 ) -> tuple[Figure, pd.DataFrame]:
-    """θ(t) of the first fitted run of each dataset beside its models, residuals over σ below.
-
-    The models are the laws, and the candidate that the choice names for the run.
+    """θ(t) of all fitted runs of each dataset and the law that the choice names, residuals over σ below.
 
     Parameters
     ----------
     fits : sequence of xarray.DataTree
-        Fit datasets, as a rule those of one block.
+        Fit datasets, one of each block and foundation.
     runs : pandas.DataFrame
         Tidy table, for the noise of each run.
 
@@ -52,55 +49,30 @@ def draw(
         Columns test, run, source ("measured" or a model), time_s (since the release), theta_deg, residual_deg
         (model minus measured) and residual_over_sigma.
     """
-    drawn = [(tree, *next(iter(runs_of(tree).items()), (None, None))) for tree in fits]
+    scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
     sigma_deg = {(test, str(run)): sigma for test, run, sigma in runs[SIGMA].itertuples(index=False)}
-    figure = Figure(figsize=style.size(0.5 + 3.0 * len(fits)))
-    axes = figure.subplots(2 * len(fits), squeeze=False, height_ratios=[1.9, 1.2] * len(fits))[:, 0]
-    parts = []
-    for i, (tree, number, run) in enumerate(drawn):
-        motion, residual = axes[2 * i : 2 * i + 2]
-        residual.sharex(motion)
-        motion.tick_params(labelbottom=False)
-        names = [style.label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        title = style.panel(i, len(drawn), ", ".join(names))
-        motion.set_title(style.wrapped(title, 0.9), loc="left")
-        motion.set_ylabel("θ / °")
-        residual.set_ylabel("residual / σ")
+    figure, panels = style.pairs_per_scene(scenes, labels, 2.3, (1.5, 1.0))
+    parts: list[pd.DataFrame] = []
+    for scene, tree in zip(scenes, fits, strict=True):
+        motion, residual = panels[scene]
+        if motion.get_subplotspec().is_first_col():
+            motion.set_ylabel("θ / °")
+            residual.set_ylabel("Δθ / σ")
         residual.set_xlabel("time since release / s")
-        if run is None:
+        fitted = runs_of(tree)
+        if not fitted:
             motion.text(0.5, 0.5, "no fitted run", transform=motion.transAxes, ha="center")
             continue
-        curves = _curves(tree, number, run, sigma_deg[tree.attrs["test"], str(number)])
-        parts.append(curves)
-        measured = curves[curves["source"] == "measured"]
-        motion.plot(measured["time_s"], measured["theta_deg"], **style.recorded(origin))
+        curves = {number: _curves(tree, number, run, sigma_deg) for number, run in fitted.items()}
+        parts += curves.values()
+        for number, own in curves.items():
+            _plot(motion, residual, own, named_in(fitted[number]), origin)
+        right = {"transform": motion.transAxes, "ha": "right", "va": "top", "fontsize": "small"}
+        motion.text(0.99, 0.99, "\n".join(_laws(fitted)), **right)
         residual.axhspan(-INSIDE, INSIDE, color="0.85", linewidth=0)
-        for model in _models(run):
-            own = curves[curves["source"] == model]
-            if len(own):
-                look = style.MODEL_STYLES[model]
-                fit = run.children[model].dataset
-                epsilon = quantity(100 * fit["epsilon_theta"].item())
-                failed = (
-                    ""
-                    if fit["success"].item()
-                    else " (stops rocking)"
-                    if "in_phase_r" in fit.attrs
-                    else " (failed fit)"
-                )
-                named = look | {"label": f"{look['label']}, $ε_θ$ = {epsilon} %{failed}"}
-                motion.plot(own["time_s"], own["theta_deg"], **named)
-                thin = look | {"linewidth": style.scaled(0.7)}
-                residual.plot(own["time_s"], own["residual_over_sigma"], **thin)
+        _scale(residual, max(own["residual_over_sigma"].abs().max() for own in curves.values()))
         motion.set_xlim(left=0)
-        residual.set_yscale("symlog", linthresh=LINEAR)
-        furthest = curves["residual_over_sigma"].abs().max()
-        decades = [10.0**power for power in range(1, 7) if 10**power < furthest]
-        ticks = [-each for each in decades[::-1]] + [0.0] + decades
-        residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
-        residual.minorticks_off()
-        style.legend_above(motion)
-    figure.align_ylabels(axes)
+    style.legend_on_top(figure)
     style.footer(figure, origin)
     return figure, style.gathered(parts, COLUMNS)
 
@@ -110,17 +82,50 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return style.drawn_runs(data)
 
 
-def _models(run: xr.DataTree) -> list[str]:
-    """The laws that were fitted to a run, and the candidate named for it."""
-    named = str(run.children[GROUP].attrs["selected"]) if GROUP in run.children else ""
-    return [model for model in CANDIDATES if model in run.children and (model in LAWS or model == named)]
+def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:
+    """The range of ε_θ of each named law; its name where there are several; whether it is rejected."""
+    found: dict[str, list[tuple[float, bool]]] = {}
+    for run in fitted.values():
+        if model := named_in(run):
+            epsilon = 100 * run.children[model].dataset["epsilon_theta"].item()
+            found.setdefault(model, []).append((epsilon, explained_in(run)))
+    told = []
+    for model, each in found.items():
+        low, high = (quantity(end(epsilon for epsilon, _ in each), digits=2) for end in (min, max))
+        name = f"{MODEL_LABELS[model]}: " if len(found) > 1 else ""
+        rejected = "" if all(explains for _, explains in each) else ", rejected"
+        told.append(f"{name}$ε_θ$ = {low if low == high else f'{low} to {high}'} %{rejected}")
+    return told
 
 
-def _curves(tree: xr.DataTree, number: int, run: xr.DataTree, sigma_deg: float) -> pd.DataFrame:
-    drawn = style.thin(run.sizes["time"])
+def _plot(motion: Axes, residual: Axes, own: pd.DataFrame, model: str, origin: str) -> None:
+    """A run and its law."""
+    measured, modelled = (own[own["source"] == source] for source in ("measured", model))
+    motion.plot(measured["time_s"], measured["theta_deg"], **style.recorded(origin))
+    if len(modelled):
+        look = style.MODEL_STYLES[model]
+        motion.plot(modelled["time_s"], modelled["theta_deg"], **look | {"linewidth": style.scaled(0.8)})
+        thin = {"linewidth": style.scaled(0.4), "linestyle": "-", "color": look["color"]}
+        residual.plot(modelled["time_s"], modelled["residual_over_sigma"], **thin)
+
+
+def _scale(residual: Axes, furthest: float) -> None:
+    """Linear about zero, logarithmic beyond."""
+    residual.set_yscale("symlog", linthresh=LINEAR)
+    decades = [10.0**power for power in range(1, 7) if 10**power < furthest]
+    ticks = [-each for each in decades[::-1]] + [-LINEAR, 0.0, LINEAR] + decades
+    residual.set_yticks(ticks, [fixed(tick, 0) for tick in ticks])
+    residual.minorticks_off()
+
+
+def _curves(
+    tree: xr.DataTree, number: int, run: xr.DataTree, sigma_deg: Mapping[tuple[str, str], float]
+) -> pd.DataFrame:
+    sigma, drawn = sigma_deg[tree.attrs["test"], str(number)], style.thin(run.sizes["time"])
     measured = run.dataset["theta"].values[drawn]
     sources = {"measured": measured}
-    sources |= {model: run.children[model].dataset["theta_model"].values[drawn] for model in _models(run)}
+    if model := named_in(run):
+        sources[model] = run.children[model].dataset["theta_model"].values[drawn]
     return pd.concat(
         pd.DataFrame(
             {
@@ -130,7 +135,7 @@ def _curves(tree: xr.DataTree, number: int, run: xr.DataTree, sigma_deg: float) 
                 "time_s": run.dataset["time"].values[drawn],
                 "theta_deg": np.degrees(theta),
                 "residual_deg": np.degrees(theta - measured),
-                "residual_over_sigma": np.degrees(theta - measured) / sigma_deg,
+                "residual_over_sigma": np.degrees(theta - measured) / sigma,
             }
         )
         for source, theta in sources.items()

@@ -28,9 +28,9 @@ from freerock.models.laws import MODEL_LABELS, MODELS
 
 FIGURE = {
     "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
-    "caption": "Discrepancy ε_θ of each run with the parameters fitted to it, with those of the other runs "
-    "of its record, and with those of another block on the same foundation. Failed fits predict "
-    "nothing.",
+    "caption": "Of the laws named for any run: discrepancy ε_θ of each run with the parameters fitted to it, "
+    "with those of the other runs of its record, and with those of another block on the same "
+    "foundation. Failed fits predict nothing.",
     "reads": ["predictions", "epsilon"],
 }
 
@@ -62,11 +62,13 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `predictions`, with a row per fit of a run, basis `OWN`.
     """
+    laws = set(epsilon["model"][epsilon["selected"]]) or set(epsilon["model"])
+    epsilon, predictions = (table[table["model"].isin(laws)] for table in (epsilon, predictions))
     own = epsilon[epsilon["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
     data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:
         return nothing_drawn("nothing to predict: no run has a fit that may be used", origin), data
-    shown = [model for model in MODELS if model in set(epsilon["model"])]
+    shown = [model for model in MODELS if model in laws]
     scenes = list(dict.fromkeys(zip(epsilon["block"], epsilon["foundation"], strict=True)))
     beside = max(1, min(len(shown), int(size(1)[0] / NARROWEST_IN)))
     below = -(-len(shown) // beside)

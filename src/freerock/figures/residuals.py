@@ -1,4 +1,4 @@
-"""Residuals against the noise at rest: their spectrum and autocorrelation."""
+"""Residuals of the named law against the noise at rest: the decision whether it explains a run."""
 
 from collections.abc import Sequence
 
@@ -6,89 +6,80 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
-from scipy.fft import irfft, rfft
 
 from freerock.arrays import Floats
 from freerock.figures.style import (
     MODEL_STYLES,
-    Axes,
     Labels,
     Style,
     drawn_runs,
     footer,
     gathered,
-    label,
     legend_on_top,
-    panel,
+    outer_labels,
+    panel_per_scene,
     printed,
     scaled,
-    size,
-    wrapped,
+    whole_decades,
 )
-from freerock.models.laws import LAWS, MODELS
+from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
 from freerock.rotation.tapers import frequencies, tapered_power
 from freerock.runs.noise import Noise, averaged, expected_power, samples_averaged
 
 FIGURE = {
-    "title": "Residuals of {block} against the noise at rest",
-    "caption": "Left, power spectral density of modelled minus recorded rotation, with sine tapers, means "
-    "over a sixth of an octave, and of the noise at rest of the same record. Right, "
-    "autocorrelation of the residual; the band holds 95 % of that of white noise.",
+    "title": "Residuals against the noise at rest",
+    "caption": "Power spectral density of modelled minus recorded rotation, of the law named for each run, "
+    "with sine tapers, means over a sixth of an octave; grey, that of the noise at rest of the "
+    "same record. A law explains a run if its residual nowhere exceeds the noise.",
     "reads": ["fits", "records"],
 }
 
 PER_OCTAVE = 6  # means of the spectrum
-LONGEST_S = 0.5  # lag
-COLUMNS = ["test", "run", "source", "quantity", "at", "value"]
+COLUMNS = ["test", "run", "source", "at", "value"]
 REST = "noise at rest"
+OF_FITS = ("time", "theta", "residual")  # shown
+OF_REST: Style = {"color": "0.72", "linewidth": 2.6, "linestyle": "-", "label": REST, "zorder": 1}
 
 
 @printed
 def draw(
     fits: Sequence[xr.DataTree], records: Sequence[xr.DataTree], origin: str, labels: Labels = None
 ) -> tuple[Figure, pd.DataFrame]:
-    """Spectrum and autocorrelation of the residuals of the first fitted run of each dataset.
+    """Spectrum of the residual of all fitted runs of each dataset, and of the noise at rest.
 
     Parameters
     ----------
     fits, records : sequence of xarray.DataTree
-        Datasets; a row of panels for each of the former, with the noise at rest where its record is there.
+        Datasets; a panel for each of the former, with the noise at rest where its record is there.
 
     Returns
     -------
     figure, data : Figure, pandas.DataFrame
-        Columns `COLUMNS`: source is a model or "noise at rest"; at is a frequency [Hz] where quantity is
-        "density_deg2_hz" (of one side), a lag [s] where it is "autocorrelation".
+        Columns `COLUMNS`: source is a model or "noise at rest", at a frequency [Hz], value a density of one
+        side [deg²/Hz].
     """
     by_test = {tree.attrs["test"]: tree for tree in records}
-    figure = Figure(figsize=size(0.6 + 2.0 * len(fits)))
-    axes = figure.subplots(len(fits), 2, squeeze=False, sharex="col")
+    scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
+    figure, panels = panel_per_scene(scenes, labels, 1.9, sharex=True)
     parts = []
-    for i, tree in enumerate(fits):
-        names = [label(labels, tree.attrs[key]) for key in ("block", "foundation")]
-        axes[i, 0].set_title(wrapped(panel(i, len(fits), ", ".join(names)), 0.45), loc="left")
-        axes[i, 0].set_ylabel("density / (deg²/Hz)")
-        axes[i, 1].set_ylabel("autocorrelation / 1")
-        number, run = next(iter(runs_of(tree).items()), (None, None))
-        if run is None or number is None:
-            axes[i, 0].text(0.5, 0.5, "no fitted run", transform=axes[i, 0].transAxes, ha="center")
+    for scene, tree in zip(scenes, fits, strict=True):
+        ax, runs = panels[scene], runs_of(tree)
+        if not runs:
+            ax.text(0.5, 0.5, "no fitted run", transform=ax.transAxes, ha="center")
             continue
-        own, n = _of_run(by_test.get(tree.attrs["test"]), number, run)
-        parts.append(own.assign(test=tree.attrs["test"], run=number)[COLUMNS])
-        for source in [*LAWS, REST]:
-            _plot(axes[i], own[own["source"] == source], source)
-        inside = 1.96 / np.sqrt(n)
-        axes[i, 1].axhspan(-inside, inside, color="0.85", linewidth=0)
-    for left, right in axes:
-        left.set(xscale="log", yscale="log")
-        right.set_ylim(-1.05, 1.05)
-    axes[-1, 0].set_xlabel("frequency / Hz")
-    axes[-1, 1].set_xlabel("lag / s")
+        own = _of_record(by_test.get(tree.attrs["test"]), runs).assign(test=tree.attrs["test"])
+        parts.append(own)
+        for (source, _), rows in own.groupby(["source", "run"], sort=False):
+            look = OF_REST if source == REST else MODEL_STYLES[source] | {"linewidth": 0.8, "linestyle": "-"}
+            ax.plot(rows["at"], rows["value"], **look | {"linewidth": scaled(look["linewidth"])})
+        ax.set(xscale="log", yscale="log")
+        whole_decades(ax.yaxis)
+    outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
     legend_on_top(figure)
     footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)
+    return figure, gathered(parts, COLUMNS)[COLUMNS]
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -96,38 +87,26 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     return drawn_runs(data)
 
 
-def _plot(axes: Sequence[Axes], rows: pd.DataFrame, source: str) -> None:
-    rest: Style = {"color": "0.6", "linewidth": 2.6, "linestyle": "-", "label": REST, "zorder": 1}
-    look = rest if source == REST else MODEL_STYLES[source] | {"linewidth": 0.9}
-    look = look | {"linewidth": scaled(look["linewidth"])}
-    for ax, quantity in zip(axes, ("density_deg2_hz", "autocorrelation"), strict=True):
-        own = rows[rows["quantity"] == quantity]
-        if len(own):
-            ax.plot(own["at"], own["value"], **look)
-
-
-def _of_run(record: xr.DataTree | None, number: int, run: xr.DataTree) -> tuple[pd.DataFrame, int]:
-    """Spectra and autocorrelations of a run, and how many averaged samples they are of."""
-    motion = None
+def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
+    """Spectra of the residuals of all runs, and of the noise at rest of the first."""
+    motions = {}
     if record is not None:
         samples = {name: record.dataset[name].values for name in OVER_TIME if name in record.dataset}
-        motion = measured_in(record, samples).with_noise().get(number)
-    noise = motion.noise if motion else None
-    rate_hz = _rate_hz(run)
-    m = noise.averaged if noise else samples_averaged(rate_hz)
-    parts = []
-    for model in MODELS:
-        if model in LAWS and model in run.children:
-            residual = averaged(_samples(run, model), m)
+        motions = measured_in(record, samples).with_noise()
+    parts: list[pd.DataFrame] = []
+    for number, run in runs.items():
+        motion, rate_hz = motions.get(number), _rate_hz(run)
+        noise = motion.noise if motion else None
+        m = noise.averaged if noise else samples_averaged(rate_hz)
+        n = len(averaged(np.asarray(run.dataset["theta"].values), m))
+        if noise and not parts:
+            parts.append(_series(REST, *_means(*_at_rest(noise, n, rate_hz))).assign(run=number))
+        if model := named_in(run):
+            residual = averaged(_residual(run, model), m)
             at = frequencies(len(residual)) * rate_hz / m
-            parts.append(
-                _series(model, "density_deg2_hz", *_means(at, _density(tapered_power(residual), rate_hz)))
-            )
-            parts.append(_series(model, "autocorrelation", *_autocorrelation(residual, rate_hz / m)))
-    n = len(averaged(_samples(run), m))
-    if noise:
-        parts.append(_series(REST, "density_deg2_hz", *_means(*_at_rest(noise, n, rate_hz))))
-    return gathered(parts, COLUMNS[2:]), n
+            power = _density(tapered_power(residual), rate_hz)
+            parts.append(_series(model, *_means(at, power)).assign(run=number))
+    return gathered(parts, COLUMNS[1:])
 
 
 def _at_rest(noise: Noise, n: int, rate_hz: float) -> tuple[Floats, Floats]:
@@ -139,10 +118,8 @@ def _density(power: Floats, rate_hz: float) -> Floats:
     return np.asarray(2 * np.degrees(1.0) ** 2 * power / rate_hz)
 
 
-def _samples(run: xr.DataTree, model: str = "") -> Floats:
-    """The residual of a model [rad], between its samples where one is missing; else the rotation."""
-    if not model:
-        return np.asarray(run.dataset["theta"].values)
+def _residual(run: xr.DataTree, model: str) -> Floats:
+    """The residual of a model [rad], between its samples where one is missing."""
     residual = run.children[model].dataset["residual"].values
     found = np.isfinite(residual)
     places = np.arange(len(residual))
@@ -162,14 +139,5 @@ def _means(at: Floats, power: Floats) -> tuple[Floats, Floats]:
     return tuple(np.bincount(part, values)[some] / count[some] for values in (at, power))  # type: ignore[return-value]
 
 
-def _autocorrelation(residual: Floats, rate_hz: float) -> tuple[Floats, Floats]:
-    """At lags up to `LONGEST_S`; of samples about zero, each sum over all products."""
-    n = len(residual)
-    power = np.abs(rfft(residual, 2 * n)) ** 2
-    lags = min(n, round(LONGEST_S * rate_hz) + 1)
-    sums = irfft(power, 2 * n)[:lags]
-    return np.arange(lags) / rate_hz, np.asarray(sums / sums[0])
-
-
-def _series(source: str, quantity: str, at: Floats, value: Floats) -> pd.DataFrame:
-    return pd.DataFrame({"source": source, "quantity": quantity, "at": at, "value": value})
+def _series(source: str, at: Floats, value: Floats) -> pd.DataFrame:
+    return pd.DataFrame({"source": source, "at": at, "value": value})

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.textpath import TextPath
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -252,6 +252,7 @@ def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes,
         yield ax, model, frame[frame["model"] == model]
 
 
+NARROWEST_IN = 1.7  # of a panel of a scene
 Scene = tuple[str, str]
 """A block on a foundation."""
 
@@ -267,7 +268,11 @@ def of_scene(table: pd.DataFrame, block: str, foundation: str) -> pd.DataFrame:
 
 
 def panel_per_scene(
-    scenes: Sequence[Scene], labels: Labels, height_in: float, narrowest_in: float = 1.7, **shared: Any
+    scenes: Sequence[Scene],
+    labels: Labels,
+    height_in: float,
+    narrowest_in: float = NARROWEST_IN,
+    **shared: Any,
 ) -> tuple[Figure, dict[Scene, Axes]]:
     """A figure with a row for each block and a column for each foundation, titled.
 
@@ -302,6 +307,32 @@ def panel_per_scene(
     return figure, panels
 
 
+def pairs_per_scene(
+    scenes: Sequence[Scene], labels: Labels, height_in: float, ratios: tuple[float, float]
+) -> tuple[Figure, dict[Scene, tuple[Axes, Axes]]]:
+    """As `panel_per_scene`, with two panels over the same time one above the other for each scene."""
+    above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
+    width, height = size(0.5 + height_in * len(above))
+    figure = Figure(figsize=(max(width, NARROWEST_IN * len(under)), height))
+    axes = figure.subplots(2 * len(above), len(under), squeeze=False, height_ratios=ratios * len(above))
+    panels: dict[Scene, tuple[Axes, Axes]] = {}
+    for i, block in enumerate(above):
+        for j, foundation in enumerate(under):
+            upper, lower = axes[2 * i : 2 * i + 2, j]
+            if (block, foundation) not in scenes:
+                upper.set_axis_off()
+                lower.set_axis_off()
+                continue
+            lower.sharex(upper)
+            upper.tick_params(labelbottom=False)
+            title = panel(
+                len(panels), len(set(scenes)), f"{label(labels, block)}, {label(labels, foundation)}"
+            )
+            upper.set_title(wrapped(title, 0.8 / len(under)), loc="left")
+            panels[block, foundation] = upper, lower
+    return figure, panels
+
+
 def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
     """Label the axes of panels at the left and at the foot."""
     n = len({foundation for _, foundation in panels})
@@ -330,6 +361,13 @@ def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1
     beside = room * size(1)[0] * 72 / (10 * CHARACTER * _points("xtick.labelsize"))
     ticks = ticks[:: -(-len(ticks) // max(2, int(beside)))] if len(ticks) else ticks
     axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
+
+
+def whole_decades(axis: Any) -> None:
+    """A logarithmic axis has at least one decade, and numbers at powers of ten only."""
+    low, high = axis.get_view_interval()
+    axis.set_view_interval(min(low, 10 ** np.floor(np.log10(high))), high, ignore=True)
+    axis.set_minor_formatter(NullFormatter())
 
 
 def headed(figure: Figure) -> None:

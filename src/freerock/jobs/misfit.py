@@ -10,7 +10,7 @@ import xarray as xr
 from freerock.models.block import Block
 from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.populations.misfit import misfit_map
-from freerock.products.choices import GROUP
+from freerock.products.choices import named_in
 from freerock.products.estimates import ESTIMATED, estimates_in
 from freerock.products.groups import one_of_each, runs_of
 from freerock.products.misfit_maps import RecordMap, mapped, record_map, write_misfit_maps
@@ -49,8 +49,7 @@ def _estimates(tree: xr.DataTree) -> list[Estimate]:
     """The fits of the law that is named for the first run with one that can be mapped."""
     usable = list(estimates_in(tree))
     for number, run in runs_of(tree).items():
-        named = str(run.children[GROUP].attrs["selected"]) if GROUP in run.children else ""
-        if model := mapped(named, [each.model for each in usable if each.run == number]):
+        if model := mapped(named_in(run), [each.model for each in usable if each.run == number]):
             return [each for each in usable if each.model == model and each.run >= number]
     return []
 

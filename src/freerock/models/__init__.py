@@ -9,6 +9,7 @@ __all__ = [
     "bouncing",
     "compiled",
     "contact",
+    "corners",
     "given",
     "ground",
     "housner",

@@ -61,3 +61,13 @@ def choices_of(tree: xr.DataTree) -> Iterator[tuple[int, xr.Dataset]]:
     for run, group in runs_of(tree).items():
         if GROUP in group.children:
             yield run, group.children[GROUP].dataset
+
+
+def named_in(run: xr.DataTree) -> str:
+    """The candidate that the choice names for a run of a fit dataset; "" where it names none."""
+    return str(run.children[GROUP].attrs["selected"]) if GROUP in run.children else ""
+
+
+def explained_in(run: xr.DataTree) -> bool:
+    """Whether the candidate named for a run of a fit dataset explains it."""
+    return GROUP in run.children and bool(run.children[GROUP].attrs["explained"])

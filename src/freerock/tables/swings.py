@@ -4,11 +4,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
 
-from freerock.arrays import Floats
 from freerock.models.block import GRAVITY, Block
-from freerock.models.laws import LAWS
 
 GAP = 1.25  # times the period before, above which an impact between was not seen: periods fall with amplitude
 FIT = ["test", "run", "source"]
@@ -29,7 +26,8 @@ def swings(
     Returns
     -------
     pandas.DataFrame
-        The columns of restitution, and rigid_speed_m_s, the impact speed of a rigid block that falls from
+        The columns of restitution, and amplitude, the peak before the impact over the critical angle,
+        rigid_speed_m_s, the impact speed of a rigid block that falls from
         the peak before the impact, energy_j, what it has there above rest, loss = 1 - r² and its
         standard error loss_stderr, and period_s, twice the time since the impact before; NaN of the first
         impact, and where an impact between was not seen.
@@ -51,6 +49,7 @@ def swings(
     p_2b = np.array([block.p * 2 * block.b for block in of_block], float)
     r = found["r"].to_numpy(float)
     found = found.assign(
+        amplitude=peak / critical,
         rigid_speed_m_s=p_2b * np.sqrt(2 * np.maximum(height, 0.0)),
         energy_j=weight * height,
         loss=1 - r**2,
@@ -61,12 +60,16 @@ def swings(
     return found.assign(period_s=period.where(~(period > GAP * before)))
 
 
-def law_swings(
+def named_swings(
     runs: pd.DataFrame, restitution: pd.DataFrame, epsilon: pd.DataFrame, blocks: Mapping[str, Block]
 ) -> pd.DataFrame:
-    """The swings of runs and of the laws fitted to them, without those of further candidates."""
+    """The swings of all runs, and of the first of each block and foundation those of its `named_models`."""
     found = swings(runs, restitution, epsilon, blocks)
-    return found[found["source"].isin(["experiment", *LAWS])]
+    models = named_models(epsilon)
+    own = [models.get((test, str(run))) for test, run in found[["test", "run"]].to_numpy()]
+    recorded = found["source"] == "experiment"
+    modelled = first_runs(found[recorded | (found["source"] == own)])
+    return pd.concat([found[recorded], modelled[modelled["source"] != "experiment"]], ignore_index=True)
 
 
 def usable_rows(runs: pd.DataFrame) -> pd.DataFrame:
@@ -102,49 +105,3 @@ def named_models(epsilon: pd.DataFrame) -> dict[tuple[str, str], str]:
     ranked = usable.sort_values(["selected", "epsilon_theta"], ascending=[False, True], kind="stable")
     first = ranked.drop_duplicates(["test", "run"])
     return {(test, str(run)): model for test, run, model in first[["test", "run", "model"]].to_numpy()}
-
-
-def local_band(x: pd.Series, y: pd.Series, share: float = 0.6, least: int = 12) -> pd.DataFrame:
-    """Where 95 % of the values lie along x, by a local line and the scatter about it.
-
-    Straight lines with tricube weights over the nearest share of the points (Cleveland 1979,
-    doi:10.1080/01621459.1979.10481038); the prediction interval of Student's t for one more point.
-
-    Parameters
-    ----------
-    x, y : pandas.Series
-        Points.
-    share : float
-        Of the points that count around each place.
-    least : int
-        Points; fewer have no band.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns x, low, high at 60 places; empty of fewer points.
-    """
-    along, across = pd.DataFrame({"x": x, "y": y}, dtype=float).dropna().to_numpy().T
-    if len(along) < least or np.ptp(along) == 0:
-        return pd.DataFrame(columns=["x", "low", "high"])
-    n = max(least, round(share * len(along)))
-    places = np.linspace(along.min(), along.max(), 60)
-    rows = [(place, *_local(place, along, across, n)) for place in places]
-    return pd.DataFrame(rows, columns=["x", "low", "high"])
-
-
-def _local(place: float, x: Floats, y: Floats, n: int) -> tuple[float, float]:
-    """Ends of the band at a place, from its n nearest points."""
-    apart = np.abs(x - place)
-    reach = 1.001 * max(np.sort(apart)[n - 1], 1e-9)
-    weight = np.clip(1 - (apart / reach) ** 3, 0, None) ** 3
-    root = np.sqrt(weight)
-    columns = np.column_stack([np.ones_like(x), x - place]) * root[:, None]
-    inverse = np.linalg.pinv(columns)
-    line = inverse @ (y * root)
-    counted = weight.sum() ** 2 / np.sum(weight**2)  # points, by Kish's effective number
-    dof = max(counted - 2, 1.0)
-    variance = np.sum((y * root - columns @ line) ** 2) / weight.sum() * counted / dof
-    of_line = np.sum((inverse[0] * root) ** 2)
-    half = float(stdtrit(dof, 0.975) * np.sqrt(variance * (1 + of_line)))
-    return float(line[0]) - half, float(line[0]) + half

@@ -1,0 +1,137 @@
+"""Contact of the named law over the first swings: how deep the corners go, and with which force."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    drawn_runs,
+    footer,
+    gathered,
+    legend_on_top,
+    nothing_drawn,
+    pairs_per_scene,
+    printed,
+    scaled,
+)
+from freerock.models.block import GRAVITY, Block
+from freerock.models.corners import corners_over_time
+from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
+from freerock.populations.estimate import Estimate
+from freerock.products.choices import named_in
+from freerock.products.estimates import ESTIMATED, estimates_in
+from freerock.products.groups import runs_of
+
+FIGURE = {
+    "title": "Contact over the first swings",
+    "caption": "Depth of the two corners below the ground, and the contact force over the block's weight, of "
+    "the law named for the first run. The force is that of the law, since no sensor measured it.",
+    "reads": ["fits", "blocks", "debonding"],
+}
+
+OF_FITS = (*ESTIMATED, "impact_time")  # shown
+SWINGS, N_SAMPLES = 3, 1500
+LONGEST_S = 2.0
+COLUMNS = [
+    "test",
+    "run",
+    "block",
+    "foundation",
+    "model",
+    "time_s",
+    "left_mm",
+    "right_mm",
+    "force_over_weight",
+]
+
+
+@printed
+def draw(
+    fits: Sequence[xr.DataTree],
+    blocks: Mapping[str, Block],
+    debonding: str,
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
+    """Depth of the corners and force over weight up to the third impact, of the first run of each scene.
+
+    Parameters
+    ----------
+    fits : sequence of xarray.DataTree
+        Fit datasets.
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    debonding : str
+        "geometric" or "tensionless".
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns `COLUMNS`; scenes whose named law has no foundation are left out.
+    """
+    found = [(tree, estimate) for tree in fits if (estimate := _first(tree))]
+    if not found:
+        why = "no law of a compliant foundation is named"
+        return nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
+    scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
+    figure, panels = pairs_per_scene(scenes, labels, 2.1, (1.0, 1.0))
+    parts = []
+    for scene, (tree, estimate) in zip(scenes, found, strict=True):
+        own = _over_time(tree, estimate, estimate.block_of(blocks[scene[0]]), debonding)
+        parts.append(own)
+        _draw(*panels[scene], own)
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, gathered(parts, COLUMNS)
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """Which runs and laws are drawn."""
+    named = [MODEL_LABELS[model] for model in CANDIDATES if model in set(data["model"])]
+    return f"{drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."
+
+
+def _first(tree: xr.DataTree) -> Estimate | None:
+    """The fit of the law named for the first run of a dataset that names one of a foundation."""
+    named = {number: named_in(run) for number, run in runs_of(tree).items()}
+    of_law = (each for each in estimates_in(tree) if each.model == named[each.run])
+    return next((each for each in of_law if law_of(each.model).is_foundation), None)
+
+
+def _over_time(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: str) -> pd.DataFrame:
+    fit = runs_of(tree)[estimate.run].children[estimate.model].dataset
+    impacts = fit["impact_time"].values if "impact_time" in fit else np.empty(0)
+    end = impacts[min(SWINGS, len(impacts)) - 1] if len(impacts) else LONGEST_S
+    time_s = np.linspace(0.0, 1.03 * end, N_SAMPLES)
+    left, right, force = corners_over_time(estimate.model, block, estimate.values, time_s, debonding)
+    columns = {
+        "test": estimate.test,
+        "run": estimate.run,
+        "block": estimate.block,
+        "foundation": estimate.foundation,
+        "model": estimate.model,
+        "time_s": time_s,
+        "left_mm": 1e3 * left,
+        "right_mm": 1e3 * right,
+        "force_over_weight": force / (block.mass_kg * GRAVITY),
+    }
+    return pd.DataFrame(columns)
+
+
+def _draw(depth: Axes, force: Axes, own: pd.DataFrame) -> None:
+    sides = (("left_mm", "left corner", "#b34700", "--"), ("right_mm", "right corner", "#0a5bd3", "-"))
+    for column, name, color, line in sides:
+        below = own[column].clip(lower=0.0)
+        depth.plot(own["time_s"], below, color=color, linestyle=line, label=name, linewidth=scaled(1.0))
+    force.plot(own["time_s"], own["force_over_weight"], color="black", linewidth=scaled(0.8))
+    force.axhline(1.0, color="0.45", linestyle=":", label="weight")
+    for ax, text in ((depth, "depth / mm"), (force, "force / weight")):
+        ax.set_ylim(bottom=0)
+        if ax.get_subplotspec().is_first_col():
+            ax.set_ylabel(text)
+    force.set_xlabel("time since release / s")

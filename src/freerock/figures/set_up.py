@@ -1,0 +1,135 @@
+"""The set-up as it is configured: each block with its beams, to scale."""
+
+from collections.abc import Mapping
+from math import degrees, sin
+from typing import Any
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.patches import Arc, Rectangle
+
+from freerock.figures.style import Axes, Labels, Style, footer, label, panel, printed, scaled, size, wrapped
+from freerock.models.block import Block
+
+FIGURE = {
+    "title": "Set-up of the tests",
+    "caption": "Each block as configured, to one scale: the distance R of a corner from the centre of mass, "
+    "the critical angle α between it and the vertical, and where the beam of each sensor meets "
+    "the block.",
+    "reads": ["blocks", "set_ups"],
+}
+
+COLUMNS = ["block", "height_m", "width_m", "R_m", "alpha_deg", "laser", "beam", "position_m", "foundations"]
+BEAM: Style = {"color": "#b34700", "arrowstyle": "-|>", "shrinkA": 0, "shrinkB": 0}
+MOST_BESIDE = 4
+
+
+@printed
+def draw(
+    blocks: Mapping[str, Block],
+    set_ups: Mapping[str, Mapping[str, Any]],
+    origin: str,
+    labels: Labels = None,
+) -> tuple[Figure, pd.DataFrame]:
+    """A panel for each block, with the beams that meet it and the foundations it stands on.
+
+    Parameters
+    ----------
+    blocks : mapping of str to freerock.models.block.Block
+        The blocks by name.
+    set_ups : mapping
+        By block, foundations (names) and lasers (mappings with name, beam, position_m, face), as of the
+        records.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        Columns `COLUMNS`, a row per block and laser.
+    """
+    beside = max(1, min(len(set_ups), MOST_BESIDE, int(size(1)[0] / 1.7)))
+    rows = -(-len(set_ups) // beside)
+    shown = {name: blocks[name] for name in set_ups}
+    tallest, widest = (
+        max(getattr(each, f"{way}_m") for each in shown.values()) for way in ("height", "width")
+    )
+    figure = Figure(figsize=size(0.2 + 2.6 * rows))
+    axes = figure.subplots(rows, beside, squeeze=False)
+    for i, (ax, (name, block)) in enumerate(zip(axes.ravel(), shown.items(), strict=False)):
+        _panel(ax, block, set_ups[name], labels)
+        half = max(1.6 * widest, 0.42 * tallest)
+        ax.set(xlim=(-half, half), ylim=(-0.2 * tallest, 1.12 * tallest), aspect="equal")
+        ax.set_title(wrapped(panel(i, len(shown), label(labels, name)), 0.8 / beside), loc="left")
+    for ax in axes.ravel():
+        ax.set_axis_off()
+    footer(figure, origin)
+    return figure, pd.DataFrame(_rows(shown, set_ups), columns=COLUMNS)
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """What stands on which foundation."""
+    known = labels or {}
+    of_block = data.drop_duplicates("block")[["block", "foundations"]].itertuples(index=False)
+    told = [
+        f"{known.get(block, block)} on {', '.join(known.get(each, each) for each in names.split())}"
+        for block, names in of_block
+    ]
+    return f"{'; '.join(told)}."
+
+
+def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:
+    b, h, height = block.width_m / 2, block.h, block.height_m
+    ax.add_patch(
+        Rectangle((-b, 0), 2 * b, height, facecolor="0.93", edgecolor="black", linewidth=scaled(0.9))
+    )
+    ground: Style = {"facecolor": "none", "edgecolor": "0.55", "hatch": "////", "linewidth": 0}
+    left, right = -2.4 * b, 2.4 * b
+    depth = 0.25 * b + 0.02 * height
+    ax.add_patch(Rectangle((left, -depth), right - left, depth, **ground))
+    ax.plot([left, right], [0, 0], color="black", linewidth=scaled(0.9))
+    ax.plot(0, h, "+", color="black", markersize=scaled(6))
+    ax.plot([0, block.b], [h, 0], color="#0a5bd3", linewidth=scaled(0.8))
+    ax.plot([block.b] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=scaled(0.6), linestyle=":")
+    turn = degrees(block.theta_cr)
+    ax.add_patch(Arc((block.b, 0), 1.3 * h, 1.3 * h, theta1=90, theta2=90 + turn, color="#0a5bd3"))
+    small: Style = {"fontsize": "small"}
+    ax.text(block.b - 0.72 * h * sin(block.theta_cr / 2), 0.7 * h, "α", color="#0a5bd3", ha="center", **small)
+    ax.text(-0.1 * b, 0.62 * h, "R", color="#0a5bd3", ha="right", **small)
+    size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
+    stands = ", ".join(label(labels, each) for each in set_up["foundations"])
+    ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", **small)
+    for laser in set_up["lasers"]:
+        _beam(ax, block, laser)
+
+
+def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
+    """The beam of a sensor with its place; a sensor of the rotation itself has none."""
+    if laser["beam"] is None:
+        return
+    at, b = laser["position_m"], block.width_m / 2
+    text = f"{1e3 * at:.4g} mm"
+    if laser["beam"] == "horizontal":
+        side = -1 if laser["face"] == "left" else 1
+        ax.annotate("", (side * b, at), (side * 2.6 * b, at), arrowprops=BEAM)
+        ax.text(side * 1.2 * b, at, text, va="bottom", ha="right" if side < 0 else "left", fontsize="small")
+    else:
+        top = block.height_m
+        ax.annotate("", (at, top), (at, 1.1 * top), arrowprops=BEAM)
+        ax.text(at + 0.1 * b, 1.1 * top, text, va="top", fontsize="small")
+
+
+def _rows(blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
+    return [
+        {
+            "block": name,
+            "height_m": block.height_m,
+            "width_m": block.width_m,
+            "R_m": block.R,
+            "alpha_deg": degrees(block.theta_cr),
+            "laser": laser["name"],
+            "beam": laser["beam"] or "",
+            "position_m": laser["position_m"],
+            "foundations": " ".join(set_ups[name]["foundations"]),
+        }
+        for name, block in blocks.items()
+        for laser in set_ups[name]["lasers"]
+    ]
