@@ -480,7 +480,7 @@ def test_misfit_map_marks_every_fit_and_leaves_out_failed_ones(datasets, tmp_pat
     assert set(data["test"]) == {tree.attrs["test"]}
     grid = data[data["quantity"] == "grid"]
     assert grid["k"].min() == pytest.approx(6.88e6 * np.exp(-0.3))
-    assert figure.axes[0].get_xlabel() == "k / (N/m²)" and figure.axes[0].get_ylabel() == "λ / (N s/m³)"
+    assert figure.axes[0].get_xlabel() == "k / (N m⁻²)" and figure.axes[0].get_ylabel() == "λ / (N s m⁻³)"
     assert "simulated record – not the laboratory's data" in texts(figure)
     assert figure.axes[0].get_title(loc="left") == "Slender block, Marble: Hunt–Crossley"
     assert misfit_map.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_marble."
@@ -507,9 +507,9 @@ def test_a_figure_of_a_campaign_is_a_module_that_draws_and_captions(name):
 
 def test_axes_of_parameters_have_the_units_of_the_laws():
     assert [style.axis_of(name) for name in ("k", "c", "lambda", "t0")] == [
-        "k / (N/m²)",
-        "c / (N s/m²)",
-        "λ / (N s/m³)",
+        "k / (N m⁻²)",
+        "c / (N s m⁻²)",
+        "λ / (N s m⁻³)",
         "t₀ / s",
     ]
-    assert [style.ratio_axis_of(name) for name in ("c", "lambda")] == ["c/k / s", "λ/k / (s/m)"]
+    assert [style.ratio_axis_of(name) for name in ("c", "lambda")] == ["c/k / s", "λ/k / (s m⁻¹)"]

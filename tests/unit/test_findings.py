@@ -40,6 +40,10 @@ def test_a_campaign_with_failures(tmp_path):
     assert "Housner (" in text["Explained by"]
     assert "Marble: k = (6.8800 ± 0.0060)·10⁶ N m⁻² and λ = " in text["Parameters"]
     assert text["Foundation"].count(" rocks longest on ") == 2
+    tables = {name: read_csv(tmp_path / f"{name}.csv") for name in tables_of(tmp_path, campaign())}
+    choice = tables["choice"]
+    choice.loc[choice["foundation"] == "mat", "explains"] = False
+    assert "Foundation" not in {each.head for each in findings(tables, LABELS)}
     assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
     assert re.search(
         r"Marble: ε_θ = [\d.]+ to [\d.]+ % from other runs and [\d.]+ to [\d.]+ % from another block\.",

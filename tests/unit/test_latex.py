@@ -1,8 +1,6 @@
-import ast
 import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,17 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.image import imsave
 
+from freerock.config.campaign import FIGURES
 from freerock.figures.declared import declared
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.candidates import candidates_table
+from freerock.tables.candidates_text import printed_candidates
 from freerock.tables.latex import figures_tex, latex, numbers_tex, spelt_test
 from freerock.tables.paper import table1_text, table2_text, table3_text
 from freerock.tables.populations import populations_table
 from freerock.tables.recovered import recovered_table, recovered_text
 from freerock.tables.summary import table1, table2, table3
-from freerock.tables.tidy import epsilon_table, parameters_table, tidy_tables
+from freerock.tables.tidy import choice_table, epsilon_table, parameters_table, tidy_tables
 
-RULES = Path(__file__).parents[2] / "workflow/rules/figures.smk"
 PUBLISHED = {"b1": {"marble": {"housner": {"r": 0.958, "epsilon_theta": 0.1525}}}}
 
 
@@ -34,15 +34,15 @@ def datasets():
 def has_latex():
     return (
         shutil.which("pdflatex")
-        and not subprocess.run(["kpsewhich", "booktabs.sty"], stdout=subprocess.DEVNULL).returncode
+        and not subprocess.run(["kpsewhich", "siunitx.sty"], stdout=subprocess.DEVNULL).returncode
     )
 
 
 def test_latex_translates_every_sign():
     frame = pd.DataFrame({"λ / (N s m⁻³)": ["(6.880 ± 0.012)·10⁶"], "ε_θ / %": ["−1 & _x"]})
     text = latex(frame, "Angles θ₀", ["50 %"])
-    assert r"$\lambda$ / (N s m$^{-3}$) & $\varepsilon_\theta$ / \%" in text
-    assert r"(6.880 $\pm$ 0.012)$\cdot$10$^{6}$ & $-$1 \& \_x \\" in text
+    assert r"$\lambda$ / (\unit{N.s.m^{-3}}) & $\varepsilon_\theta$ / \%" in text
+    assert r"\num{6.880 +- 0.012e6} & $-$1 \& \_x \\" in text
     assert text.isascii()
 
 
@@ -52,9 +52,22 @@ def test_latex_keeps_a_cell_on_its_line():
     assert r"\caption{Two lines}" in text
 
 
+def test_latex_sets_symbols_in_italics_and_numbers_by_siunitx():
+    cells = {
+        "Parameter": ["r", "k / (N m⁻²)", "2b / m", "Hunt–Crossley ‡"],
+        "Identified": ["0.9570 ± 0.0012", "6.88·10⁶", "−1.5·10⁻³", "3 runs"],
+    }
+    text = latex(pd.DataFrame(cells), "Parameters", label="tab:x")
+    assert r"$r$ & \num{0.9570 +- 0.0012} \\" in text
+    assert r"$k$ / (\unit{N.m^{-2}}) & \num{6.88e6} \\" in text
+    assert r"$2b$ / \unit{m} & \num{-1.5e-3} \\" in text
+    assert r"Hunt--Crossley $\ddagger$ & 3 runs \\" in text
+    assert text.index(r"\caption") < text.index(r"\label{tab:x}") < text.index(r"\begin{tabular}")
+
+
 def test_latex_leaves_names_alone():
     text = latex(pd.DataFrame({"Record": ["wet_felt"], "t_f / s": ["3.20"]}), "Felt")
-    assert r"Record & $t_f$ / s \\" in text
+    assert r"Record & $t_f$ / \unit{s} \\" in text
     assert r"wet\_felt & 3.20 \\" in text
 
 
@@ -127,8 +140,9 @@ def test_usual_names_are_spelt_plainly(test, spelt):
     assert spelt_test(test) == spelt
 
 
-@pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
-def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
+@pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs and siunitx")
+@pytest.mark.parametrize("name", ["Configuration #2", "A block of a longer name than others"])
+def test_tables_fit_the_columns_of_a_journal(tmp_path, datasets, name):
     records, fitted = datasets
     parameters = parameters_table(fitted)
     truth = {
@@ -136,21 +150,30 @@ def test_latex_compiles_with_booktabs_alone(tmp_path, datasets):
         ("b1_marble", 1, "hunt_crossley", "lambda"): 1.25e8,
     }
     recovered = recovered_table(parameters, truth)
-    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
-    first, second = table1(records, blocks), table2(populations_table(parameters), parameters, PUBLISHED)
-    third = table3(epsilon_table(fitted), PUBLISHED)
-    labels = {"b1": "Configuration #2", "mat": "Mat 100 % & more"}
-    for name, text in (
-        ("table1", table1_text(first, labels)),
-        ("table2", table2_text(second, labels)),
-        ("table3", table3_text(third, labels)),
-        ("recovered", recovered_text(recovered)),
-        ("empty", table2_text(second[:0])),
-    ):
-        (tmp_path / f"{name}.tex").write_text(latex(text, "Of θ₀ ± 5 %", ["A note."]), encoding="utf-8")
-    names = ("numbers", "table1", "table2", "table3", "recovered", "empty")
+    blocks = {f"b{i}": Block(0.28, 0.07, 5.84) for i in range(1, 7)}
+    populations = populations_table(parameters)
+    choice = choice_table(fitted)
+    second = table2(populations, parameters, PUBLISHED, choice)
+    third = table3(epsilon_table(fitted), PUBLISHED, choice)
+    labels = {"b1": name, "mat": "Mat 100 % & more"}
+    tables = {
+        "table1": table1_text(table1(records, dict([*blocks.items()][:2])), labels),
+        "blocks": table1_text(table1(records, blocks), labels),
+        "table2": table2_text(second, labels),
+        "table3": table3_text(third, labels),
+        "recovered": recovered_text(recovered),
+        "candidates": printed_candidates(candidates_table(choice, parameters), "simulated", labels).text,
+        "empty": table2_text(second[:0]),
+    }
+    for stem, text in tables.items():
+        written = latex(text, "Of θ₀ ± 5 %", ["A note."], f"tab:{stem}")
+        (tmp_path / f"{stem}.tex").write_text(written, encoding="utf-8")
     (tmp_path / "numbers.tex").write_text(numbers_tex(tidy_tables(*datasets)), encoding="utf-8")
-    compiles(tmp_path, "booktabs", names, r"\frBOneMarbleRunTwoHuntCrossleyK")
+    refer = " ".join(rf"\ref{{tab:{stem}}}" for stem in tables)
+    log = compiles(
+        tmp_path, "booktabs,siunitx", ["numbers", *tables], rf"\frBOneMarbleRunTwoHuntCrossleyK {refer}"
+    )
+    assert not re.findall(r"Overfull \\hbox \([\d.]+pt", log)
 
 
 @pytest.mark.skipif(not has_latex(), reason="needs pdflatex with booktabs")
@@ -159,33 +182,19 @@ def test_captions_of_all_figures_compile_with_graphicx_alone(tmp_path):
         "Drawn: run\N{NO-BREAK SPACE}1 of b_1 and run 2 of a-b. Law: Hunt–Crossley, named by 3 of 18 runs."
     )
     label = "Größe Ø 5 % & more_#1 {a} ~^\\ $x$ “µ” β₂ ≤ 3 × 10⁻³"
-    told = {
-        name.format(block="b_1"): (
-            line["title"].format(block=label, Measured="Simulated"),
-            f"{line['caption']} {drawn}",
-        )
-        for name, line in lines_of_figures().items()
-    }
-    assert len(told) == 14
+    lines = {name: declared(f"freerock.figures.{name}") for name in FIGURES}
+    told = {name: (f"{line['title']} {label}", f"{line['caption']} {drawn}") for name, line in lines.items()}
     for name in told:
         imsave(tmp_path / f"{name}.png", np.zeros((24, 30, 3)))
     (tmp_path / "captions.tex").write_text(figures_tex(told), encoding="utf-8")
     compiles(tmp_path, "graphicx", ["captions"])
 
 
-def lines_of_figures():
-    """The figures that the workflow can make, with titles and captions."""
-    text = RULES.read_text(encoding="utf-8").partition("\nrule figure:")[0]
-    (names,) = (each.value for each in ast.parse(text).body if isinstance(each, ast.Assign))
-    modules = {name: name.partition("_{")[0] for name in ast.literal_eval(names)}
-    return {name: declared(f"freerock.figures.{module}") for name, module in modules.items()}
-
-
 def compiles(folder, package, names, more=""):
-    """That a document of some files compiles, without a word that LaTeX can't set."""
+    """What LaTeX says of a document of some files, which compiles without a word that it can't set."""
     inputs = "\n".join(rf"\input{{{name}}}" for name in names) + more
     (folder / "all.tex").write_text(
-        rf"\documentclass{{article}}\usepackage{{{package}}}\begin{{document}}{inputs}\end{{document}}"
+        rf"\documentclass[twocolumn]{{article}}\usepackage{{{package}}}\begin{{document}}{inputs}\end{{document}}"
     )
     done = subprocess.run(
         ["pdflatex", "-halt-on-error", "-interaction=nonstopmode", "all.tex"],
@@ -195,3 +204,4 @@ def compiles(folder, package, names, more=""):
     )
     assert done.returncode == 0, done.stdout[-2000:]
     assert "Missing character" not in done.stdout
+    return done.stdout

@@ -155,8 +155,8 @@ rule report:
         records=products("records"),
         fits=products("fits"),
         tables=csv_tables(*REPORTED),
-        figures=lambda w: expand("results/{{campaign}}/figures/{name}.png", name=campaign(w).figures),
-        captions=lambda w: expand("results/{{campaign}}/figures/{name}.txt", name=campaign(w).figures),
+        figures=lambda w: reported(w, "png"),
+        captions=lambda w: reported(w, "txt"),
         pages=lambda w: expand(
             "results/{campaign}/figures/qc_{test}.png", campaign=w.campaign, test=tests_of(w)
         ),

@@ -143,6 +143,12 @@ def figure_settings(name, figures):
     return found
 
 
+def reported(wildcards, suffix):
+    """Files of the figures of a campaign's report."""
+    names = campaign(wildcards).figures
+    return [f"results/{wildcards.campaign}/figures/{name}.{suffix}" for name in names]
+
+
 def declared_of(figure):
     """Title, caption and inputs of a figure."""
     return declared(f"freerock.figures.{figure}")

@@ -28,7 +28,7 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.text import SUPERSCRIPTS, quantity
+from freerock.tables.text import quantity, with_unit
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -126,18 +126,14 @@ def as_text(text: str) -> str:
 
 
 def axis_of(parameter: str) -> str:
-    """Label of an axis along which a parameter is drawn, "k / (N/m²)"."""
-    unit = re.sub(r" (\w+)-(\d)", lambda m: f"/{m[1]}{m[2].translate(SUPERSCRIPTS)}", unit_of(parameter))
-    return f"{SYMBOLS[parameter]} / {_in_brackets(unit)}"
+    """Label of an axis along which a parameter is drawn, "k / (N m⁻²)"."""
+    return with_unit(SYMBOLS[parameter], unit_of(parameter))
 
 
 def ratio_axis_of(damping: str) -> str:
-    """Label of an axis along which a damping over the stiffness is drawn, "λ/k / (s/m)"."""
-    return f"{SYMBOLS[damping]}/{SYMBOLS['k']} / {_in_brackets(PARAMETERS[damping].ratio_unit)}"
-
-
-def _in_brackets(unit: str) -> str:
-    return f"({unit})" if "/" in unit or " " in unit else unit
+    """Label of an axis along which a damping over the stiffness is drawn, "λ/k / (s m⁻¹)"."""
+    unit = re.sub(r"/(\w+)", r" \1-1", PARAMETERS[damping].ratio_unit)
+    return with_unit(f"{SYMBOLS[damping]}/{SYMBOLS['k']}", unit)
 
 
 def letter(index: int) -> str:

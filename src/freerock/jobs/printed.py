@@ -58,5 +58,6 @@ def print_recovered(
 
 
 def _write(stem: Path, table: Printed) -> None:
-    for suffix, render in ((".md", markdown), (".tex", latex)):
-        write_text(stem.with_name(f"{stem.name}{suffix}"), render(table.text, table.caption, table.notes))
+    told = table.text, table.caption, table.notes
+    write_text(stem.with_name(f"{stem.name}.md"), markdown(*told))
+    write_text(stem.with_name(f"{stem.name}.tex"), latex(*told, label=f"tab:{stem.name}"))

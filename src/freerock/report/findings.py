@@ -104,9 +104,11 @@ def _left_out(known: Tables) -> list[Sentence]:
 
 
 def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> list[Sentence]:
-    """How long each block rocks on each of several foundations, the longest first."""
+    """How long each block rocks on each of several foundations where a law explains a run, longest first."""
     usable: dict[str, object] = {"excluded": False, "verdict": f"{NOT}fail", "run": KNOWN}
     means = known.rows("runs", usable).groupby(["block", "foundation"], sort=False)["duration_s"].mean()
+    explained = known.rows("choice", NAMED)[["block", "foundation"]].itertuples(index=False, name=None)
+    means = means[means.index.isin([*explained])]
     blocks = list(dict.fromkeys(means.index.get_level_values("block")))
     told: list[Sentence] = []
     for block in [each for each in blocks if len(means[each]) > 1][:MOST]:

@@ -137,16 +137,18 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
             Cell(f"{row.r_low:.3f} to {row.r_high:.3f}"),
             number(fixed(row.first_impact_s, 4), row.first_impact_s),
             number(fixed(row.rigid_s, 4), row.rigid_s),
+            number(fixed(row.r_housner, 3), row.r_housner),
         ]
         for row in compared.itertuples()
     ]
     heads = ["Record", "Housner r, fitted", "r, first impact", "r, median of impacts", "Range"]
-    heads += ["First impact / s", "First impact, rigid / s"]
+    heads += ["First impact / s", "First impact, rigid / s", "r, rigid"]
     caption = "Restitution fitted and of single impacts, and the mean time from release to the first impact"
     note = (
         "±: standard error by the scatter of the runs; total uncertainties are in the table of parameters. "
     )
-    note += "r, first impact: mean of the runs. Rigid: Housner’s block, released from the same angles."
+    note += "r, first impact: mean of the runs. Rigid: Housner’s block, from the same angles; its r is "
+    note += "1 − 1.5 sin²α."
     return Sortable(heads, rows, caption, [note])
 
 

@@ -59,10 +59,9 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
     labels, text = labels or {}, []
     for (block, foundation), own in fitted.groupby(["block", "foundation"], sort=False):
         scene = f"{labels.get(block, block)}, {labels.get(foundation, foundation)}"
-        for row in own.itertuples():
-            text.append([scene, *(column.cell(row).text for column in columns)])
-            scene = ""
-    heads = ["Block, foundation", *(column.head for column in columns)]
+        text.append([scene, *[""] * (len(columns) - 1)])
+        text += [[column.cell(row).text for column in columns] for row in own.itertuples()]
+    heads = [column.head for column in columns]
     caption = "Candidates that explain the runs"
     return Printed(fitted, columns, pd.DataFrame(text, columns=heads), caption, notes)
 

@@ -3,7 +3,7 @@
 import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -48,26 +48,71 @@ _TEX_TOKEN = re.compile(
 _NORMAL_DIGITS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹₀₁₂₃₄₅₆₇₈₉", "-01234567890123456789")
 
 
-def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
-    """A printed table as LaTeX; the document needs no package but booktabs.
+class _Fit(NamedTuple):
+    """A way to set a table: environment, font, width it may have [pt], size of the font [pt]."""
+
+    environment: str
+    font: str
+    width_pt: float
+    size_pt: float
+
+
+# Columns and pages of `article` in two columns, the narrowest of the usual classes, with fonts of 10 pt.
+FITS = [
+    _Fit(environment, font, width_pt, size_pt)
+    for environment, width_pt in (("table", 229.5), ("table*", 469.0))
+    for font, size_pt in (("small", 9.0), ("footnotesize", 8.0), ("scriptsize", 7.0))
+]
+SEPARATION_PT, NARROWEST_PT = 2.5, 60.0
+WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
+_NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
+    r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
+)
+_UNIT = re.compile(r"(?<= / \()[^()]+(?=\)$)|(?<= / )[a-z]+$")
+_ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$)|(?<= )(r)(?= \(Housner\)$)")
+
+
+def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: str = "") -> str:
+    """A printed table as LaTeX; the document needs the packages booktabs and siunitx.
+
+    It is as wide as a column where it fits, else as a page in two columns.
 
     Parameters
     ----------
     text : pandas.DataFrame
-        Printed cells.
+        Printed cells; a row with nothing but its first cell is a heading across the table.
     caption : str
         Caption.
     notes : sequence of str
         Footnotes.
+    label : str
+        By which the document refers to it; empty for none.
     """
-    font = "small" if len(text.columns) <= 6 else "scriptsize"
-    rows = [" & ".join(map(_tex, row)) + r" \\" for row in [list(text.columns), *text.values.tolist()]]
+    lines = [[*text.columns], *text.values.tolist()]
+    cells = [[" ".join(str(cell).split()) for cell in line] for line in lines]
+    across = [len(row) > 1 and bool(row[0]) and not any(row[1:]) for row in cells]
+    inside = [row for row, alone in zip(cells, across, strict=True) if not alone]
+    widths = [max(map(len, column)) for column in zip(*inside, strict=True)]
+    gaps = 2 * SEPARATION_PT * len(widths)
+    fit = next((f for f in FITS if WIDE * f.size_pt * sum(widths) + gaps <= f.width_pt), None)
+    columns = ["l"] * len(widths)
+    if not fit:  # the widest column, of names, is broken into lines
+        fit, widest = FITS[-1], max(range(len(widths) - 1), key=widths.__getitem__)
+        others = WIDE * fit.size_pt * (sum(widths) - widths[widest])
+        columns[widest] = rf"p{{{max(NARROWEST_PT, fit.width_pt - gaps - others):.0f}pt}}"
+    rows = [
+        rf"\multicolumn{{{len(row)}}}{{@{{}}l}}{{{_tex(row[0])}}} \\"
+        if alone
+        else " & ".join(map(_cell, row, columns)) + r" \\"
+        for row, alone in zip(cells, across, strict=True)
+    ]
     return "\n".join(
         [
-            r"\begin{table}",
-            rf"\centering\{font}\setlength{{\tabcolsep}}{{2.5pt}}",
+            rf"\begin{{{fit.environment}}}",
+            rf"\centering\{fit.font}\setlength{{\tabcolsep}}{{{SEPARATION_PT}pt}}",
             rf"\caption{{{_tex(caption)}}}",
-            rf"\begin{{tabular}}{{{'l' * len(text.columns)}}}",
+            *([rf"\label{{{label}}}"] if label else []),
+            rf"\begin{{tabular}}{{@{{}}{''.join(columns)}@{{}}}}",
             r"\toprule",
             rows[0],
             r"\midrule",
@@ -75,10 +120,34 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = ()) -> str:
             r"\bottomrule",
             r"\end{tabular}",
             *(rf"\par\footnotesize {_tex(note)}" for note in notes),
-            r"\end{table}",
+            rf"\end{{{fit.environment}}}",
             "",
         ]
     )
+
+
+def _cell(text: str, column: str) -> str:
+    """A cell: numbers and units by siunitx, symbols of quantities in italics."""
+    parts, end = [r"\raggedright "] if text and column[0] == "p" else [], 0
+    found = [*_ITALIC.finditer(text), *_UNIT.finditer(text)]
+    found += _NUMBER.finditer(text)
+    for match in sorted(found, key=re.Match.start):
+        parts += [_tex(text[end : match.start()]), _set(match)]
+        end = match.end()
+    return "".join([*parts, _tex(text[end:])])
+
+
+def _set(match: re.Match[str]) -> str:
+    """A symbol, unit or number as LaTeX sets it."""
+    if match.re is _ITALIC:
+        return f"${match[0]}$"
+    if match.re is _UNIT:
+        unit = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda m: f"^{{{m[0].translate(_NORMAL_DIGITS)}}}", match[0])
+        unit = unit.replace("°", r"\degree").replace(" ", ".")
+        return rf"\unit{{{unit}}}"
+    value, _, power = match[0].partition("·10")
+    exponent = f"e{power.translate(_NORMAL_DIGITS)}" if power else ""
+    return rf"\num{{{value.strip('()').replace('−', '-').replace('±', '+-')}{exponent}}}"
 
 
 def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
@@ -185,4 +254,4 @@ def _tex(text: object) -> str:
         place = "_" if match[0][0] in "₀₁₂₃₄₅₆₇₈₉" else "^"
         return TEX.get(match[0]) or f"${place}{{{match[0].translate(_NORMAL_DIGITS)}}}$"
 
-    return _TEX_TOKEN.sub(command, " ".join(str(text).split()))
+    return _TEX_TOKEN.sub(command, re.sub(r"\s+", " ", str(text)))

@@ -46,6 +46,8 @@ SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their sp
 # Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
 NOMINAL_DIFFERS = 0.25
 
+MOST_BESIDE = 4  # blocks that have a column each
+
 Labels = Mapping[str, str]
 
 
@@ -137,6 +139,10 @@ TABLE1 = (
     Column("2b / m", _given("width_m")),
     Column("h/b", _given("slenderness")),
     Column("m / kg", _given("mass_kg")),
+    Column("α / °", _given("alpha_deg")),
+    Column("R / m", _given("R_m")),
+    Column("p / (rad s⁻¹)", _given("p_rad_s")),
+    Column("r (Housner)", _given("r_housner")),
     Column("θ₀ nominal / °", _given("release_angle_nominal_deg")),
     Column(
         "θ₀ measured / °",
@@ -236,7 +242,13 @@ def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels:
 
 
 def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
-    """Cells of `summary.table1` as printed: one column per block, named by its label."""
+    """Cells of `summary.table1` as printed: a column per block, named by its label; a row each of many."""
+    if len(frame) > MOST_BESIDE:
+        rows = [
+            [(labels or {}).get(row.block, row.block), *(column.cell(row).text for column in TABLE1)]
+            for row in frame.itertuples()
+        ]
+        return pd.DataFrame(rows, columns=["Block", *(column.head for column in TABLE1)])
     text = {"": [column.head for column in TABLE1]}
     for row in frame.itertuples():
         text[(labels or {}).get(row.block, row.block)] = [column.cell(row).text for column in TABLE1]

@@ -10,7 +10,7 @@ from freerock.models.housner import housner_swings
 from freerock.tables.swings import usable_rows
 
 COMPARISON = ["campaign", "test", "block", "foundation", "r_fitted", "r_fitted_stderr"]
-COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s"]
+COMPARISON += ["r_first", "r_median", "r_low", "r_high", "first_impact_s", "rigid_s", "r_housner"]
 
 
 def restitution_comparison(
@@ -31,7 +31,7 @@ def restitution_comparison(
         Columns `COMPARISON`, one row per record with measured impacts: r_fitted and its standard error (mean
         of the runs), r_first, the mean r of the runs' first impacts, r_median, r_low and r_high, median
         and range of all impacts, first_impact_s, the mean time from release to the first impact, rigid_s, the
-        mean time of a rigid block from the angles of the same runs [s].
+        mean time of a rigid block from the angles of the same runs [s], r_housner of a rigid block.
     """
     rows = []
     runs = usable_rows(runs)
@@ -54,6 +54,7 @@ def restitution_comparison(
                 "r_high": impacts["r"].max(),
                 "first_impact_s": first["time_s"].mean(),
                 "rigid_s": sum(rigid) / len(rigid) if rigid else math.nan,
+                "r_housner": blocks[scene["block"]].restitution_housner,
             }
         )
     return pd.DataFrame(rows, columns=COMPARISON)

@@ -39,7 +39,8 @@ def table1(
     -------
     pandas.DataFrame
         One row per block: height 2h and width 2b [m], slenderness h/b, mass [kg], nominal release angle,
-        mean and standard deviation of the release angle |θ₀| over the usable runs [degree], their number.
+        mean and standard deviation of the release angle |θ₀| over the usable runs [degree], their number,
+        critical angle α [degree], R [m], frequency parameter p [rad/s], Housner's r.
     """
     held: dict[str, list[float]] = {name: [] for name in blocks}
     for tree in records:
@@ -57,6 +58,10 @@ def table1(
             "release_angle_deg": np.mean(held[name]) if held[name] else math.nan,
             "release_angle_std_deg": np.std(held[name], ddof=1) if len(held[name]) > 1 else math.nan,
             "n_runs": len(held[name]),
+            "alpha_deg": math.degrees(block.theta_cr),
+            "R_m": block.R,
+            "p_rad_s": block.p,
+            "r_housner": block.restitution_housner,
         }
         for name, block in blocks.items()
     ]
