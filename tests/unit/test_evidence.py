@@ -3,7 +3,7 @@
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
-from freerock.report.evidence import scenes_of
+from freerock.report.evidence import scenes_of, together
 from freerock.report.scene import unexplained
 from freerock.tables.candidates import candidates_table
 
@@ -11,7 +11,7 @@ BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
 SMALLEST = "it leaves no more than the sensor shows at rest, with as few numbers as the data allow."
 TABLE2 = "Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
 ALONE = "No other candidate that was fitted explains as much with as few numbers."
-GUIDED = "k holds for a base whose centre moves up and down only (guided): "
+GUIDED = "k of Hunt–Crossley holds for a base whose centre moves up and down only (guided)"
 HUNT = "Hunt–Crossley, k = 6.88·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³"
 
 
@@ -66,7 +66,7 @@ def test_a_guided_foundation_where_pivoting_was_asked():
         f"Hunt–Crossley explains the run: {SMALLEST}",
         ALONE,
         "A rigid block with worn corners does not explain it.",
-        f"{GUIDED}{HUNT}. A block that turns about the corner that stays down (pivoting) does not explain as "
+        f"{GUIDED}. A block that turns about the corner that stays down (pivoting) does not explain as "
         "much with as few numbers.",
     ]
     left_out = "Not fitted, as a smaller candidate explains the runs: General; "
@@ -89,7 +89,7 @@ def test_a_guided_foundation_where_pivoting_was_not_asked():
     choice = choice[~choice["model"].isin(PIVOTING)]  # fits.kinematics: [guided]
     (found,) = scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {})
     assert found["sentences"][-1] == (
-        f"{GUIDED}{HUNT}. A block that turns about the corner that stays down (pivoting) was not fitted; its "
+        f"{GUIDED}. A block that turns about the corner that stays down (pivoting) was not fitted; its "
         "k would be another."
     )
 
@@ -163,7 +163,7 @@ def test_table_of_the_evidence():
     loud = "30.0 times at 1.00–2.00 Hz (p = 1.0·10⁻⁸)"
     fitted = [row for row in rows if row[1].text != "not fitted in 2"]
     assert [[cell.text for cell in row] for row in fitted] == [
-        [name, runs, freed, "0.00100", "0.00200", bic, loud, why]
+        [name, runs, freed, "0.00100", "0.00200", "–", bic, loud, why]
         for name, runs, freed, bic, why in (  # the rivals of as many numbers follow
             ("Housner", "rejected in 2", "3", "−15", "rejected housner"),
             ("Winkler", "named in 1, rejected in 1", "4", "−5", "rejected winkler (run 1 of t1)"),
@@ -176,3 +176,20 @@ def test_table_of_the_evidence():
         "Hunt–Crossley, pivoting",
         "Housner, width free",
     ]
+
+
+def test_what_scenes_share_is_told_once():
+    found = told(paper(housner_width=REJECTED) | {"hunt_crossley": NAMED})
+    whole = together([found, found | {"name": "Squat on marble"}])
+    assert [names for names, _ in whole["told"]] == [""] and whole["told"][0][1] == found["sentences"]
+    assert [len(rows) for rows in whole["rows"]] == [4, 4]
+    assert not any(row[1].text.startswith("not fitted") for rows in whole["rows"] for row in rows)
+    assert [note.partition(":")[0] for _, note in whole["notes"]] == [
+        "A quick fit rules out",
+        "Not fitted, as a smaller candidate explains the runs",
+    ]
+    apart = together(
+        [found, found | {"name": "Squat on marble", "sentences": ["Otherwise."], "left_out": ""}]
+    )
+    assert [names for names, _ in apart["told"]] == ["Slender on marble", "Squat on marble"]
+    assert apart["notes"][-1][0] == "Slender on marble"

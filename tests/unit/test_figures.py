@@ -127,9 +127,7 @@ def test_models_names_the_runs_drawn_and_a_law_that_is_rejected():
     fitted = fits(tree)
     figure, data = models.draw([fitted], runs_table([tree]), "simulated", LABELS)
     assert figure.axes[0].get_title(loc="left") == "Slender block, mat"
-    assert (
-        models.caption(data) == "Drawn: run\N{NO-BREAK SPACE}1 of b1_mat; run\N{NO-BREAK SPACE}2 of b1_mat."
-    )
+    assert models.caption(data) == "Drawn: runs\N{NO-BREAK SPACE}1 and 2 of b1_mat."
     assert not any("rejected" in text for text in texts(figure))
     fitted["run_1/choice"].attrs["explained"] = 0
     figure, _ = models.draw([fitted], runs_table([tree]), "simulated", LABELS)

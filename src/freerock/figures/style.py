@@ -156,14 +156,17 @@ def recorded(origin: str) -> Style:
 def runs_told(data: pd.DataFrame) -> str:
     """The runs of a figure's numbers, as its caption names them."""
     runs = data[["test", "run"]].dropna().astype(str).drop_duplicates()
+    of_runs: dict[tuple[str, ...], list[str]] = {}  # tests by the runs that are drawn of each
+    for test, own in runs.groupby("test", sort=False)["run"]:
+        of_runs.setdefault(tuple(own), []).append(str(test))
     named = [
-        f"run\N{NO-BREAK SPACE}{run} of {_listed(list(own))}"
-        for run, own in runs.groupby("run", sort=False)["test"]
+        f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{_listed(each)} of {_listed(tests)}"
+        for each, tests in of_runs.items()
     ]
     return "; ".join(named)
 
 
-def _listed(names: list[str]) -> str:
+def _listed(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 

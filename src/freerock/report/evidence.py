@@ -1,7 +1,7 @@
 """The evidence of each block on its foundation: sentences, and a table of all candidates that were fitted."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -17,6 +17,8 @@ HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs 
 HEADS += ["Noise at rest", "Why, why not"]
 EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
+QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
+QUICK_FIT = "A quick fit rules out: {}."
 LEAST_P = 1e-9  # below it a chance is not told
 
 
@@ -38,8 +40,8 @@ def scenes_of(
     -------
     list of dict
         name; explained, cells of the scene in the table of all scenes, see `EXPLAINED`; sentences, a list;
-        heads and rows of the table of candidates, one row per candidate that was fitted; left_out, a sentence
-        on those that were not.
+        rows of the table of candidates, one row per candidate that was fitted, if only by a quick fit;
+        left_out, a sentence on those that were not.
     """
     found = []
     for (block, foundation), own in choice.groupby(["block", "foundation"], sort=False):
@@ -48,19 +50,46 @@ def scenes_of(
         scene = Scene(own, answers(own), summary, blocks[block])
         asked = [model for model in summary if model in scene.asked]
         left_out = [MODEL_LABELS[model] for model in summary if model not in asked]
-        rows = [_row(scene, model) for model in asked]
-        used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for row in rows)]
         found.append(
             {
                 "name": f"{labels.get(block, block)} on {labels.get(foundation, foundation)}",
                 "explained": _explained(scene),
                 "sentences": sentences(scene),
-                "heads": [HEADS[i] for i in used],
-                "rows": [[row[i] for i in used] for row in rows],
+                "rows": [_row(scene, model) for model in asked],
                 "left_out": f"{LEFT_OUT}: {'; '.join(left_out)}." if left_out else "",
             }
         )
     return found
+
+
+def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The evidence of all scenes: what several have in common is there once.
+
+    Returns
+    -------
+    dict
+        told: sentences with the names of the scenes that share them; heads of the table; rows by scene, of
+        the candidates with a full fit; notes on the others, with the scenes of each.
+    """
+    told, notes = dict[str, list[str]](), dict[str, list[str]]()
+    rows = []
+    for scene in scenes:
+        told.setdefault("\n".join(scene["sentences"]), []).append(scene["name"])
+        quick = [row[0].text for row in scene["rows"] if row[1].text.startswith(QUICK)]
+        rows.append([row for row in scene["rows"] if not row[1].text.startswith(QUICK)])
+        for note in filter(None, (QUICK_FIT.format("; ".join(quick)) if quick else "", scene["left_out"])):
+            notes.setdefault(note, []).append(scene["name"])
+    used = [i for i in range(len(HEADS)) if any(row[i].text != "–" for own in rows for row in own)]
+
+    def named(names: list[str]) -> str:
+        return "" if len(names) == len(scenes) > 1 else "; ".join(names)
+
+    return {
+        "told": [(named(names), text.split("\n")) for text, names in told.items()],
+        "heads": [HEADS[i] for i in used],
+        "rows": [[[row[i] for i in used] for row in own] for own in rows],
+        "notes": [(named(names), note) for note, names in notes.items()],
+    }
 
 
 def _explained(scene: Scene) -> list[Cell]:

@@ -20,7 +20,7 @@ from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.report import tables as made
-from freerock.report.evidence import EXPLAINED, scenes_of
+from freerock.report.evidence import EXPLAINED, scenes_of, together
 from freerock.report.findings import findings
 from freerock.report.key_figure import key_figure
 from freerock.report.methods import bib, markdown, methods
@@ -31,12 +31,13 @@ from freerock.report.records import Listed, charted, listed, sections_of
 from freerock.report.scene import unexplained
 from freerock.report.text import counts, facts, free_besides, settings
 from freerock.runs.verdict import VERDICTS
-from freerock.tables.paper import SIMULATED_NOTE, named, printed_tables
+from freerock.tables.paper import PUBLISHED_NOTE, SIMULATED_NOTE, named, printed_tables
 
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = {"models": "results", "residuals": "results", "restitution": "restitution"}  # of figures
+PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
 INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ)_(θ|f|th|ex)(?![A-Za-z0-9_])")  # in no name, as mat_foam
@@ -136,10 +137,12 @@ def _content(
     rows = {name: shown.rows(table) for name, table in tables.items()}
     printed = printed_tables(rows, config["origin"], doi=doi, labels=labels)
     to_look_at = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
+    table_1 = made.of_blocks(printed["table1"], runs, labels, shown.tests)
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
         "named": made.of_records(named(printed["table2"]), labels),
         "table2": made.of_records(printed["table2"], labels),
+        "compared": made.compared(rows["table3"], labels),
         "table3": made.of_records(printed["table3"], labels),
         "choice": made.choices(rows["choice"], labels),
         "budget": made.budget(rows["budget"], rows["choice"], labels),
@@ -167,12 +170,14 @@ def _content(
         "beside": beside_published(tables, config["published"]["longest"], labels)
         if config["published"]
         else None,
-        "table1": made.of_blocks(printed["table1"], runs, labels, shown.tests),
+        "table1": table_1._replace(notes=_own(table_1.notes, "table1")),
         "listings": {
-            name: each._replace(notes=[*each.notes, *shown.notes(name)]) for name, each in listings.items()
+            name: each._replace(notes=[*_own(each.notes, name), *shown.notes(name)])
+            for name, each in listings.items()
         },
         "explained_heads": EXPLAINED,
-        "evidence": scenes_of(tables["choice"], tables["candidates"], blocks, labels),
+        "evidence": (scenes := scenes_of(tables["choice"], tables["candidates"], blocks, labels)),
+        "candidates": together(scenes),
         "unexplained": unexplained(tables["choice"]),
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
@@ -183,6 +188,12 @@ def _content(
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": on_screen()},
     }
+
+
+def _own(notes: Sequence[str], name: str) -> list[str]:
+    """Notes of a table, without what the head of the page says and what stands below table 2."""
+    told_above = (SIMULATED_NOTE, *((PUBLISHED,) if name != "named" else ()))
+    return [note for note in notes if not note.startswith(told_above)]
 
 
 def _indices(text: str) -> Markup:
@@ -199,7 +210,7 @@ def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 def _figure(caption: str, file: Path, folder: Path, rank: int) -> dict[str, Any]:
     """A figure in the chapter that it belongs to, by the name of its file."""
-    title, _, text = caption.partition("\n")
+    title, _, text = caption.replace(SIMULATED_NOTE, "").partition("\n")  # the page's head says it of all
     image = {
         "caption": title,
         "text": text,

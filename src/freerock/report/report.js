@@ -212,3 +212,4 @@ function openTarget() {
 }
 addEventListener("hashchange", openTarget);
 openTarget();
+addEventListener("beforeprint", () => { document.querySelector("#provenance details").open = true; });

@@ -220,7 +220,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     if scene.asked & {*PIVOTING}:
         other = "does not explain as much with as few numbers"
     return [
-        f"k holds for a base whose centre moves up and down only (guided): {_told(scene, guided[0])}. "
+        f"k of {MODEL_LABELS[guided[0]]} holds for a base whose centre moves up and down only (guided). "
         f"A block that turns about the corner that stays down (pivoting) {other}."
     ]
 

@@ -1,5 +1,6 @@
 """The tables of the report: heads and cells; each row leads to its run or record."""
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -47,7 +48,7 @@ def of_blocks(table: Printed, runs: pd.DataFrame, labels: Labels, listed: Collec
         first = next((test for test in tests if test in listed), "")
         if not first:
             return number(str(len(tests)), len(tests))
-        return Cell(f"{len(tests)}, such as {first}", len(tests), f"record-{first}")
+        return Cell(str(len(tests)), len(tests), f"record-{first}")
 
     rows = [
         [
@@ -73,6 +74,34 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
     ]
     heads = ["Record", "Block", "Foundation", *(column.head for column in table.columns)]
     return Sortable(heads, rows, table.caption, table.notes)
+
+
+def compared(frame: pd.DataFrame, labels: Labels) -> Sortable:
+    """Discrepancies of the laws beside each other, from table 3: a row per record, a column per law."""
+    models = [model for model in MODEL_LABELS if model in set(frame["model"])]
+    rows = []
+    for test, own in frame.groupby("test", sort=False):
+        by_model = {row.model: row for row in own.itertuples()}
+        cells = [_discrepancy(by_model.get(model)) for model in models]
+        scene = _scene(next(iter(by_model.values())), labels)
+        rows.append([Cell(str(test), anchor=f"record-{test}"), *scene, *cells])
+    heads = ["Record", "Block", "Foundation", *(MODEL_LABELS[model] for model in models)]
+    note = (
+        "†: rejected by most of the runs. In round brackets: a fit that may not be used. In full: appendix."
+    )
+    note += " In square brackets: as published." if frame["published"].notna().any() else ""
+    return Sortable(heads, rows, "Discrepancy ε_θ of each law in per cent, median of the runs", [note])
+
+
+def _discrepancy(row: Any) -> Cell:
+    """ε_θ of a law on a record in per cent; in brackets that of a fit that may not be used."""
+    if row is None:
+        return Cell("–")
+    text = quantity(100 * row.epsilon_theta)
+    text = text if row.success else f"({text})"
+    text += " †" if row.rejected else ""
+    text += f" [{fixed(100 * row.published, 2)}]" if math.isfinite(row.published) else ""
+    return number(text, row.epsilon_theta)
 
 
 def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortable:
@@ -104,12 +133,12 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
     note += "Impacts: those seen; with r: those of them with a restitution. "
-    note += "Model: what explains the run with as few numbers as the data allow; the next table says why."
+    note += "Model: what explains the run with as few numbers as the data allow."
     return Sortable([*heads, "Impacts", "with r", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
 
 def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
-    """The model that each run needs, what else it could be, and why, from the tidy table."""
+    """Runs that no candidate explains or that several do: what they could be, and why."""
     scenes = {row.test: _scene(row, labels) for row in choice.itertuples()}
     rows = [
         [
@@ -121,9 +150,10 @@ def choices(choice: pd.DataFrame, labels: Labels) -> Sortable:
             Cell(each.reason),
         ]
         for each in answers(choice)
+        if each.others or not each.explained
     ]
     heads = ["Record", "Run", "Block", "Foundation", "Model", "Also possible", "Reason"]
-    return Sortable(heads, rows, "Chosen model, run by run")
+    return Sortable(heads, rows, "Runs without a single answer")
 
 
 def compared_restitution(compared: pd.DataFrame) -> Sortable:
