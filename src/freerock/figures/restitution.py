@@ -16,7 +16,7 @@ FIGURE = {
     "title": "Restitution of each impact",
     "caption": "Restitution r of each impact, from the peaks before and after it, against the peak before it "
     "over the critical angle α. Bars: one standard error. Dotted: a rigid block on a rigid base, "
-    "1 − 1.5 sin²α (Housner 1963).",
+    "1 − 1.5 sin²α of a rectangle (Housner 1963).",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
 

@@ -86,17 +86,20 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     depth = 0.25 * b + 0.02 * height
     ax.add_patch(Rectangle((left, -depth), right - left, depth, **ground))
     ax.plot([left, right], [0, 0], color="black", linewidth=scaled(0.9))
-    ax.plot(0, h, "+", color="black", markersize=scaled(6))
-    ax.plot([0, block.b], [h, 0], color="#0a5bd3", linewidth=scaled(0.8))
-    ax.plot([block.b] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=scaled(0.6), linestyle=":")
+    ax.plot(block.e, h, "+", color="black", markersize=scaled(6))
+    side = -1 if block.e < 0 else 1  # of the corner nearer to the centre of mass
+    corner = side * block.b
+    ax.plot([block.e, corner], [h, 0], color="#0a5bd3", linewidth=scaled(0.8))
+    ax.plot([corner] * 2, [0, 1.05 * h], color="#0a5bd3", linewidth=scaled(0.6), linestyle=":")
     turn = degrees(block.theta_cr)
-    ax.add_patch(Arc((block.b, 0), 1.3 * h, 1.3 * h, theta1=90, theta2=90 + turn, color="#0a5bd3"))
-    small: Style = {"fontsize": "small"}
-    ax.text(block.b - 0.72 * h * sin(block.theta_cr / 2), 0.7 * h, "α", color="#0a5bd3", ha="center", **small)
-    ax.text(-0.1 * b, 0.62 * h, "R", color="#0a5bd3", ha="right", **small)
+    span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
+    ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
+    small: Style = {"fontsize": "small", "color": "#0a5bd3"}
+    ax.text(corner - side * 0.72 * h * sin(block.theta_cr / 2), 0.7 * h, "α", ha="center", **small)
+    ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
     stands = ", ".join(label(labels, each) for each in set_up["foundations"])
-    ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", **small)
+    ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", fontsize="small")
     for laser in set_up["lasers"]:
         _beam(ax, block, laser)
 

@@ -132,6 +132,6 @@ class Block:
     def restitution_housner(self) -> float:
         """Restitution of a rigid block on a rigid base: 1 - 1.5 sin²θ_cr of a rectangle.
 
-        Housner 1963, doi:10.1785/BSSA0530020403. That of the corner farther from the centre of mass.
+        Housner 1963, doi:10.1785/BSSA0530020403. It is of the corner farther from the centre of mass.
         """
         return 1 - 2 * self.mass_kg * (self.b**2 + self.b * abs(self.e)) / self.inertia_corner(-abs(self.e))

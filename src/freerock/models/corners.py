@@ -41,7 +41,8 @@ def corners_over_time(
     rules, rates = candidate.rules(debonding), np.empty((time_s.size, 3))
     theta = simulate_fitted(candidate.law, block, values, time_s, rules=rules, rates=rates)
     found, foundation = block.as_found(values), Foundation.of(values)
-    if tilt := values.get("tilt", 0.0):
+    tilt = values.get("tilt", 0.0)
+    if tilt or found.e:
         theta = theta + lean(found, foundation, tilt)  # from the normal of the ground
     depth, depth_rate, rate = rates.T
     lift = found.b * np.sin(theta)

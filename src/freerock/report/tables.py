@@ -178,7 +178,7 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
         "±: standard error by the scatter of the runs; total uncertainties are in the table of parameters. "
     )
     note += "r, first impact: mean of the runs. Rigid: Housner’s block, from the same angles; its r is "
-    note += "1 − 1.5 sin²α."
+    note += "that of a rigid base."
     return Sortable(heads, rows, caption, [note])
 
 
