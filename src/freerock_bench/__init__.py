@@ -21,6 +21,7 @@ __all__ = [
     "fuzz",
     "fuzz_signals",
     "fuzz_texts",
+    "gallery",
     "golden",
     "harness",
     "imperfect",

@@ -22,6 +22,7 @@ from sphinx.cmd.build import build_main
 
 import freerock
 from freerock.cli.subcommands import COMMANDS, main
+from freerock_bench.gallery import readings
 
 ROOT = Path(__file__).parents[2]
 OUTSIDE = {  # file of the repository: page of the site
@@ -178,7 +179,7 @@ def first_line(name: str) -> str:
 
 
 def gallery() -> str:
-    """Every figure of the pages, with its text and a link to its page."""
+    """The figures of a report and how to read them; every figure of the pages, with a link to its page."""
     shown: dict[str, tuple[str, str]] = {}
     for page, text in documents():
         for caption, image in IMAGE.findall(text):
@@ -187,8 +188,14 @@ def gallery() -> str:
         f"```{{figure}} {image}\n:target: {page.removesuffix('.md')}.html\n\n{caption}\n```\n"
         for image, (caption, page) in sorted(shown.items())
     ]
-    head = "# Gallery\n\nEach figure links to the page that explains it. All records shown are simulated.\n\n"
-    return head + "\n".join(figures)
+    report = [
+        f"### {each['title'].format(Measured='Simulated')}\n\n{each['reading']}\n\n"
+        f"```{{figure}} images/report_{name}.png\n\n{each['caption']}\n```\n"
+        for name, each in readings().items()
+    ]
+    head = "# Gallery\n\nAll records shown are simulated.\n\n## Figures of a report\n\n"
+    pages = "\n## Figures of the pages\n\nEach figure links to the page that explains it.\n\n"
+    return head + "\n".join(report) + pages + "\n".join(figures)
 
 
 if __name__ == "__main__":

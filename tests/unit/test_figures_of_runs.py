@@ -6,6 +6,7 @@ import math
 import re
 from dataclasses import asdict
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -34,6 +35,8 @@ from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import figures_tex
 from freerock.tables.tidy import tidy_tables
 
+ROOT = Path(__file__).parents[2]
+
 
 @pytest.fixture(scope="module")
 def tables():
@@ -46,7 +49,11 @@ def of_swings(tables):
 
 def test_each_figure_of_the_configuration_is_a_module_and_the_first_are_those_of_the_report():
     for name in FIGURES:
-        assert {"title", "caption", "reads"} == {*import_module(f"freerock.figures.{name}").FIGURE}
+        declared = import_module(f"freerock.figures.{name}").FIGURE
+        assert {"title", "caption", "reads"} <= {*declared} <= {"title", "caption", "reads", "reading"}
+        if name in CampaignFile.model_fields["figures"].default:
+            assert len(re.findall(r"[^.]\.(?= |$)", declared["reading"])) == 3
+            assert (ROOT / f"docs/images/report_{name}.png").stat().st_size > 1000
     default = CampaignFile.model_fields["figures"].default
     assert FIGURES[: len(default)] == default
 

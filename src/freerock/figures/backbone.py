@@ -18,6 +18,9 @@ FIGURE = {
     "caption": "Twice the time between two impacts against the largest |θ| between them over the critical "
     "angle α. Dotted: a rigid block (Housner 1963), whose period does not depend on r and goes to "
     "zero with its amplitude.",
+    "reading": "The dotted curve has no free parameter, so a point above it shows a base that yields. The "
+    "distance grows as the amplitude falls, since the sinking corner then matters more. Points "
+    "of several runs on one curve show that the period depends on the amplitude alone.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
 

@@ -37,6 +37,9 @@ FIGURE = {
     "uncertainty, which holds scatter, noise and what is known of block, sensor and clock. "
     "Shaded: where the next run or record lies with 95 %. τ: standard deviation between them "
     "without their noise, in per cent of the mean.",
+    "reading": "Read each panel from the runs down to the square, which is the value to quote. Diamonds "
+    "that agree within their bars show that blocks share the foundation. A shaded bar much "
+    "wider than the bar of a run means that runs differ by more than their noise.",
     "reads": ["parameters", "populations", "choice"],
 }
 
