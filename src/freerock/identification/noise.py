@@ -178,12 +178,14 @@ def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | Non
 class Averages:
     """A residual, averaged as the noise of each run is, and what the fitted numbers can take of it.
 
+    Each run is about its own level, as each stretch at rest is: a level says nothing of the slowest noise.
+
     Parameters
     ----------
     together : tuple of int
         Samples in a mean, of each run.
     residuals : list of ndarray, shape (n_time,)
-    basis : list of ndarray, shape (n_time, at most n_parameters)
+    basis : list of ndarray, shape (n_time, at most n_parameters + n_runs)
         Rows of each run of one orthonormal basis.
     """
 
@@ -196,9 +198,14 @@ class Averages:
         cls, residual: Floats, jacobian: Floats, lengths: Sequence[int], noises: Sequence[Noise]
     ) -> "Averages":
         residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
-        ends = np.cumsum([len(each) for each in residuals])[:-1]
-        basis = np.split(_orthonormal(np.concatenate(jacobians)), ends)
-        return cls(tuple(noise.averaged for noise in noises), residuals, basis)
+        own = [len(each) for each in residuals]
+        fitted, whole = _orthonormal(np.concatenate(jacobians)), np.concatenate(residuals)
+        levels = np.repeat(np.eye(len(own)), own, axis=0)
+        levels = _orthonormal(levels - fitted @ (fitted.T @ levels))
+        whole = whole - levels @ (levels.T @ whole)
+        basis = np.hstack([fitted, levels])
+        ends = np.cumsum(own)[:-1]
+        return cls(tuple(noise.averaged for noise in noises), np.split(whole, ends), np.split(basis, ends))
 
     @cached_property
     def powers(self) -> list[Floats]:

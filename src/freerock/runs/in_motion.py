@@ -12,20 +12,20 @@ from functools import lru_cache
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.runs.noise import Noise
+from freerock.runs.noise import CERTAIN, OCTAVE, Noise
 from freerock.runs.sums import covariance_of_sums
 
 SIXTH = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
 SWING = 20.0  # standard deviations of the noise that a swing is high which tells of it
 LONGEST = 8  # means of the noise in one of a difference, at most: beyond them the motion itself is seen
 INNER = 0.8  # of a swing, about its middle, that is looked at
-FEWEST = 6  # differences that tell
-SURE = 2.5  # standard errors by which noise is louder
 OF_MEDIAN = 0.4549  # the median of squares of normal numbers
 FARTHEST = 9.0  # times what that median tells, at most, does a square count: what jumps is no noise
+SIZES = int(math.log2(LONGEST)) + 1  # of differences
 EFFICIENCY = 0.8  # degrees of freedom of a square: its differences overlap
-EXTRAPOLATED = 4.0  # degrees of freedom, at most, with which octaves below those seen are known
-STEEPEST = 4.0  # times as loud an octave below those seen, at most: as of noise of the first order
+SURE = 10.0  # twice the logarithm of a likelihood ratio, from which noise is louder
+ALIKE = np.geomspace(1.0, 6.0, 12)  # times the power at rest, whatever the frequency
+SLOW = np.append(0.0, np.geomspace(0.05, 200.0, 25))  # power of slow noise over that at rest
 
 
 def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice]) -> Noise:
@@ -41,31 +41,29 @@ def in_motion(noise: Noise, theta: Floats, sigma: Floats, swings: Iterable[slice
         Between impacts.
     """
     pieces = [_means(noise, theta[each] / sigma[each]) for each in swings]
-    factors, seen, told = list[float](), list[float](), list[float]()
-    for k in range(min(int(math.log2(LONGEST)) + 1, len(noise.ratio))):
+    ratio, dof = np.ones(SIZES), np.zeros(SIZES)
+    for k in range(SIZES):
         weights, expected = _difference(noise, k)
         long = [each for each in pieces if len(each) >= len(weights)]
         found = np.array([x for each in long for x in np.convolve(each, weights, "valid")[:: 3 * 2**k]])
-        found = found[np.isfinite(found)]
-        if found.size < FEWEST:
-            break
-        squares = found**2 / expected
-        ratio = float(np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares))))
-        dof = found.size * EFFICIENCY
-        louder = ratio > 1 + SURE * math.sqrt(2 / dof)
-        factors.append(ratio if louder else 1.0)
-        seen.append(ratio)
-        told.append(dof if louder else math.inf)
-    if max(factors, default=1.0) == 1.0:
+        squares = found[np.isfinite(found)] ** 2 / expected
+        if squares.size:
+            ratio[k] = np.mean(np.minimum(squares, FARTHEST / OF_MEDIAN * np.median(squares)))
+            dof[k] = squares.size * EFFICIENCY
+    of_differences, of_octaves = _louder(noise)
+    twice_log = -np.tensordot(dof, np.log(of_differences) + ratio[:, None] / of_differences, 1)
+    best = float(twice_log.max())
+    if best + float(dof @ ratio) < SURE:
         return noise
-    whole = np.ones(len(noise.ratio))
-    whole[len(whole) - len(factors) :] = factors[::-1]
-    below = slice(0, len(whole) - len(factors))
-    steeper = (factors[-1] - 1) / max(seen[-2] - 1, 1 / STEEPEST) if len(seen) > 1 else 1.0
-    whole[below] = 1 + (factors[-1] - 1) * min(max(steeper, 1.0), STEEPEST)
-    dof = np.full(len(whole), min(told[-1], EXTRAPOLATED) if factors[-1] > 1.0 else math.inf)
-    dof[len(whole) - len(told) :] = told[::-1]
-    return replace(noise, ratio=noise.ratio * whole, dof=np.minimum(noise.dof, dof))
+    chance = np.exp((twice_log - best) / 2)
+    chance /= chance.sum()
+    factor = of_octaves @ chance
+    spread = (of_octaves - factor[:, None]) ** 2 @ chance
+    return replace(
+        noise,
+        ratio=noise.ratio * np.exp(factor),
+        dof=np.minimum(noise.dof, 2 / np.maximum(spread, 2 / CERTAIN)),
+    )
 
 
 @lru_cache(32)
@@ -73,6 +71,31 @@ def _difference(noise: Noise, k: int) -> tuple[Floats, float]:
     """Weights of a difference of means of 2ᵏ, and its variance by the noise."""
     weights = np.repeat(SIXTH, 2**k) / 2**k
     return weights, float(covariance_of_sums(noise, weights[None])[0, 0])
+
+
+@lru_cache(32)
+def _louder(noise: Noise) -> tuple[Floats, Floats]:
+    """Power of louder noise over that at rest: of each difference, and of each octave its logarithm.
+
+    Louder is all of it, or slow noise of the first order beside it, of each corner that an octave has.
+
+    Returns
+    -------
+    of_differences : ndarray, shape (SIZES, n_louder)
+    of_octaves : ndarray, shape (n_octaves, n_louder)
+    """
+    middles, differences, octaves = OCTAVE * noise.edges[1:], list[Floats](), list[Floats]()
+    alike, slow = (each.ravel() for each in np.meshgrid(ALIKE, SLOW))
+    for corner in middles:
+        more = replace(noise, white=0.0, slow=1.0, corner=float(corner), ratio=np.ones(len(middles)))
+        by = np.empty(SIZES)
+        for k in range(SIZES):
+            weights, expected = _difference(noise, k)
+            by[k] = covariance_of_sums(more, weights[None])[0, 0] / expected
+        of_octave = more.density(middles) / noise.density(middles) / by.max()
+        differences.append(alike + np.outer(by / by.max(), slow))
+        octaves.append(np.log(alike + np.outer(of_octave, slow)))
+    return np.hstack(differences), np.hstack(octaves)
 
 
 def _means(noise: Noise, values: Floats) -> Floats:
