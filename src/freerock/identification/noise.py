@@ -187,11 +187,14 @@ class Averages:
     residuals : list of ndarray, shape (n_time,)
     basis : list of ndarray, shape (n_time, at most n_parameters + n_runs)
         Rows of each run of one orthonormal basis.
+    levels : list of ndarray, shape (n_time,)
+        What was taken of each residual as its level.
     """
 
     together: tuple[int, ...]
     residuals: list[Floats]
     basis: list[Floats]
+    levels: list[Floats]
 
     @classmethod
     def of(
@@ -199,18 +202,22 @@ class Averages:
     ) -> "Averages":
         residuals, jacobians = (of_runs(values, lengths, noises) for values in (residual, jacobian))
         own = [len(each) for each in residuals]
-        fitted, whole = _orthonormal(np.concatenate(jacobians)), np.concatenate(residuals)
+        fitted, of_all = _orthonormal(np.concatenate(jacobians)), np.concatenate(residuals)
         levels = np.repeat(np.eye(len(own)), own, axis=0)
         levels = _orthonormal(levels - fitted @ (fitted.T @ levels))
-        whole = whole - levels @ (levels.T @ whole)
-        basis = np.hstack([fitted, levels])
-        ends = np.cumsum(own)[:-1]
-        return cls(tuple(noise.averaged for noise in noises), np.split(whole, ends), np.split(basis, ends))
+        level, basis, ends = levels @ (levels.T @ of_all), np.hstack([fitted, levels]), np.cumsum(own)[:-1]
+        together = tuple(noise.averaged for noise in noises)
+        return cls(together, *(np.split(each, ends) for each in (of_all - level, basis, level)))
 
     @cached_property
     def powers(self) -> list[Floats]:
         """Power of each residual."""
         return [tapered_power(own) for own in self.residuals]
+
+    @cached_property
+    def powers_with_level(self) -> list[Floats]:
+        """The same of the residuals about zero, whose error a fit has in its numbers."""
+        return [tapered_power(own + level) for own, level in zip(self.residuals, self.levels, strict=True)]
 
     @cached_property
     def transforms(self) -> list[Complexes]:
@@ -229,8 +236,9 @@ class _Seen:
         Samples, averaged as those of the noise are.
     band : ndarray of int, shape (n_frequencies,)
         In which each frequency lies.
-    power, at_rest, taken : ndarray, shape (n_frequencies,)
-        Power of the residual, that of the noise, and what the fit takes of the latter [rad²].
+    power, with_level, at_rest, taken : ndarray, shape (n_frequencies,)
+        Power of the residual about its level and about zero, that of the noise, and what the fit takes of the
+        latter [rad²].
     left, whole : ndarray, shape (n_bands,)
         Degrees of freedom of the residual, and of noise of which nothing is fitted.
     """
@@ -239,6 +247,7 @@ class _Seen:
     n: int
     band: Indices
     power: Floats
+    with_level: Floats
     at_rest: Floats
     taken: Floats
     left: Floats
@@ -251,14 +260,15 @@ def _seen(averages: Averages, noises: Sequence[Noise]) -> list[_Seen]:
     through = [filtered(noise, each) for each, noise in zip(basis, noises, strict=True)]
     inner = np.sum([each.T @ own for each, own in zip(basis, through, strict=True)], axis=0)
     found = []
-    each_run = zip(averages.powers, basis, transforms, through, noises, strict=True)
+    powers = zip(averages.powers, averages.powers_with_level, strict=True)
+    each_run = zip(powers, basis, transforms, through, noises, strict=True)
     for power, taking, of_taking, passed, noise in each_run:
         n, n_bands = len(taking), len(noise.ratio)
         taken, share = power_taken(taking, of_taking, passed, inner)
         band = noise.band(frequencies(n))
         left, whole = (degrees_of_freedom(band, each, n, n_bands) for each in (share, np.zeros(len(share))))
         at_rest = expected_power(noise, n)
-        found.append(_Seen(noise, n, band, power, at_rest, taken, left, whole))
+        found.append(_Seen(noise, n, band, *power, at_rest, taken, left, whole))
     return found
 
 
@@ -295,7 +305,9 @@ def _together(seen: _Seen) -> Noise:
     noise, band, n_bands = seen.noise, seen.band, len(seen.left)
     dof = noise.dof + seen.left
     with np.errstate(divide="ignore", invalid="ignore"):
-        mean = np.bincount(band, seen.power / seen.at_rest, n_bands) / np.bincount(band, minlength=n_bands)
+        mean = np.bincount(band, seen.with_level / seen.at_rest, n_bands) / np.bincount(
+            band, minlength=n_bands
+        )
         factor = (noise.dof + seen.whole * mean) / dof
     known = np.isfinite(factor) & (factor > 0)
     return replace(noise, ratio=noise.ratio * np.where(known, factor, 1.0), dof=dof)

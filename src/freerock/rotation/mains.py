@@ -80,7 +80,8 @@ def fit_mains(
     Returns
     -------
     Mains or None
-        None where there are too few samples to distinguish a sinusoid from noise.
+        None where there are too few samples to distinguish a sinusoid from noise, and where the phase wanders
+        faster than it is followed: what a rest shows of it says nothing of a motion.
     """
     block = max(1, round(AVERAGED_S / step))
     n_blocks = time_s.size // block
@@ -96,6 +97,9 @@ def fit_mains(
     found_hz = _highest(mains_hz, centre, beat, t[-1, -1] - t[0, 0])
     beat = beat * np.exp(-2j * np.pi * (found_hz - mains_hz) * centre)
     phase, together = _followed(centre, beat)
+    steady = beat * np.exp(-1j * np.interp(centre, *phase))
+    if _wanders(centre, steady):
+        return None
 
     angle = 2 * np.pi * found_hz * t.ravel() + np.interp(t.ravel(), *phase)
     turns = np.empty((m.size, 2, t.size))  # cosine and sine of each harmonic
@@ -108,7 +112,6 @@ def fit_mains(
     weights = parts[::2] - 1j * parts[1::2]
     n = t.size
     stderr = math.sqrt(2 * m.size / n + (2 / (together * block) if together < len(beat) else 0.0))
-    steady = beat * np.exp(-1j * np.interp(centre, *phase))
     of_amplitude = math.sqrt(2 * max(float(np.var(steady, ddof=2)), white**2 / block) / beat.size)
     return Mains(found_hz, float(abs(weights[0])), weights, phase, stderr, of_amplitude)
 
@@ -155,6 +158,16 @@ def _followed(centre: Floats, beat: Complexes) -> tuple[Floats, int]:
     means = np.add.reduceat(beat * np.exp(-1j * turn * centre), edges)
     at = np.add.reduceat(centre, edges) / count
     return np.array([at, turn * at + np.unwrap(np.angle(means))]), int(count.min())
+
+
+def _wanders(centre: Floats, steady: Complexes) -> bool:
+    """Whether a beat scatters more than its neighbours do (von Neumann 1941, doi:10.1214/aoms/1177731677)."""
+    near = np.diff(centre) < 2 * AVERAGED_S
+    if near.sum() < 3:
+        return False
+    quick = float(np.mean(np.abs(np.diff(steady)[near]) ** 2)) / 2
+    slow = float(np.var(steady, ddof=1)) - quick
+    return slow > max(MOST_LOST * abs(steady.mean()) ** 2, 5 * quick / math.sqrt(near.sum()))
 
 
 def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[float, float] | None:
