@@ -87,3 +87,16 @@ def test_samples_of_still_phases_are_found_by_their_numbers():
     assert signal.n_inside == len(inside)
     which = np.array([0, 1, 3, 400, 900, 901, 1500, len(inside) - 1])
     np.testing.assert_array_equal(np.array(signal.inside(which)).T, np.array(inside)[which])
+
+
+def test_mains_that_wander_quickly_are_left_to_the_noise():
+    """A phase that goes by a radian in the root of a second can't be foretold through a motion."""
+    random = np.random.default_rng(3)
+    step = 1 / 2000
+    time = step * np.arange(20_000)
+    still = (time < 2) | (time > 8)
+    phase = 2 * np.pi * 50 * time + np.cumsum(random.standard_normal(time.size)) * np.sqrt(step)
+    steady = 2 * np.pi * 50 * time
+    noise = 0.02 * random.standard_normal(time.size)
+    assert fit_mains(time[still], (0.014 * np.sin(phase) + noise)[still], 50, step) is None
+    assert fit_mains(time[still], (0.014 * np.sin(steady) + noise)[still], 50, step) is not None

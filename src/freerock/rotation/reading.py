@@ -270,7 +270,7 @@ def _mains(
         whole = float(signal.time_s[0]), float(signal.time_s[-1])
         return None, other_hz, [Fault("other_mains", *whole, note)]
     faults = wrong_rate(signal, mains_hz)
-    return (None, None, faults) if faults or not mains else (mains, mains_hz, [])
+    return (None, None, faults) if faults else (mains, mains_hz, [])
 
 
 def _interference(

@@ -186,12 +186,18 @@ def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
 
 
 def _mains_ratio(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
-    """As `mains.mains_ratio`, of the longest quiet stretch."""
+    """As `mains.mains_ratio`, of the longest quiet stretch; mains that wander differ between its halves."""
     if not signal.phases:
         return None
     first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
-    part = slice(first, min(last, first + RATE_SAMPLES))
-    return mains_ratio(signal.time_s[part], signal.values[part], mains_hz)
+    last = min(last, first + RATE_SAMPLES)
+    middle = (first + last) // 2
+    whole, *halves = (
+        mains_ratio(signal.time_s[i:j], signal.values[i:j], mains_hz)
+        for i, j in ((first, last), (first, middle), (middle, last))
+    )
+    seen = [each[0] for each in halves if each]
+    return whole and (whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0))
 
 
 def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:

@@ -253,13 +253,14 @@ def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
 
     Turning points are those of `SWING` standard deviations and `TURN` of the highest peak. Between two peaks
     on one side lies one on the other, unless the block turned back at zero. Peaks lower than `REBOUND` may be
-    about a rest that has moved.
+    about a rest that has moved. Medians of three samples keep a single outlier from being a turning point.
     """
     during = run.signal.during(run.beginning.fit_start_s, run.end_s)
     theta = run.signal.theta[during]
     theta = theta[np.isfinite(theta)]
     if theta.size < FEWEST:
         return None
+    theta = np.sort(np.lib.stride_tricks.sliding_window_view(theta, 3), axis=1)[:, 1]
     highest = float(np.abs(theta).max())
     least = max(SWING * run.sigma_theta, TURN * highest)
     turns = turning_points(theta, least)

@@ -1,4 +1,4 @@
-"""Noise that is louder while the block moves than at rest, octave by octave.
+"""Noise that is louder while the block moves than at rest: all of it, or a slow part beside it.
 
 Differences of the sixth order of means say nothing of a smooth motion, and the remainder is noise.
 They are taken about the tops, away from impacts.
