@@ -167,7 +167,7 @@ def _wanders(centre: Floats, steady: Complexes) -> bool:
         return False
     quick = float(np.mean(np.abs(np.diff(steady)[near]) ** 2)) / 2
     slow = float(np.var(steady, ddof=1)) - quick
-    return slow > max(MOST_LOST * abs(steady.mean()) ** 2, 5 * quick / math.sqrt(near.sum()))
+    return slow > max(MOST_LOST * float(abs(steady.mean())) ** 2, 5 * quick / math.sqrt(float(near.sum())))
 
 
 def mains_ratio(time_s: ArrayLike, signal: ArrayLike, mains_hz: float) -> tuple[float, float] | None:
