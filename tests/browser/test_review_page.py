@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import signal
 import subprocess
 import time
@@ -281,6 +282,8 @@ def test_by_keyboard_alone(opened):
     assert float(page.input_value("#release")) == pytest.approx(release + 0.001, abs=0.0011)
     page.keyboard.press("Escape")
     page.keyboard.press("x")
+    assert page.evaluate("document.activeElement.id") == "reason"
+    page.keyboard.press("Escape")
     desk.until("at('verdict').textContent === 'left out'")
     page.keyboard.press("d")
     desk.until("desk.pending.size === 0 && at('verdict').textContent !== 'left out'")
@@ -324,3 +327,31 @@ def test_read_only_says_so(analysed, browser, tmp_path):
     desk.until("at('state').textContent.includes('be written: corrections are tried, but not kept')")
     assert desk.page.get_by_role("button", name="Save…").is_disabled()
     desk.close()
+
+
+def test_the_cursor_reads_the_rotation_and_other_runs_lie_over_the_run(opened):
+    desk, _ = opened
+    desk.open("tall_mat", "1")
+    desk.until("charts.sources.theta.data.t.length > 100")
+    box = desk.page.locator(".theta").bounding_box()
+    desk.page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"], steps=4)
+    desk.until("at('cursor').textContent.includes('σ')")
+    time_s, angle = re.match(r"(\S+) s +θ = (\S+)°", desk.page.inner_text("#cursor")).groups()
+    t, v = desk.page.evaluate("[[...charts.sources.theta.data.t], [...charts.sources.theta.data.v]]")
+    nearest = min(range(len(t)), key=lambda i: abs(t[i] - float(time_s)))
+    assert float(angle) == pytest.approx(v[nearest], abs=0.001)
+    assert desk.page.evaluate("charts.sources.overlay.data.t.length") == 0
+    desk.page.check("#overlay")
+    desk.until("charts.sources.overlay.data.t.length > 100")
+    first = desk.page.evaluate("[charts.sources.overlay.data.t[0], desk.view.picture.release]")
+    assert first[0] == pytest.approx(first[1], abs=0.01)
+    desk.page.uncheck("#overlay")
+    desk.until("charts.sources.overlay.data.t.length === 0")
+
+
+def test_a_narrow_window_needs_no_sideways_scroll(opened):
+    desk, _ = opened
+    desk.page.set_viewport_size({"width": 390, "height": 844})
+    desk.open("tall_mat", "1")
+    assert desk.page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert desk.page.locator("#reason").bounding_box()["width"] > 150

@@ -6,9 +6,9 @@ const WAIT_MS = 60;  // after the last movement of the window, before finer samp
 
 class Charts {
   /** styles: looks of the lines by source; moved(release, end): the handles were dragged to these instants [s];
-   *  asked(from, to): finer samples are wanted. */
-  constructor(styles, {overTime, overSpeed, moved, settled, asked}) {
-    Object.assign(this, {styles, moved, settled, asked, step: 0});
+   *  asked(from, to): finer samples are wanted; told(text): what is below the cursor. */
+  constructor(styles, {overTime, overSpeed, moved, settled, asked, told}) {
+    Object.assign(this, {styles, moved, settled, asked, told, step: 0});
     this.range = new Bokeh.Range1d({start: 0, end: 1});
     this.sources = {};
     this.drawn = {};
@@ -32,7 +32,9 @@ class Charts {
     this.theta.vstrip({field: "x0"}, {field: "x1"}, {source: others, fill_color: "#9aa0a6", fill_alpha: 0.13, line_color: null});
     SIGNALS.forEach((color, i) => this.line(this.signals, `signal${i}`, {line_color: color, line_width: 1}));
     const measured = styles.measured;
+    this.line(this.theta, "overlay", {line_color: "#b34700", line_alpha: 0.6, line_width: 1});
     this.line(this.theta, "theta", {line_color: measured.color, line_width: measured.width});
+    for (const figure of [this.signals, this.theta, this.residual]) figure.on_event("mousemove", event => this.read(event.x));
     this.residual.add_layout(new Bokeh.Span({location: 0, dimension: "width", line_color: "#999999"}));
     for (const [y, dash] of [[2, "dashed"], [-2, "dashed"]])
       this.residual.add_layout(new Bokeh.Span({location: y, dimension: "width", line_color: "#bbbbbb", line_dash: dash}));
@@ -90,6 +92,20 @@ class Charts {
     this.known = [release, end];
     for (const band of this.bands) band.setv(release === null ? {visible: false} : {left: release, right: end, visible: true});
     this.setting = false;
+  }
+
+  /** What is below the cursor: time, rotation, and the residual of each candidate that is drawn. */
+  read(time) {
+    const near = name => {
+      const {t, v} = this.sources[name].data, after = t.findIndex(each => each >= time);
+      return after > 0 ? v[time - t[after - 1] < t[after] - time ? after - 1 : after] : NaN;
+    };
+    const told = [`${time.toFixed(4)} s`, `θ = ${near("theta").toFixed(3)}°`];
+    for (const [name, [line]] of Object.entries(this.drawn)) {
+      const residual = near(`residual_${name}`);
+      if (line.visible && Number.isFinite(residual)) told.push(`${this.styles[name].label} ${residual.toFixed(2)} σ`);
+    }
+    this.told(told.join("   "));
   }
 
   show(from, to) {

@@ -147,6 +147,7 @@ async function open(test, run, fit = true) {
   at("run").hidden = false;
   charts ??= new Charts(desk.styles, {
     overTime: at("over-time"), overSpeed: at("over-speed"), asked: samples,
+    told: text => { at("cursor").textContent = text; },
     moved: (release, end) => { at("release").value = instant(release); at("end").value = instant(end); correctTimes(); }});
   charts.step = desk.record.step_s;
   const tried = desk.tried.get(test);
@@ -196,9 +197,26 @@ function drawRun() {
   at("discard").disabled = !desk.pending.has(record.test);
   charts.place(...times);
   charts.run(picture, view.runs);
+  overlay();
   drawShown(picture);
   drawNumbers();
   if (at("misfit").open) misfit();
+}
+
+/** The record's other runs over this one, each from its own release; none where that is not wanted. */
+async function overlay() {
+  const {record, view} = desk, picture = view.picture, wanted = desk.overlaid = Symbol();
+  const others = at("overlay").checked && picture ? view.runs.filter(each => each.run !== null && each.run !== picture.run) : [];
+  const drawn = {t: [], v: []};
+  try {
+    for (const {release_s, duration_s} of others) {
+      const {theta} = await ask("window", {test: record.test, from_s: release_s, to_s: release_s + duration_s});
+      if (!theta) continue;
+      drawn.t.push(...theta.t.map(each => each - release_s + picture.release), NaN);
+      drawn.v.push(...theta.v, null);
+    }
+    if (wanted === desk.overlaid) charts.sources.overlay.data = floats(drawn);
+  } catch (error) { alarm(error); }
 }
 
 /** Which candidates are drawn: where one explains the run those that do, else all; a person's choice stays. */
@@ -473,6 +491,9 @@ function listen() {
     const run = desk.view.picture.run, others = own.exclude === "record" ? [] : own.exclude.filter(each => each !== run);
     return {...own, exclude: at("exclude").checked ? [...others, run].sort((a, b) => a - b) : others};
   }));
+  for (const id of ["exclude", "exclude-record"])
+    at(id).addEventListener("change", () => { if (at(id).checked && !at("reason").value) at("reason").focus(); });
+  at("overlay").addEventListener("change", overlay);
   at("exclude-record").addEventListener("change", () => correct(own => ({...own, exclude: at("exclude-record").checked ? "record" : []})));
   at("reason").addEventListener("input", () => correct(own => ({...own, reason: at("reason").value.trim()}), false));
   at("note").addEventListener("input", () => correct(own => ({...own, note: at("note").value.trim()}), false));
