@@ -164,7 +164,7 @@ def _level(blocks: _Blocks, first: int, last: int) -> tuple[float, float]:
     """Level of a still stretch away from its ends, and its standard error."""
     core = slice(first + BLOCKS_PER_WINDOW // 2, last + 1 - BLOCKS_PER_WINDOW // 2)
     level = blocks.centre + blocks.total[core].sum() / blocks.valid[core].sum()
-    of_blocks = blocks.means[core][blocks.filled[core]]
+    of_blocks = blocks.means[core][blocks.valid[core] > 0]
     return float(level), float(np.std(of_blocks, ddof=1) / np.sqrt(of_blocks.size))
 
 
@@ -188,16 +188,17 @@ def _classify(
         or [max(phases, key=lambda p: p.end_s - p.start_s)]
     )
     middles, levels = zip(*((p.mid_s, p.level) for p in at_rest), strict=True)
+    resting = {*at_rest}
     zeros = np.interp([phase.mid_s for phase in phases], middles, levels).tolist()
     held = [
-        phase not in at_rest and abs(phase.level - zero) > NEAR * limit and _rocks(gap, zero, limit)
+        phase not in resting and abs(phase.level - zero) > NEAR * limit and _rocks(gap, zero, limit)
         for phase, zero, gap in zip(phases, zeros, gaps[1:], strict=True)
     ]
     angle = max((abs(p.level - z) for p, z, h in zip(phases, zeros, held, strict=True) if h), default=0.0)
     named = []
     for phase, zero, is_held in zip(phases, zeros, held, strict=True):
         off = abs(phase.level - zero)
-        if phase in at_rest or off <= NEAR * limit or (off <= MOVED * angle and not is_held):
+        if phase in resting or off <= NEAR * limit or (off <= MOVED * angle and not is_held):
             kind = "rest"
         else:
             kind = "held" if is_held else "paused"

@@ -1,6 +1,7 @@
 """Where a record is held before a release."""
 
 import math
+from bisect import bisect
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,12 +18,14 @@ UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this i
 def find_holds(signal: Signal, steady: Sequence[Phase], window_s: float) -> list[Phase]:
     """Phases that end with a release: the steady ones, and those too unsteady to be among them."""
     loose = stationary_phases(signal.t, signal.theta, window_s=window_s, floor_fraction=UNSTEADY)
-    holds: list[Phase] = []
+    holds: list[Phase] = []  # in the order of time, and apart
     for phase in [*steady, *loose]:
-        apart = all(phase.end_s < hold.start_s or phase.start_s > hold.end_s for hold in holds)
+        at = bisect(holds, phase.start_s, key=lambda hold: hold.start_s)
+        beside = holds[max(at - 1, 0) : at + 1]
+        apart = all(phase.end_s < hold.start_s or phase.start_s > hold.end_s for hold in beside)
         if phase.kind == "held" and phase.level and apart:
-            holds.append(phase)
-    return sorted(holds, key=lambda hold: hold.start_s)
+            holds.insert(at, phase)
+    return holds
 
 
 def no_release(

@@ -5,9 +5,11 @@ the end of the motion from `ending`, the verdict from `checks`.
 """
 
 import math
+from bisect import bisect, bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -178,12 +180,17 @@ class _Search:
     limits: RunLimits
     position: Position | None = None
 
+    @cached_property
+    def rests(self) -> list[Phase]:
+        """The rests, in the order of time."""
+        return [each for each in self.phases if each.kind == "rest"]
+
     def moving(self) -> list[_Motion]:
         """The runs that begin in motion, each before a rest."""
         signal, limits, found, after_s = self.signal, self.limits, list[_Motion](), float(self.signal.t[0])
         if self.block is None:
             raise FreerockError("runs", "a start in motion takes the block's shape", "give the block")
-        for rest in (each for each in self.phases if each.kind == "rest"):
+        for rest in self.rests:
             still = core(signal, rest, limits.window_s)
             end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)
             begins = begun_moving(signal, after_s, end_s, self.block, self.position, limits.finger_s)
@@ -195,7 +202,8 @@ class _Search:
     def found(self, hold: Phase) -> _Motion:
         """The run that begins with a hold."""
         signal, limits = self.signal, self.limits
-        rest = next((each for each in self.phases if each.start_s > hold.mid_s and each is not hold), None)
+        later = bisect(self.phases, hold.mid_s, key=lambda each: each.start_s)
+        rest = next((each for each in self.phases[later : later + 2] if each is not hold), None)
         still = core(signal, rest or hold, limits.window_s)
         end_s = float(signal.t[-1])
         if rest:
@@ -214,8 +222,11 @@ class _Search:
             for run, held_s in zip(found, [*again, math.inf], strict=False)
             if run.begins.release.instant_s < held_s
         ]
+        in_order = sorted(found, key=lambda run: run.begins.hold_start_s)
+        starts_s = [run.begins.hold_start_s for run in in_order]
+        latest_s = [-math.inf, *accumulate((run.end_s for run in in_order), max)]
         for before, rest in pairwise(self.phases):
-            apart = all(run.end_s <= before.end_s or run.begins.hold_start_s >= rest.start_s for run in found)
+            apart = latest_s[bisect_left(starts_s, rest.start_s)] <= before.end_s
             if rest.kind != "rest" or before.kind == "held" or not apart:
                 continue
             still = core(signal, rest, limits.window_s)
@@ -241,10 +252,9 @@ class _Search:
 
     def _noise_near(self, time_s: float) -> float:
         """Standard deviation of the noise of θ [rad], from the rest nearest to an instant [s]."""
-        rests = [each for each in self.phases if each.kind == "rest"]
-        if not rests:
+        if not self.rests:
             return float(np.nanmedian(self.signal.sigma))
-        nearest = min(rests, key=lambda each: abs(each.mid_s - time_s))
+        nearest = min(self.rests, key=lambda each: abs(each.mid_s - time_s))
         return self.signal.noise(core(self.signal, nearest, self.limits.window_s))
 
     def run(self, number: int, motion: _Motion, doubts: Sequence[Reason]) -> Run:
@@ -270,10 +280,8 @@ class _Search:
 
     def _zero_stderr(self, time_s: float) -> float:
         """Standard error of the zero of θ [rad] at an instant [s], by the noise of the rests beside it."""
-        signal, rests = self.signal, [each for each in self.phases if each.kind == "rest"]
-        near = rests[:0]
-        near += [each for each in rests if each.mid_s <= time_s][-1:]
-        near += [each for each in rests if each.mid_s > time_s][:1]
+        signal, later = self.signal, bisect(self.rests, time_s, key=lambda each: each.mid_s)
+        near = self.rests[max(later - 1, 0) : later + 1]
         if not near:
             return self.quality.zero_stderr
         share, noise = 1.0, signal.relative_noise
@@ -296,7 +304,7 @@ class _Search:
         signal, begins, end_s = self.signal, motion.begins, motion.end_s
         free = signal.theta[signal.during(begins.release.instant_s + self.limits.finger_s, end_s)]
         side = np.sign(free[np.abs(free) > OUT_OF_NOISE * motion.sigma_theta])
-        before = [each for each in self.phases if each.kind == "rest" and each.end_s <= begins.hold_start_s]
+        later = bisect(self.rests, begins.hold_start_s, key=lambda each: each.end_s)
         return Facts(
             signal=signal,
             faults=self.quality.faults,
@@ -304,7 +312,7 @@ class _Search:
             limits=self.limits,
             beginning=begins,
             rest=motion.rest,
-            level_before=before[-1].level if before else None,
+            level_before=self.rests[later - 1].level if later else None,
             end_s=end_s,
             sigma_theta=motion.sigma_theta,
             n_impacts=int(np.count_nonzero(np.diff(side))),
