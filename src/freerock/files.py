@@ -17,10 +17,10 @@ from pathlib import Path, PurePosixPath
 from secrets import token_hex
 from typing import Any
 
+from freerock import bounds
 from freerock.errors import FreerockError, exit_code
 
 MANIFEST = "manifest.csv"
-MOST_JSON_BYTES = 50_000_000
 PARTIAL = ".*.partial*"  # names of files that are being written
 COLUMNS = ["file", "sha256", "bytes"]
 ROOM = "free some space or allow writing to the folder"
@@ -191,7 +191,7 @@ def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
 
 
 def read_json(path: str | Path, remedy: str) -> Any:
-    """What a JSON file holds; no file is longer than MOST_JSON_BYTES.
+    """What a JSON file holds; no file is longer than bounds.JSON_BYTES.
 
     Raises
     ------
@@ -200,9 +200,9 @@ def read_json(path: str | Path, remedy: str) -> Any:
     """
     try:
         with open(path, "rb", opener=regular) as file:
-            content = file.read(MOST_JSON_BYTES + 1)
-        if len(content) > MOST_JSON_BYTES:
-            raise FreerockError(path, f"has more than {MOST_JSON_BYTES} bytes", remedy)
+            content = file.read(bounds.JSON_BYTES + 1)
+        if len(content) > bounds.JSON_BYTES:
+            raise FreerockError(path, f"has more than {bounds.JSON_BYTES} bytes", remedy)
         return json.loads(content.decode())
     except OSError as error:
         raise FreerockError(path, str(error.strerror), remedy) from error

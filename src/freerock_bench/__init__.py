@@ -7,6 +7,7 @@ A study is a module, and in it one function, `run(size)`, which gives the study'
 __all__ = [
     "analysed",
     "atlas",
+    "bounds",
     "confusion",
     "coverage",
     "damage",

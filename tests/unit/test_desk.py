@@ -14,6 +14,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPRequest
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
+from freerock import bounds
 from freerock.config.history import Change, appended, log_of, looked_at, read_changes
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
@@ -362,7 +363,7 @@ def asked(desk, *requests):
 
     async def serve():
         sockets = bind_sockets(0, server.HOST)
-        http = HTTPServer(server.application(desk, "s3cret", "first"), max_buffer_size=server.MOST_BYTES)
+        http = HTTPServer(server.application(desk, "s3cret", "first"), max_buffer_size=bounds.REQUEST_BYTES)
         http.add_sockets(sockets)
         port, client, found = sockets[0].getsockname()[1], AsyncHTTPClient(), []
         assert [each.getsockname()[0] for each in sockets] == ["127.0.0.1"]

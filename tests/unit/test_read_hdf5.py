@@ -173,7 +173,7 @@ def test_a_collection_of_texts_without_end(tmp_path, monkeypatch):
     free = content.index(b"GCOL") + 16 + 24
     (length,) = struct.unpack_from("<Q", content, free + 8)
     path.write_bytes(content[: free + 8] + struct.pack("<Q", length - 16) + content[free + 16 :])
-    monkeypatch.setattr("freerock.records.hdf5.WALK_S", 1)
+    monkeypatch.setattr("freerock.bounds.HDF5_WALK_S", 1)
     assert refusal(path) == DEADLY
 
 

@@ -5,7 +5,8 @@ import time
 
 import pytest
 
-from freerock.config.yaml_lines import MOST_NODES, MOST_YAML_BYTES, read_yaml
+from freerock.bounds import YAML_BYTES, YAML_NODES
+from freerock.config.yaml_lines import read_yaml
 
 MEANT = {
     "017": 17,
@@ -111,15 +112,15 @@ def bomb(step):
 WORK = {
     "aliases": bomb("{one}: &{one} [{nine}]"),
     "merged groups": bomb("{one}: &{one} {{<<: [{nine}]}}"),
-    "brackets": "[" * MOST_YAML_BYTES,
-    "braces": "{a: " * (MOST_YAML_BYTES // 4),
-    "values": "a: [" + "1," * (MOST_YAML_BYTES // 2 - 2),
-    "lines": "a:\n" + "- 1\n" * (MOST_YAML_BYTES // 4 - 1),
-    "words": "a: " + "b " * (MOST_YAML_BYTES // 2 - 2),
-    "escapes": 'a: "' + "\\x41" * (MOST_YAML_BYTES // 4 - 2) + '"',
-    "blank lines": "\n" * MOST_YAML_BYTES,
-    "bytes": "a: " + "x" * MOST_YAML_BYTES,
-    "directives": "%a\n" * (MOST_YAML_BYTES // 3),
+    "brackets": "[" * YAML_BYTES,
+    "braces": "{a: " * (YAML_BYTES // 4),
+    "values": "a: [" + "1," * (YAML_BYTES // 2 - 2),
+    "lines": "a:\n" + "- 1\n" * (YAML_BYTES // 4 - 1),
+    "words": "a: " + "b " * (YAML_BYTES // 2 - 2),
+    "escapes": 'a: "' + "\\x41" * (YAML_BYTES // 4 - 2) + '"',
+    "blank lines": "\n" * YAML_BYTES,
+    "bytes": "a: " + "x" * YAML_BYTES,
+    "directives": "%a\n" * (YAML_BYTES // 3),
 }
 
 
@@ -140,7 +141,7 @@ def test_as_many_values_as_a_large_campaign_needs_are_read(read):
     data, _, problems = read(f"blocks:\n{blocks}")
     assert problems == []
     assert len(data["blocks"]) == 3000
-    _, _, (problem,) = read(f"a: [{'1,' * MOST_NODES}]")
+    _, _, (problem,) = read(f"a: [{'1,' * YAML_NODES}]")
     assert problem == (
         "lab.yaml:1: more than 50000 keys and values; split it into several campaigns; write aliases out"
     )

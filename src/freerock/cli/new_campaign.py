@@ -17,12 +17,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from freerock import bounds
 from freerock.cli.init import NO_CAMPAIGN
 from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into, look_text
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
-from freerock.config.values import LONGEST_NAME, Invalid, check_inside, name_fault
+from freerock.config.values import Invalid, check_inside, name_fault
 from freerock.errors import FreerockError, printable
 from freerock.files import MANIFEST, sha256, write_manifest, write_text
 from freerock.jobs.soundness import QUICK_LOOK
@@ -289,7 +290,7 @@ def _in_words(channel: ChannelLook) -> str:
 
 def plain_name(stem: str) -> str:
     """Name of the test of a file, from that of the file without its suffix."""
-    return re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: LONGEST_NAME - 5] or "test"
+    return re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")[: bounds.NAME_CHARACTERS - 5] or "test"
 
 
 def _test_name(stem: str, taken: set[str]) -> str:

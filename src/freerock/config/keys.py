@@ -9,9 +9,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
 
+from freerock import bounds
 from freerock.config.uncertainty import BlockUncertainty
 from freerock.config.values import (
-    MOST_SAMPLES,
     Candidate,
     Debonding,
     Invalid,
@@ -371,8 +371,8 @@ class PlanSection(Section):
     @classmethod
     def _in_memory(cls, durations: Any, info: ValidationInfo) -> Any:
         n = max(durations, default=0) * max(info.data.get("sampling_rates_hz", (0,)))
-        if n > MOST_SAMPLES:
-            raise Invalid(f"{n:.3g} samples are too many", f"plan for {MOST_SAMPLES} at most")
+        if n > bounds.RUN_SAMPLES:
+            raise Invalid(f"{n:.3g} samples are too many", f"plan for {bounds.RUN_SAMPLES} at most")
         return durations
 
     @field_validator("expected")

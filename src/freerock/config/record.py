@@ -9,13 +9,12 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from freerock import bounds
 from freerock.config.mistakes import FILL_IN, validate
 from freerock.config.override import RUN, read_overrides
 from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
 from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
-
-LONGEST_CELL = 10_000  # characters
 
 
 class Record(Section):
@@ -34,12 +33,12 @@ class Record(Section):
     exclude: str = Field(
         "",
         pattern=f"^(record|{RUN}(;{RUN})*)?$",
-        max_length=LONGEST_CELL,
+        max_length=bounds.CELL_CHARACTERS,
         description="nothing, record, or the numbers of the runs left out, as 2;3",
     )
     override: str = Field(
         "",
-        max_length=LONGEST_CELL,
+        max_length=bounds.CELL_CHARACTERS,
         description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
         "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
     )

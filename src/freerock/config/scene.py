@@ -5,11 +5,11 @@ from typing import Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from freerock import bounds
 from freerock.config.campaign import load_section
 from freerock.config.keys import BlockSection, check_parameters
 from freerock.config.sensor import LaserSection
 from freerock.config.values import (
-    MOST_SAMPLES,
     Debonding,
     Invalid,
     Kinematics,
@@ -94,8 +94,8 @@ class Scene(Section):
     @classmethod
     def _in_memory(cls, rate: float, info: ValidationInfo) -> float:
         n = rate * info.data.get("duration_s", 0.0)
-        if n > MOST_SAMPLES:
-            raise Invalid(f"{n:.3g} samples are too many", f"simulate {MOST_SAMPLES} at most")
+        if n > bounds.RUN_SAMPLES:
+            raise Invalid(f"{n:.3g} samples are too many", f"simulate {bounds.RUN_SAMPLES} at most")
         return rate
 
     @field_validator("models")

@@ -18,14 +18,12 @@ from pydantic import (
     field_validator,
 )
 
+from freerock import bounds
 from freerock.files import plain_path
 from freerock.models.laws import CANDIDATES, DEBONDING, KINEMATICS, LAWS
 from freerock.units import CHANNEL_UNITS
 
 NAME = r"^[A-Za-z0-9_]+$"
-LONGEST_NAME = 100  # characters: names become parts of file names, which have 255 at most
-LEAST, MOST = 1e-12, 1e15  # sizes of numbers, whose cubes and ratios a double still holds
-MOST_SAMPLES = 100_000_000  # of a run that is planned or simulated
 UNPRINTED = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f\ud800-\udfff]")
 
 
@@ -48,8 +46,11 @@ def _in_one_line(value: Any) -> Any:
 
 
 def _of_this_world(value: float) -> float:
-    if value and not LEAST <= abs(value) <= MOST:
-        raise Invalid(f"{value:.6g} is no number of a laboratory", f"give 0, or {LEAST:g} to {MOST:g}")
+    if value and not bounds.LEAST_SI <= abs(value) <= bounds.MOST_SI:
+        raise Invalid(
+            f"{value:.6g} is no number of a laboratory",
+            f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}",
+        )
     return value
 
 
@@ -57,7 +58,7 @@ Number = Annotated[float, BeforeValidator(_not_a_switch), AfterValidator(_of_thi
 Whole = Annotated[int, BeforeValidator(_not_a_switch), AfterValidator(_of_this_world)]
 Direction = Annotated[Literal[1, -1], BeforeValidator(_not_a_switch)]
 Positive = Annotated[Number, Field(gt=0)]
-Name = Annotated[str, StringConstraints(pattern=NAME, max_length=LONGEST_NAME)]
+Name = Annotated[str, StringConstraints(pattern=NAME, max_length=bounds.NAME_CHARACTERS)]
 Label = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=100)]
 Text = Annotated[str, BeforeValidator(_in_one_line), Field(max_length=2000)]
 if TYPE_CHECKING:  # words known only at run time
@@ -91,8 +92,8 @@ def name_fault(name: str) -> tuple[str, str] | None:
     """Why a text can't be a name, and what to do."""
     if not re.fullmatch(NAME, name):
         return f"{shown(name)} is not a name", "use letters, digits and _ only"
-    if len(name) > LONGEST_NAME:
-        return f"{shown(name)} has {len(name)} characters", f"use {LONGEST_NAME} at most"
+    if len(name) > bounds.NAME_CHARACTERS:
+        return f"{shown(name)} has {len(name)} characters", f"use {bounds.NAME_CHARACTERS} at most"
     return None
 
 

@@ -16,26 +16,22 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.tag import Tag
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.files import read_bytes
 
 Key = tuple[str, ...]  # where a value stands: the keys and list positions on the way to it
 Lines = dict[Key, int]  # line of each key of a YAML file
 
-MOST_BYTES = 8_000_000  # of a text file
-MOST_YAML_BYTES = 1_000_000
-MOST_DEPTH = 30
-MOST_NODES = 50_000  # groups, lists, keys and values of a YAML file
 TEXT = "tag:yaml.org,2002:str"
 MERGE = "tag:yaml.org,2002:merge"
 DATE, VALUE = "tag:yaml.org,2002:timestamp", "tag:yaml.org,2002:value"  # of YAML 1.1
-LONGEST = 40  # characters of a number
 NUMBERS = ("tag:yaml.org,2002:int", "tag:yaml.org,2002:float")
 CORRECT = "correct the YAML; indent with spaces, not tabs"
 PLAIN = "give the value alone, in quotes where it is a text"
 
 
-def read_text(path: Path, most_bytes: int = MOST_BYTES) -> str:
+def read_text(path: Path, most_bytes: int = bounds.TEXT_BYTES) -> str:
     """The text of a file in UTF-8; raises FreerockError where it can't be read or is longer than that."""
     return text_of(read_bytes(path, most_bytes), path)
 
@@ -82,7 +78,7 @@ def read_yaml(path: Path) -> tuple[dict[str, Any] | None, Lines, list[FreerockEr
 
 def _plain_text(path: Path) -> str:
     """The text of a YAML file; refuses directives, with which a file may require another version of YAML."""
-    text = read_text(path, MOST_YAML_BYTES)
+    text = read_text(path, bounds.YAML_BYTES)
     for number, line in enumerate(text.split("\n"), 1):
         if line.startswith("%"):
             raise FreerockError(f"{path}:{number}", "begins with %", "leave the line out")
@@ -109,9 +105,13 @@ class _Composer(Composer):
     def compose_node(self, parent: Any, index: Any) -> Node:
         event, before = self.parser.peek_event(), self.nodes
         if getattr(event, "tag", None) not in (None, "!", TEXT):
-            raise _Refused(f"the tag {event.tag[:LONGEST]!r} has no meaning here", PLAIN, event.start_mark)
-        if self.depth == MOST_DEPTH:
-            raise _Refused(f"keys are nested more than {MOST_DEPTH} deep", CORRECT, event.start_mark)
+            raise _Refused(
+                f"the tag {event.tag[: bounds.NUMBER_CHARACTERS]!r} has no meaning here",
+                PLAIN,
+                event.start_mark,
+            )
+        if self.depth == bounds.YAML_LEVELS:
+            raise _Refused(f"keys are nested more than {bounds.YAML_LEVELS} deep", CORRECT, event.start_mark)
         node: Node = super().compose_node(parent, index)
         if not isinstance(event, AliasEvent):
             self.nodes += 1
@@ -120,9 +120,9 @@ class _Composer(Composer):
             self.nodes += self.nodes_in[id(node)]
         else:
             raise _Refused(f"*{event.anchor} holds itself", "write the value out", event.start_mark)
-        if self.nodes > MOST_NODES:
+        if self.nodes > bounds.YAML_NODES:
             remedy = "split it into several campaigns; write aliases out"
-            raise _Refused(f"more than {MOST_NODES} keys and values", remedy, event.start_mark)
+            raise _Refused(f"more than {bounds.YAML_NODES} keys and values", remedy, event.start_mark)
         if isinstance(node, ScalarNode):
             _check_scalar(node)
         return node
@@ -130,8 +130,8 @@ class _Composer(Composer):
 
 def _check_scalar(node: ScalarNode) -> None:
     """Refuse numbers that are not what they look like; read as texts what YAML 1.2 knows as such."""
-    if node.tag in NUMBERS and ("_" in node.value or len(node.value) > LONGEST):
-        what = f"{node.value[:LONGEST]!r} is not a number"
+    if node.tag in NUMBERS and ("_" in node.value or len(node.value) > bounds.NUMBER_CHARACTERS):
+        what = f"{node.value[: bounds.NUMBER_CHARACTERS]!r} is not a number"
         raise _Refused(what, "write it shorter, without _", node.start_mark)
     if node.tag in (DATE, VALUE):
         node.ctag = Tag(suffix=TEXT)

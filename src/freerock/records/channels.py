@@ -6,16 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
-MOST_CHANNELS = 2000
-# What a file may ask for in memory: so many times its own bytes, and LITTLE in any case. Doubles of a coarse
-# converter at rest shrink some 20 times, a constant 1000 times, of which LITTLE holds half an hour at 10 kHz.
-DENSEST = 100
-LITTLE = 1 << 27
 
 SECONDS = {
     **dict.fromkeys(["", "s", "sec", "secs", "second", "seconds", "sek", "sekunden"], 1.0),
@@ -26,7 +22,6 @@ SECONDS = {
 }
 
 RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
-SHORTEST_S, LONGEST_S = 1e-12, 1e12  # no sampling interval lies beyond
 
 Samples = Floats
 
@@ -128,10 +123,10 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(names[:NAMES_LISTED]) + more
 
 
-def check_declared(path: Path, n_bytes: float, densest: float = DENSEST) -> None:
+def check_declared(path: Path, n_bytes: float, densest: float = bounds.UNPACKED_TIMES) -> None:
     """Refuse to set aside more memory than a file of its size can fill, but for a little."""
     size = path.stat().st_size
-    if n_bytes > max(densest * size, LITTLE):
+    if n_bytes > max(densest * size, bounds.LITTLE_BYTES):
         what = f"the file declares {n_bytes:.3g} bytes of data, more than its {size} bytes can hold"
         raise FreerockError(path, what, COPY_AGAIN)
 
@@ -144,8 +139,8 @@ def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
     FreerockError
         No channel, or more than any record has.
     """
-    if len(channels) > MOST_CHANNELS:
-        what = f"the file has {len(channels)} channels, more than {MOST_CHANNELS}"
+    if len(channels) > bounds.RECORD_CHANNELS:
+        what = f"the file has {len(channels)} channels, more than {bounds.RECORD_CHANNELS}"
         raise FreerockError(path, what, "export those of the record alone")
     short = Counter(c.name for c in channels)
     names = {c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels}

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import (
     COPY_AGAIN,
-    LONGEST_S,
     SECONDS,
-    SHORTEST_S,
     Channel,
     Contents,
     Even,
@@ -28,7 +27,6 @@ from freerock.records.timebase import Grid, on_grid, regular_grid
 if TYPE_CHECKING:
     import xarray as xr
 
-LARGEST = 1e100  # of a sample; loggers write up to 9.9e37 for an overload
 AT_ONCE = 1 << 16  # samples
 
 
@@ -67,7 +65,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     else:
         (even,) = (clock for clock in clocks if isinstance(clock, Even))
         grid = Grid(even.start_s, even.step_s, length)
-    if not SHORTEST_S < grid.step_s < LONGEST_S:
+    if not bounds.SHORTEST_STEP_S < grid.step_s < bounds.LONGEST_STEP_S:
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
     _check_other_clocks(path, wanted.values(), grid.step_s, columns)
@@ -92,11 +90,13 @@ def _check_values(path: Path, name: str, values: Samples) -> None:
     """Refuse a finite sample whose powers no double holds; part by part, in little memory."""
     for start in range(0, len(values), AT_ONCE):
         part = values[start : start + AT_ONCE]
-        if not np.abs(part).max() <= LARGEST:  # or NaN, or infinite
-            beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > LARGEST))
+        if not np.abs(part).max() <= bounds.SAMPLE_UNITS:  # or NaN, or infinite
+            beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
             if beyond.size:
                 n = start + int(beyond[0])
-                what = f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{LARGEST:g}"
+                what = (
+                    f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{bounds.SAMPLE_UNITS:g}"
+                )
                 raise FreerockError(path, what, "export it again, an invalid sample as an empty cell or NaN")
 
 

@@ -18,23 +18,19 @@ import numpy as np
 from openpyxl import load_workbook
 from openpyxl.utils import get_column_letter
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.headings import columns, headed, rises, states_rate
 
 FORMAT = "Excel"
-MAX_ROWS = 1 << 20  # of a sheet
 HEAD = 100  # rows in which the table begins
 ROWS_ALIKE = 3
 SAVE_AGAIN = "open it in Excel and save it again"
 WANTED = {"n": "a number", "c": "a time"}  # kinds of cells of a table
-DENSEST_SHEET = 110  # a sheet's XML can't shrink more than that many times
 CHUNK = 1 << 16
 # What openpyxl takes 3 to 5 µs for, each; any other element takes it up to 30 µs.
 OF_SHEETS = {"row", "c", "v", "f", "is", "t", "pt"}
-MOST_OF_SHEETS = 1_000_000  # or as many as the file has bytes, where they are more
-MOST_OTHERS = 100_000
-MOST_CELLS = 1 << 25  # of a sheet as wide as its widest row says
 
 
 Cell = str | bool | int | float | datetime | time | None
@@ -70,7 +66,7 @@ def contents(path: Path) -> Iterator[Contents]:
 def _parsed(path: Path, *state: int) -> tuple[dict[str, Table], list[Channel], list[str]]:
     """Tables by sheet, channels and notes of a workbook in a `state` of its file."""
     with ZipFile(path) as archive:
-        check_declared(path, sum(part.file_size for part in archive.infolist()), DENSEST_SHEET)
+        check_declared(path, sum(part.file_size for part in archive.infolist()), bounds.SHEETS_TIMES)
         _check_work(path, archive)
     book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     tables: dict[str, Table] = {}
@@ -106,7 +102,7 @@ def _check_work(path: Path, archive: ZipFile) -> None:
     def count(name: str, _: object) -> None:
         found[name.rpartition(" ")[2]] += 1
 
-    most = max(MOST_OF_SHEETS, path.stat().st_size)
+    most = max(bounds.SHEETS_CELLS, path.stat().st_size)
     for part in archive.namelist():
         parser = expat.ParserCreate(namespace_separator=" ")
         parser.StartDoctypeDeclHandler, parser.StartElementHandler = refuse, count
@@ -114,8 +110,8 @@ def _check_work(path: Path, archive: ZipFile) -> None:
             while data := content.read(CHUNK):
                 parser.Parse(data)
                 of_sheets = sum(found[name] for name in OF_SHEETS)
-                if of_sheets > most or found.total() - of_sheets > MOST_OTHERS:
-                    what = f"has more than {most} cells, or {MOST_OTHERS} other elements"
+                if of_sheets > most or found.total() - of_sheets > bounds.SHEETS_ELEMENTS:
+                    what = f"has more than {most} cells, or {bounds.SHEETS_ELEMENTS} other elements"
                     raise FreerockError(path, what, "export the records alone, or as CSV")
 
 
@@ -157,11 +153,13 @@ def _table(path: Path, sheet: Any) -> Table:
     first: dict[int, datetime] = {}
     width = 0
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
-        if n > MAX_ROWS:
-            raise FreerockError(path, f"sheet {sheet.title!r} has more than {MAX_ROWS} rows", COPY_AGAIN)
+        if n > bounds.SHEET_ROWS:
+            raise FreerockError(
+                path, f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows", COPY_AGAIN
+            )
         width = max(width, len(row))
-        if n * width > MOST_CELLS:
-            what = f"sheet {sheet.title!r} has more than {MOST_CELLS} cells, empty ones included"
+        if n * width > bounds.SHEET_CELLS:
+            what = f"sheet {sheet.title!r} has more than {bounds.SHEET_CELLS} cells, empty ones included"
             raise FreerockError(path, what, "export the record alone, or as CSV")
         for i, values in numbers.items():
             cell = row[i] if i < len(row) else None

@@ -16,12 +16,11 @@ import h5py
 import numpy as np
 from scipy.io import netcdf_file
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records import hdf5_walk
 from freerock.records.channels import (
     COPY_AGAIN,
-    DENSEST,
-    LITTLE,
     Channel,
     Contents,
     Even,
@@ -35,8 +34,6 @@ from freerock.records.headings import also_stated, is_time, split_unit, stated_r
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
 AT_ONCE = 1 << 20  # numbers
-DEEPEST = 50  # groups above an array
-WALK_S, WALKED_PER_S = 4, 20_000_000  # processor time, and bytes for which there is another second
 
 Attributes = Mapping[str, Any]
 
@@ -71,7 +68,7 @@ def numeric_arrays(path: Path, file: h5py.File) -> dict[str, h5py.Dataset]:
 
     def look(name: str, item: h5py.HLObject) -> None:
         real = isinstance(item, h5py.Dataset) and item.shape is not None and item.dtype.kind in "iuf"
-        real = real and name.count("/") <= DEEPEST
+        real = real and name.count("/") <= bounds.HDF5_GROUPS
         if real and not (item.is_virtual or item.external or name.startswith("#refs#")):
             found[name] = item
 
@@ -86,7 +83,11 @@ def opened(path: Path) -> h5py.File:
     Damaged files can end HDF5's library in a segmentation fault, or keep it busy for ever.
     """
     size = path.stat().st_size
-    outcome = walked(str(path), WALK_S + size // WALKED_PER_S, max(DENSEST * size, LITTLE))
+    outcome = walked(
+        str(path),
+        bounds.HDF5_WALK_S + size // bounds.HDF5_WALK_BYTES_PER_S,
+        max(bounds.UNPACKED_TIMES * size, bounds.LITTLE_BYTES),
+    )
     if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
         raise MemoryError("the process that goes through the file was killed")
     if outcome not in (0, 1):  # 1: an exception, which says more when it is met here

@@ -8,8 +8,9 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import ArrayLike
 
+from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import LONGEST_S, SECONDS, SHORTEST_S, Channel, Even, Stamps, one_rate
+from freerock.records.channels import SECONDS, Channel, Even, Stamps, one_rate
 from freerock.units import quantity_of_other, understood
 
 KNOWN_UNITS = (
@@ -92,7 +93,7 @@ def stated_rates(path: object, values: Mapping[str, object]) -> dict[str, Even]:
             what = f"the comma of {heading} {number} may stand for a point, or between thousands"
             raise FreerockError(path, what, "write the number without it")
         value = _float(str(number).replace(",", "."))
-        if value is None or not SHORTEST_S < value < LONGEST_S:
+        if value is None or not bounds.SHORTEST_STEP_S < value < bounds.LONGEST_STEP_S:
             continue
         factor = (HERTZ if is_rate else SECONDS).get(unit.casefold())
         if factor is None:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps
 from freerock.records.table import NUMBER, Layout, described, encoding_of, tables
 
 FORMAT = "LVM"
 MAGIC = "LabVIEW Measurement"
-MOST_SEGMENTS = 5000  # each takes pandas a millisecond
 LOOK = 100  # rows in which the decimal comma is looked for
 X = "X_Value"
 
@@ -95,8 +95,8 @@ def _segments(path: Path, encoding: str) -> list[Segment]:
         for n, line in lines:
             if line.strip():
                 where = f"segment {len(segments) + 1}"
-                if len(segments) == MOST_SEGMENTS:
-                    what = f"the file has more than {MOST_SEGMENTS} segments"
+                if len(segments) == bounds.LVM_SEGMENTS:
+                    what = f"the file has more than {bounds.LVM_SEGMENTS} segments"
                     raise FreerockError(path, what, "write it in fewer, or export it as one table")
                 fields = _header(path, chain([(n, line)], lines), delimiter, where)
                 segments.append(_segment(path, lines, fields, delimiter, where))

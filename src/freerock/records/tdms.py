@@ -8,11 +8,10 @@ import numpy as np
 from nptdms import TdmsChannel, TdmsFile
 from nptdms.log import log_manager
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import (
     COPY_AGAIN,
-    LONGEST_S,
-    SHORTEST_S,
     Channel,
     Contents,
     Even,
@@ -108,7 +107,7 @@ def _values(path: Path, channel: TdmsChannel, step: object) -> Samples:
     if len(channel) < stated:
         what = f"the file is truncated: channel {channel.name!r} holds {len(channel)} of {stated} samples"
         raise FreerockError(path, what, COPY_AGAIN)
-    if not (isinstance(step, int | float) and SHORTEST_S < step < LONGEST_S):
+    if not (isinstance(step, int | float) and bounds.SHORTEST_STEP_S < step < bounds.LONGEST_STEP_S):
         raise FreerockError(
             path,
             f"channel {channel.name!r} gives no sampling rate "

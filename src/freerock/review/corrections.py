@@ -5,6 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field
 
+from freerock import bounds
 from freerock.config.mistakes import validate
 from freerock.config.override import Override, read_overrides, written_overrides
 from freerock.config.record import Record
@@ -12,7 +13,6 @@ from freerock.config.values import Number, Section, Text, Whole
 from freerock.errors import FreerockError
 
 COLUMNS = ("exclude", "override", "reason", "note")
-MOST = 1000  # runs set by hand or left out, of a record
 Run = Annotated[Whole, Field(ge=1, le=999_999)]
 Seconds = Annotated[Number, Field(ge=-1e9, le=1e9), AfterValidator(lambda time_s: round(time_s, 6))]
 
@@ -37,8 +37,8 @@ class SentOverride(Sent):
 class Correction(Sent):
     """What is set by hand in a record."""
 
-    overrides: list[SentOverride] = Field(max_length=MOST, description="runs set by hand")
-    exclude: Annotated[list[Run], Field(max_length=MOST)] | Literal["record"] = Field(
+    overrides: list[SentOverride] = Field(max_length=bounds.CORRECTED_RUNS, description="runs set by hand")
+    exclude: Annotated[list[Run], Field(max_length=bounds.CORRECTED_RUNS)] | Literal["record"] = Field(
         description='"record" or a list of runs'
     )
     reason: Text = Field(description="why, as a text")

@@ -5,12 +5,12 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, ConfigDict, Field
 from pydantic_core import from_json
 
+from freerock import bounds
 from freerock.config.mistakes import validate
 from freerock.config.values import Section, Text
 from freerock.errors import FreerockError
 from freerock.review.corrections import Correction, Run, Seconds, Sent
 
-MOST_RECORDS = 10_000  # corrected in one request
 Test = Annotated[str, Field(max_length=200, description="the name of a record")]
 
 
@@ -35,7 +35,7 @@ class Misfit(Sent):
 class Keep(Sent):
     """Keep corrections."""
 
-    corrections: Annotated[dict[Test, Correction], Field(max_length=MOST_RECORDS)] = Field(
+    corrections: Annotated[dict[Test, Correction], Field(max_length=bounds.REQUEST_RECORDS)] = Field(
         description="corrections, each by the name of its record"
     )
     known: str = Field(pattern="^[0-9a-f]{64}$", description="the digest of the CSV as it was listed")

@@ -20,12 +20,12 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 
+from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.review.desk import Desk
 from freerock.review.requests import ASKED, DONE, checked, understood
 
 HOST = "127.0.0.1"
-MOST_BYTES = 1_000_000  # of a request
 HERE = Path(__file__).parent
 OWN = {"review.js": "text/javascript", "charts.js": "text/javascript", "review.css": "text/css"}
 BOKEH = {"bokeh.min.js": "text/javascript", "bokeh-api.min.js": "text/javascript"}
@@ -224,7 +224,7 @@ def serve(desk: Desk, port: int, ready: Callable[[str, str], None]) -> None:
 async def _serve(desk: Desk, listening: socket.socket, ready: Callable[[str, str], None]) -> None:
     token, once = secrets.token_urlsafe(24), secrets.token_urlsafe(24)
     served = application(desk, token, once)
-    server = tornado.httpserver.HTTPServer(served, max_buffer_size=MOST_BYTES)
+    server = tornado.httpserver.HTTPServer(served, max_buffer_size=bounds.REQUEST_BYTES)
     server.add_socket(listening)
     root = f"http://{HOST}:{listening.getsockname()[1]}"
     ready(f"{root}/{token}/", f"{root}/open/{once}")

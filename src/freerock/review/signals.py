@@ -19,7 +19,7 @@ from freerock.units import BASE
 
 Json = dict[str, Any]
 BINS = 900  # of a curve, with two samples drawn in each: about as many as it has columns on the screen
-MOST_FLAGGED = 200  # stretches of invalid samples drawn; those that are near each other become one
+FLAGGED_DRAWN = 200  # stretches of invalid samples drawn; those that are near each other become one
 
 
 class Channel(NamedTuple):
@@ -127,7 +127,7 @@ def _flagged(time_s: Floats, flags: Flags) -> list[list[Any]]:
     bad = np.flatnonzero(flags)
     if not bad.size:
         return []
-    near = max(1, len(time_s) // MOST_FLAGGED)
+    near = max(1, len(time_s) // FLAGGED_DRAWN)
     parts = np.split(bad, np.flatnonzero(np.diff(bad) > near) + 1)
     found = []
     for part in parts:

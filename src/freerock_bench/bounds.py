@@ -1,0 +1,37 @@
+"""The table of bounds in docs/reliability.md, from freerock.bounds.
+
+python -m freerock_bench.bounds docs/reliability.md
+"""
+
+import re
+import sys
+from pathlib import Path
+
+from freerock import bounds
+from freerock_bench.document import renew
+
+MARK = ("<!-- bounds -->\n\n", "\n\n<!-- end of the bounds -->")
+LINE = re.compile(r"^([A-Z0-9_]+) = .*?  # ([^;:\n]+)", re.M)
+UNIT = re.compile(r"(BYTES_PER_S|[A-Z]+)$")
+PLAIN = {"S": "s", "SI": "in SI units", "UNITS": "in any unit", "BYTES_PER_S": "bytes per second"}
+
+
+def markdown() -> str:
+    """A row for each bound: of what, and how much."""
+    rows = [f"| {what} | {_size(name)} |" for name, what in LINE.findall(_source())]
+    return "\n".join(["| of | at most |", "|---|---|", *rows])
+
+
+def _source() -> str:
+    return Path(str(bounds.__file__)).read_text(encoding="utf-8")
+
+
+def _size(name: str) -> str:
+    """A bound with its unit."""
+    value, unit = getattr(bounds, name), UNIT.findall(name)[0]
+    number = f"{value:,}".replace(",", " ") if isinstance(value, int) else f"{value:g}"
+    return f"{number} {PLAIN.get(unit, unit.lower())}"
+
+
+if __name__ == "__main__":
+    renew(sys.argv[1], MARK, markdown())
