@@ -79,6 +79,30 @@ def test_inputs_are_stated_or_defaults(tmp_path):
     assert known["mass_kg"]["u"] == pytest.approx(0.00584)
     assert {"position_m", "scale_fraction", "sampling_rate_fraction"} <= set(known)
     assert "levelled_deg" not in known and "contact_width_m" not in known
+    assert known["com_height_m"]["u"] == 3e-4 and not known["com_height_m"]["stated"]
+    assert known["inertia_kg_m2"]["u"] == pytest.approx(5e-3 * BLOCK.inertia_cm)
+    assert "com_offset_m" not in known  # a tilt, which fits look for, does the same
+    assert of_record(tmp_path, "5.84", "5.84\n    com_offset_m: 0.001")["com_offset_m"]["u"] == 3e-4
+    stated = of_record(tmp_path, "5.84", "5.84\n    uncertainty: {com_offset_m: 0.002}")["com_offset_m"]
+    assert (stated["u"], stated["stated"]) == (2e-3, True)
+
+
+def test_the_centre_of_mass_moves_and_what_a_beam_sees_does_not():
+    laboratory = Laboratory(BLOCK, {"high": HIGH})
+    for name, u in (("com_height_m", 1e-3), ("com_offset_m", 2e-3), ("inertia_kg_m2", 1e-3)):
+        moved = laboratory.moved(Input("b", name, u, True), 2.0)
+        numbers = moved.block.h - BLOCK.h, moved.block.e, moved.block.inertia_cm - BLOCK.inertia_cm
+        expected = {"com_height_m": (2e-3, 0, 0), "com_offset_m": (0, 4e-3, 0), "inertia_kg_m2": (0, 0, 2e-3)}
+        assert numbers == pytest.approx(expected[name], abs=1e-15)
+        assert laboratory.reread(THETA, moved) is THETA
+
+
+def test_a_campaign_states_the_centre_of_mass(tmp_path):
+    stated = "5.84\n    com_height_m: 0.15\n    com_offset_m: 0.001\n    inertia_kg_m2: 0.05"
+    of_record(tmp_path, "5.84", stated)
+    block = load_campaign(tmp_path / "lab.yaml").blocks
+    (found,) = [each.block for each in block.values()]
+    assert (found.h, found.e, found.inertia_cm) == (0.15, 0.001, 0.05)
 
 
 @pytest.mark.parametrize(

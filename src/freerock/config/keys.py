@@ -5,6 +5,7 @@ The fields of a section are the settings of the step it configures, with the sam
 
 import math
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator, model_validator
@@ -66,6 +67,25 @@ class BlockSection(Section):
         description="the distance of the corners it rocks about in metres, where they are worn or rounded; "
         "left out, the full width",
     )
+    com_height_m: Number | None = Field(
+        None,
+        gt=0,
+        le=100,
+        description="the height of its centre of mass over the base in metres; left out, half the height",
+    )
+    com_offset_m: Number | None = Field(
+        None,
+        ge=-100,
+        le=100,
+        description="how far right of the middle of the base its centre of mass lies in metres, where θ is "
+        "positive when it turns to the right; left out, 0",
+    )
+    inertia_kg_m2: Number | None = Field(
+        None,
+        gt=0,
+        description="the moment of inertia about its centre of mass in kg m²; left out, that of a uniform "
+        "rectangle",
+    )
     release_angle_deg: Number | None = Field(
         None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
     )
@@ -77,7 +97,8 @@ class BlockSection(Section):
     @property
     def block(self) -> Block:
         """The block as the models take it."""
-        return Block(self.height_m, self.width_m, self.mass_kg, self.contact_width_m)
+        shape: dict[str, Any] = {each.name: getattr(self, each.name, None) for each in fields(Block)}
+        return Block(**shape)
 
     @field_validator("contact_width_m")
     @classmethod
@@ -85,6 +106,14 @@ class BlockSection(Section):
         if width is not None and width > info.data.get("width_m", math.inf):
             raise Invalid(f"{width:g} is more than the full width", "correct one of the two")
         return width
+
+    @field_validator("com_offset_m")
+    @classmethod
+    def _over_the_middle_third(cls, offset: Any, info: ValidationInfo) -> Any:
+        width = info.data.get("contact_width_m") or info.data.get("width_m", math.inf)
+        if offset is not None and abs(offset) >= width / 6:
+            raise Invalid(f"{offset:g} is not within a sixth of the width", "correct one of the two")
+        return offset
 
     @field_validator("uncertainty")
     @classmethod
@@ -99,8 +128,8 @@ class BlockSection(Section):
     @classmethod
     def _below_critical(cls, angle: Any, info: ValidationInfo) -> Any:
         if angle is not None and {"height_m", "width_m"} <= info.data.keys():
-            shape = info.data["height_m"], info.data["width_m"], 1.0, info.data.get("contact_width_m")
-            critical = math.degrees(Block(*shape).theta_cr)
+            shape: dict[str, Any] = {each.name: info.data.get(each.name) for each in fields(Block)}
+            critical = math.degrees(Block(**shape).theta_cr)
             if angle >= critical:
                 raise Invalid(
                     f"released at {angle:g}° the block overturns, its critical angle is {critical:.3f}°",

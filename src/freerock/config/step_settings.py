@@ -36,8 +36,14 @@ def inputs(campaign: Campaign, record: Record) -> list[Settings]:
     """
     block, own = campaign.blocks[record.block], plain(campaign.blocks[record.block].uncertainty)
     default = DEFAULTS | {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
+    default |= {"inertia_kg_m2": DEFAULTS["inertia_fraction"] * block.block.inertia_cm}
     default |= {"response_ms": response_u_ms(campaign.lasers[record.lasers[0]].response_ms)}
-    known = [(record.block, name, own[name]) for name in own if getattr(block, name) is not None]
+    assumed = "com_height_m", "inertia_kg_m2"  # those of a uniform block
+    known = [
+        (record.block, name, u)
+        for name, u in own.items()
+        if u is not None or name in assumed or getattr(block, name) is not None
+    ]
     for i, laser in enumerate(record.lasers):
         section = campaign.lasers[laser]
         without = {"position_m"} if section.beam is None else set()
@@ -79,7 +85,8 @@ def attributes(campaign: Campaign, record: Record) -> Settings:
         "block_width_m": block.width_m,
         "block_mass_kg": block.mass_kg,
     }
-    return found | ({"block_contact_width_m": block.contact_width_m} if block.contact_width_m else {})
+    further = ("contact_width_m", "com_height_m", "com_offset_m", "inertia_kg_m2")
+    return found | {f"block_{name}": getattr(block, name) for name in further if getattr(block, name)}
 
 
 def descriptions(campaign: Campaign) -> Settings:

@@ -1,7 +1,8 @@
 """What the laboratory knows of its inputs: standard uncertainties (k = 1), stated or by default.
 
 The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
-1 mm/√12; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
+1 mm/√12; a centre of mass found with it over an edge; a moment of inertia to 0.5 %, as some grams glued on
+change it; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
 is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3. What a sensor's time
 does to a motion grows with its square, the mean of which over all times up to 5 ms is that of 5 ms/√3.
 """
@@ -17,6 +18,9 @@ DEFAULTS = {
     "width_m": 3e-4,
     "contact_width_m": 3e-4,
     "mass_fraction": 1e-3,
+    "com_height_m": 3e-4,
+    "com_offset_m": 3e-4,
+    "inertia_fraction": 5e-3,
     "position_m": 6e-4,
     "scale_fraction": 1e-3,
     "sampling_rate_fraction": 6e-5,
@@ -49,6 +53,22 @@ class BlockUncertainty(Section):
         ge=0,
         description="the uncertainty of its mass in kilograms; left out, "
         f"{100 * DEFAULTS['mass_fraction']:g} % of it, a default (10 g under some kilograms)",
+    )
+    com_height_m: Number | None = _known(
+        "the height of its centre of mass in metres", "com_height_m", "over an edge, with a rule, 1 mm/√12"
+    )
+    com_offset_m: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its com_offset_m in metres; left out, "
+        f"{DEFAULTS['com_offset_m']:g} where one is given, a default (a rule, 1 mm/√12), else 0: a tilt of "
+        "the base, which fits look for, does the same",
+    )
+    inertia_kg_m2: Number | None = Field(
+        None,
+        ge=0,
+        description="the uncertainty of its moment of inertia in kg m²; left out, "
+        f"{100 * DEFAULTS['inertia_fraction']:g} % of it, a default (some grams glued on)",
     )
 
 

@@ -49,6 +49,9 @@ LOOKS: dict[str, Style] = {
     "contact_width_m": {"color": "#0072b2", "hatch": "||||"},
     "sampling_rate_fraction": {"color": "white", "hatch": "----"},
     "response_ms": {"color": "0.5", "hatch": "****"},
+    "com_height_m": {"color": "#117733", "hatch": "||"},
+    "inertia_kg_m2": {"color": "#882255", "hatch": "--"},
+    "com_offset_m": {"color": "#999933", "hatch": "++"},
 }
 OTHERS: Style = {"color": "0.9"}
 SHOWN = 1.0  # per cent of a square, from which an input is named

@@ -482,7 +482,7 @@ def _seen_in(problem: Problem, moved: Laboratory) -> Problem:
 
 def moves(source: Input, problem: Problem) -> bool:
     """Whether a fit moves an input: not one that is exact, freed, or taken up by the forces."""
-    freed = {"levelled_deg": "tilt", "contact_width_m": "width"}.get(source.name)
+    freed = {"levelled_deg": "tilt", "com_offset_m": "tilt", "contact_width_m": "width"}.get(source.name)
     taken_up = source.name == "mass_kg" and (problem.varied.all() or not law_of(problem.model).is_foundation)
     return source.u > 0 and not taken_up and freed not in problem.names
 

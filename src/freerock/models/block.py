@@ -119,6 +119,17 @@ class Block:
         """Centre of mass to the right of and above the base centre, at the sine and cosine of θ [m]."""
         return self.h * s + self.e * cos, self.h * cos - self.e * s
 
+    @property
+    def face(self) -> tuple[float, float, float]:
+        """What a beam sees of it: height, width, distance of the corners [m]."""
+        return self.height_m, self.width_m, 2 * self.b
+
+    def moved(self, name: str, by: float) -> "Block":
+        """The block with one number larger by so much; one that is not given is a uniform block's."""
+        uniform = {"com_height_m": self.h, "com_offset_m": 0.0, "inertia_kg_m2": self.inertia_cm}
+        value = getattr(self, name)
+        return replace(self, **{name: (uniform[name] if value is None else value) + by})
+
     def as_found(self, values: Mapping[str, float]) -> "Block":
         """The block with the width and the edge radius [m] that a fit found, where it freed them."""
         if "width" not in values and "edge_radius" not in values:

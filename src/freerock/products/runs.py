@@ -1,6 +1,7 @@
 """Runs, impacts and motions of a record dataset, as the objects the analysis works with."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any, NamedTuple
 
 import xarray as xr
@@ -110,7 +111,7 @@ def sensors_view(attrs: Mapping[Any, Any]) -> View | None:
     """What the sensor made of the motion in a dataset of a record or of its fits."""
     if not any(str(key).startswith("sensor_") for key in attrs):
         return None
-    names = ("height_m", "width_m", "mass_kg", "contact_width_m")
+    names = [each.name for each in fields(Block)]
     return view_in(
         attrs, Block(**{name: attrs[f"block_{name}"] for name in names if f"block_{name}" in attrs})
     )

@@ -13,9 +13,10 @@ from freerock.models.block import Block
 from freerock.rotation.beam import displaced, mirrored, turned
 from freerock.rotation.sensor import Laser
 
-OF_BLOCK = ("height_m", "width_m", "contact_width_m", "mass_kg")
-UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "position_m"), "m")
-UNITS |= {"mass_kg": "kg", "scale_fraction": "1", "sampling_rate_fraction": "1", "response_ms": "ms"}
+UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"), "m")
+UNITS |= {"mass_kg": "kg", "inertia_kg_m2": "kg m2"}
+OF_BLOCK = (*UNITS,)
+UNITS |= {"position_m": "m", "scale_fraction": "1", "sampling_rate_fraction": "1", "response_ms": "ms"}
 UNITS |= {"levelled_deg": "deg"}
 
 
@@ -81,7 +82,7 @@ class Laboratory:
         """The same with an input moved by so many of its standard uncertainties."""
         name, by = source.name, uncertainties * source.u
         if name in OF_BLOCK:
-            return replace(self, block=replace(self.block, **{name: getattr(self.block, name) + by}))
+            return replace(self, block=self.block.moved(name, by))
         if name == "levelled_deg":
             return replace(self, tilt=self.tilt + math.radians(by))
         if name == "sampling_rate_fraction":
@@ -120,7 +121,7 @@ class Laboratory:
         sensors, others = list(self.lasers.values()), list(by.lasers.values())
         if sensors[0].is_rotation:
             return theta * by.scales[0] / self.scales[0]
-        if (self.block, sensors, self.scales) == (by.block, others, by.scales):
+        if (self.block.face, sensors, self.scales) == (by.block.face, others, by.scales):
             return theta
         readings = [
             displaced(theta, self.block, laser) * now / then
