@@ -1,4 +1,4 @@
-"""What files and requests may ask for: bounds of all readers, each with its unit at the end of its name.
+"""Bounds of all readers of files and requests, each with its unit at the end of its name.
 
 `python -m freerock_bench.bounds docs/reliability.md` prints these lines as a table.
 """
