@@ -36,7 +36,7 @@ from freerock.tables.paper import PUBLISHED_NOTE, SIMULATED_NOTE, named, printed
 MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all stand in the tables
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
-CHAPTERS = {"models": "results", "residuals": "results", "restitution": "restitution"}  # of figures
+CHAPTERS = {name: "results" for name in ("set_up", "models", "residuals")} | {"restitution": "restitution"}
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
