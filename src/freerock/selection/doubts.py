@@ -20,6 +20,7 @@ from freerock.models.laws import CANDIDATES, DEBONDING, MODEL_LABELS, MODELS, la
 from freerock.rotation.beam import displaced, turned
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.causes import ranked
 from freerock.selection.hypotheses import Hypotheses
 from freerock.selection.hypothesis_search import Identified
 from freerock.selection.quick import leaves_noise
@@ -76,12 +77,16 @@ def doubts_about(
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
     if disturbance is None:
-        known = any(name.endswith("_restitution") for name in measured.names)
-        causes = (
-            ": the base may be off level, sign or face of the laser wrong, the corners rounded, the sensor "
-            "slow or its beam lower than stated, or another law holds"
+        nearest = min(
+            found.fits, key=lambda model: np.nan_to_num(found.fits[model].epsilon_theta, nan=np.inf)
         )
-        text = UNEXPLAINED + causes * (not known)
+        causes = (
+            ranked(found.at_best(nearest, block, motion, hypotheses)) if found.fits[nearest].success else []
+        )
+        told = "; ".join(cause.text for cause in causes)
+        text = UNEXPLAINED + (
+            f"; of the misfit of {MODEL_LABELS[nearest]} would take: {told}" if told else ""
+        )
         return [Reason("warn", "unexplained", text)]
     start_s, end_s = disturbance
     name, what = (

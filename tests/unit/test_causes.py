@@ -1,0 +1,59 @@
+"""The causes of a misfit, ranked by the derivatives."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from freerock.identification.fit import fit_run
+from freerock.identification.nuisances import at_end
+from freerock.identification.settings import FitSettings
+from freerock.identification.start import posed
+from freerock.models.block import Block
+from freerock.models.simulate import simulate_theta
+from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
+from freerock.runs.motion import Motion
+from freerock.selection.causes import ranked
+
+BLOCK, LASER, SIGMA = Block(0.28, 0.07, 5.84), Laser("horizontal", 0.2, 0.1), math.radians(0.006)
+US = {"height_m": 3e-4, "com_height_m": 3e-4, "position_m": 6e-4, "sampling_rate_fraction": 6e-5}
+INPUTS = tuple(
+    Input("l" if name in ("position_m", "sampling_rate_fraction") else "b", name, u, True)
+    for name, u in US.items()
+)
+STATED = Laboratory(BLOCK, {"l": LASER}, INPUTS)
+
+
+def measured(true):
+    """A run of a laboratory with other inputs, as the stated ones read it."""
+    time_s, theta0 = np.arange(0, 2.5, 1e-3), math.radians(9)
+    theta, _ = simulate_theta("housner", true.block, {"r": 0.93}, time_s * true.clock, theta0=theta0)
+    theta = true.reread(np.append(theta, theta0), STATED)
+    noise = SIGMA * np.random.default_rng(3).standard_normal(time_s.size)
+    view = view_of([LASER], BLOCK)
+    return Motion(
+        time_s, theta[:-1] + noise, SIGMA, float(theta[-1]), SIGMA / 10, 2e-4, view=view, laboratory=STATED
+    )
+
+
+@pytest.mark.parametrize("name, u", [("com_offset_m", 3e-4), ("position_m", 6e-4), ("com_height_m", 3e-4)])
+def test_what_is_off_stands_among_the_causes_with_its_value(name, u):
+    by = 3 * u
+    motion = measured(STATED.moved(Input("l" if name == "position_m" else "b", name, u, True), 3.0))
+    fit = fit_run("housner", BLOCK, replace(motion, laboratory=None))
+    problem = posed("housner", (BLOCK,), (motion,), FitSettings())
+    causes = ranked(at_end(problem, fit.values, None))
+    found = {cause.source.name: cause for cause in causes}
+    assert name in found and len(causes) <= 3
+    assert found[name].share > 0.5
+    assert found[name].off == pytest.approx(by, rel=0.3)
+    assert [cause.share for cause in causes] == sorted((cause.share for cause in causes), reverse=True)
+
+
+def test_a_run_of_no_known_laboratory_has_no_causes():
+    motion = replace(measured(STATED), laboratory=None)
+    fit = fit_run("housner", BLOCK, motion)
+    assert ranked(at_end(posed("housner", (BLOCK,), (motion,), FitSettings()), fit.values, None)) == []
