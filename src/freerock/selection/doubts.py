@@ -77,12 +77,9 @@ def doubts_about(
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
     if disturbance is None:
-        nearest = min(
-            found.fits, key=lambda model: np.nan_to_num(found.fits[model].epsilon_theta, nan=np.inf)
-        )
-        causes = (
-            ranked(found.at_best(nearest, block, motion, hypotheses)) if found.fits[nearest].success else []
-        )
+        nearest = min(found.fits, key=lambda each: np.nan_to_num(found.fits[each].epsilon_theta, nan=np.inf))
+        scored = motion.laboratory is not None and found.fits[nearest].success
+        causes = ranked(found.at_best(nearest, block, motion, hypotheses)) if scored else []
         told = "; ".join(cause.text for cause in causes)
         text = UNEXPLAINED + (
             f"; of the misfit of {MODEL_LABELS[nearest]} would take: {told}" if told else ""
