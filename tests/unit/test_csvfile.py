@@ -1,6 +1,8 @@
 import numpy as np
 import pandas as pd
+import pytest
 
+from freerock.errors import DamagedProduct
 from freerock.tables.csvfile import read_csv, write_csv
 
 
@@ -33,3 +35,8 @@ def test_a_table_without_rows_keeps_its_flags(tmp_path):
 def test_units_of_pure_numbers_stay_texts(tmp_path):
     write_csv(pd.DataFrame({"parameter": ["r"], "unit": ["1"], "value": [0.9]}), tmp_path / "housner.csv")
     assert read_csv(tmp_path / "housner.csv")["unit"].tolist() == ["1"]
+
+
+def test_a_table_that_is_gone_is_one_line(tmp_path):
+    with pytest.raises(DamagedProduct, match=r"gone\.csv: there is no such file; run snakemake again"):
+        read_csv(tmp_path / "gone.csv")
