@@ -19,6 +19,7 @@ from freerock.runs.noise import (
     filtered,
     noise_at_rest,
     power_taken,
+    share_taken,
     white_noise,
 )
 
@@ -165,7 +166,7 @@ def noise_of_residual(
     if averages is None or averages.together != tuple(noise.averaged for noise in alone):
         averages = Averages.of(residual, jacobian, lengths, alone)
     seen = _seen(averages, alone)
-    return tuple(_together(replace(own, noise=replace(own.noise, dof=0.0 * own.left))) for own in seen)
+    return tuple(_together(replace(own, noise=replace(own.noise, dof=0.0 * own.whole))) for own in seen)
 
 
 def of_runs(values: Floats, lengths: Sequence[int], noises: Sequence[Noise | None]) -> list[Floats]:
@@ -184,6 +185,8 @@ class Averages:
     ----------
     together : tuple of int
         Samples in a mean, of each run.
+    n_fitted : int
+        How many of the basis the fit takes up; the others are the levels.
     residuals : list of ndarray, shape (n_time,)
     basis : list of ndarray, shape (n_time, at most n_parameters + n_runs)
         Rows of each run of one orthonormal basis.
@@ -192,6 +195,7 @@ class Averages:
     """
 
     together: tuple[int, ...]
+    n_fitted: int
     residuals: list[Floats]
     basis: list[Floats]
     levels: list[Floats]
@@ -207,7 +211,8 @@ class Averages:
         levels = _orthonormal(levels - fitted @ (fitted.T @ levels))
         level, basis, ends = levels @ (levels.T @ of_all), np.hstack([fitted, levels]), np.cumsum(own)[:-1]
         together = tuple(noise.averaged for noise in noises)
-        return cls(together, *(np.split(each, ends) for each in (of_all - level, basis, level)))
+        parts = (np.split(each, ends) for each in (of_all - level, basis, level))
+        return cls(together, fitted.shape[1], *parts)
 
     @cached_property
     def powers(self) -> list[Floats]:
@@ -239,8 +244,9 @@ class _Seen:
     power, with_level, at_rest, taken : ndarray, shape (n_frequencies,)
         Power of the residual about its level and about zero, that of the noise, and what the fit takes of the
         latter [rad²].
-    left, whole : ndarray, shape (n_bands,)
-        Degrees of freedom of the residual, and of noise of which nothing is fitted.
+    left, left_with_level, whole : ndarray, shape (n_bands,)
+        Degrees of freedom of the residual about its level and about zero, and of noise of which nothing is
+        fitted.
     """
 
     noise: Noise
@@ -251,6 +257,7 @@ class _Seen:
     at_rest: Floats
     taken: Floats
     left: Floats
+    left_with_level: Floats
     whole: Floats
 
 
@@ -266,9 +273,12 @@ def _seen(averages: Averages, noises: Sequence[Noise]) -> list[_Seen]:
         n, n_bands = len(taking), len(noise.ratio)
         taken, share = power_taken(taking, of_taking, passed, inner)
         band = noise.band(frequencies(n))
-        left, whole = (degrees_of_freedom(band, each, n, n_bands) for each in (share, np.zeros(len(share))))
+        of_fit = share_taken(of_taking[: averages.n_fitted])
+        left, left_with_level, whole = (
+            degrees_of_freedom(band, each, n, n_bands) for each in (share, of_fit, np.zeros(len(share)))
+        )
         at_rest = expected_power(noise, n)
-        found.append(_Seen(noise, n, band, *power, at_rest, taken, left, whole))
+        found.append(_Seen(noise, n, band, *power, at_rest, taken, left, left_with_level, whole))
     return found
 
 
@@ -303,7 +313,7 @@ def _together(seen: _Seen) -> Noise:
     What the fit takes of the noise is no evidence: it counts neither as power nor as degrees of freedom.
     """
     noise, band, n_bands = seen.noise, seen.band, len(seen.left)
-    dof = noise.dof + seen.left
+    dof = noise.dof + seen.left_with_level
     with np.errstate(divide="ignore", invalid="ignore"):
         mean = np.bincount(band, seen.with_level / seen.at_rest, n_bands) / np.bincount(
             band, minlength=n_bands

@@ -288,8 +288,12 @@ def power_taken(basis: Floats, of_basis: Complexes, through: Floats, inner: Floa
     """
     twice = tapered((2 * through - basis @ inner.T).T)
     taken = np.sum(twice.real * of_basis.real + twice.imag * of_basis.imag, axis=0)
-    share = np.sum(of_basis.real**2 + of_basis.imag**2, axis=0)
-    return np.mean(taken, axis=0), np.mean(share, axis=0)
+    return np.mean(taken, axis=0), share_taken(of_basis)
+
+
+def share_taken(of_basis: Complexes) -> Floats:
+    """What a fit takes of white noise of variance 1: see `power_taken`."""
+    return np.asarray(np.mean(np.sum(of_basis.real**2 + of_basis.imag**2, axis=0), axis=0))
 
 
 def filtered(noise: Noise, columns: Floats) -> Floats:
