@@ -44,8 +44,9 @@ def palermo(tmp_path_factory):
         shutil.rmtree(checkout / "config")
         for part in ("config", "raw"):
             shutil.copytree(ROOT / part, checkout / part)
-        done = checkout.snakemake()
-        assert done.returncode == 0, done.stdout + done.stderr
+        for wanted in ([], ["results/palermo_virtual/misfit_map.nc"]):
+            done = checkout.snakemake(*wanted)
+            assert done.returncode == 0, done.stdout + done.stderr
 
     return once(tmp_path_factory, "palermo", analyse) / "results/palermo_virtual"
 

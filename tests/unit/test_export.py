@@ -145,6 +145,14 @@ def test_a_law_that_no_run_has_is_refused(campaign, capsys):
     assert "holds no populations.csv; run snakemake --config" in capsys.readouterr().err
 
 
+def test_a_block_that_is_not_uniform_is_left_out(campaign, capsys):
+    path = Path("config/campaigns/palermo_virtual.yaml")
+    text = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"(mass_kg: [\d.]+)", r"\1, com_offset_m: 1.0e-3", text, count=1), "utf-8")
+    assert cli.main(["export", "palermo_virtual", "--to", "drake", "--python", sys.executable]) == 0
+    assert capsys.readouterr().err.count("left out: no program takes a stated centre of mass") == 2
+
+
 def test_a_block_that_overturns_under_the_law_is_left_out(campaign, capsys):
     path = Path("results/palermo_virtual/tables/runs.csv")
     runs = read_csv(path)

@@ -106,6 +106,9 @@ def run(chosen: Namespace) -> None:
     written = 0
     for scene in scenes(campaign, engine, read):
         path = folder / f"{scene.block}_{scene.foundation}_{chosen.to}.py"
+        if not campaign.blocks[scene.block].block.is_uniform:
+            print(f"{path}: left out: no program takes a stated centre of mass or inertia", file=sys.stderr)
+            continue
         if not np.isfinite(_solved(campaign, engine, scene)[0]).all():
             print(f"{path}: left out: the block overturns under this law", file=sys.stderr)
             continue

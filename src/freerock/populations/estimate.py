@@ -48,10 +48,9 @@ class Estimate:
 
     def block_of(self, block: Block) -> Block:
         """The block with the dimensions that belong to these parameters."""
-        fields = {
-            name: getattr(block, name) + by for name, by in self.moved.items() if name in OF_BLOCK and by
-        }
-        return replace(block, **fields) if fields else block
+        for name, by in self.moved.items():
+            block = block.moved(name, by) if name in OF_BLOCK and by else block
+        return block
 
     def view_of(self, view: View | None, block: Block) -> View | None:
         """The view of a block with the place of the beam that belongs to these parameters."""
