@@ -41,6 +41,16 @@ def test_a_run_ends_with_where_the_report_is(checkout):
     assert done.stderr.splitlines()[-1] == "results/small/report.html: the report; open it in a browser"
 
 
+def test_two_products_that_are_gone_are_made_again_by_name(checkout):
+    wanted = [f"results/small/records/{test}_mat.nc" for test in ("squat", "tall")]
+    before = [sha256(checkout / path) for path in wanted]
+    for path in wanted:
+        (checkout / path).unlink()
+    done = checkout.snakemake(*wanted)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert [sha256(checkout / path) for path in wanted] == before
+
+
 def test_time_stamps_alone_rerun_nothing(checkout):
     for path in [*(checkout / "src").rglob("*.py"), *(checkout / "workflow").rglob("*.*"), checkout / YAML]:
         os.utime(path)

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, mkdtemp
 
 from freerock.errors import FreerockError
 
@@ -35,7 +35,7 @@ def newer_than(products: Iterable[str], job: str) -> str:
     """
     times = [os.stat(path).st_mtime_ns for path in products if os.path.exists(path)]
     try:
-        path = Path(_folder(), job)
+        path = Path(mkdtemp(prefix=PREFIX, dir=_folder()), job)  # Snakemake looks into a folder once
         path.touch()
         when = max(times, default=time.time_ns()) + (A_MOMENT_NS if times else 0)
         os.utime(path, ns=(when, when))
