@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 from scipy.integrate import quad
 from scipy.stats import t as student
 
@@ -76,15 +75,9 @@ def test_the_period_of_a_rigid_block_is_four_times_its_fall():
         return 2 * peak * x / math.sqrt(2 * abs(fall) / (4 / 3 * radius**2))
 
     quarter = quad(slowness, 0, 1)[0]
-    scene = pd.DataFrame({"source": ["experiment"], "peak_before_deg": [6.0], "period_s": [0.5]})
-    ax = Figure().subplots()
-    backbone._panel(ax, scene, BLOCK, "measured")
-    (line,) = [each for each in ax.lines if each.get_label() == "rigid block, any r"]
-    amplitude, period = line.get_data()
-    assert (amplitude[-1], period[-1]) == pytest.approx((6.0, 4 * quarter), rel=1e-3)
+    amplitude, period = backbone._rigid(BLOCK, pd.DataFrame({"amplitude": [peak / BLOCK.theta_cr]}))
+    assert (amplitude[-1] * critical, period[-1]) == pytest.approx((peak, 4 * quarter), rel=1e-3)
     assert np.all(np.diff(period) > 0) and period[0] < 0.1 * period[-1]
-    (seen,) = [each for each in ax.lines if each.get_label() == "measured"]
-    assert [*map(float, seen.get_xdata()), *map(float, seen.get_ydata())] == [6.0, 0.5]
 
 
 def reading(zero_stderr):
@@ -113,12 +106,13 @@ def test_the_zero_of_two_lasers_has_the_errors_of_both_over_their_distance():
 def test_of_a_run_whose_restitution_alternates_all_along_no_part_is_called_disturbed(monkeypatch):
     monkeypatch.setattr(doubts, "find_disturbance", lambda *_: (0.5, 1.0))
     monkeypatch.setattr(doubts, "hints_for", lambda *_: [])
-    found = SimpleNamespace(explained=False, fits={"winkler": None})
+    fit, motion = SimpleNamespace(epsilon_theta=0.1, success=True), SimpleNamespace(laboratory=None)
+    found = SimpleNamespace(explained=False, fits={"winkler": fit})
 
     def names(*measured):
         verdict = Verdict(tuple(Reason("warn", name, "") for name in measured))
         hypotheses = SimpleNamespace(settings=None)
-        return [each.name for each in doubts.doubts_about(verdict, BLOCK, None, found, hypotheses)]
+        return [each.name for each in doubts.doubts_about(verdict, BLOCK, motion, found, hypotheses)]
 
     assert names() == names("pushed") == ["disturbed", "unexplained"]
     assert names("alternating_restitution") == ["unexplained"]

@@ -133,6 +133,7 @@ def test_earlier_results_put_back_after_a_change(finished, checkout):
     masses = ("attributes.block_mass_kg", "block.mass_kg", "laboratory.block.mass_kg")
     told = [f"records.squat_mat.{name} 2.98, now 2.97" for name in masses]
     told.append("records.squat_mat.laboratory.inputs.3.u 0.00298, now 0.00297")  # a thousandth by default
+    told.append("records.squat_mat.laboratory.inputs.5.u 3.04208333333e-05, now 3.031875e-05")  # of inertia
     assert f"\n{RECORD} was made by other settings ({', '.join(told)}): made again\n" in done.stderr
 
 

@@ -23,6 +23,7 @@ from freerock.rotation.rests import (
     StillSignal,
     moved_rests,
     other_mains,
+    seen_mains,
     significant_mains,
     still_signal,
     wrong_rate,
@@ -269,8 +270,9 @@ def _mains(
         note += f"{other_hz:g} Hz and not at {mains_hz:g} Hz, set mains_hz: {other_hz:g}"
         whole = float(signal.time_s[0]), float(signal.time_s[-1])
         return None, other_hz, [Fault("other_mains", *whole, note)]
-    faults = wrong_rate(signal, mains_hz)
-    return (None, None, faults) if faults else (mains, mains_hz, [])
+    seen = seen_mains(signal, mains_hz)
+    faults = wrong_rate(signal, mains_hz, seen)
+    return (None, None, faults) if faults else (mains, mains_hz if mains or seen else None, [])
 
 
 def _interference(

@@ -166,15 +166,14 @@ def other_mains(signal: StillSignal, mains_hz: float) -> tuple[float, Mains] | N
             continue
         found, seen = significant_mains(signal, other_hz), None
         if found:
-            seen = _mains_ratio(signal, other_hz)
+            seen = seen_mains(signal, other_hz)
         if found and seen and abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
             return other_hz, found
     return None
 
 
-def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
-    """The mains at another frequency than theirs, by the longest quiet stretch."""
-    seen = _mains_ratio(signal, mains_hz)
+def wrong_rate(signal: StillSignal, mains_hz: float, seen: tuple[float, float] | None) -> list[Fault]:
+    """The mains at another frequency than theirs, as `seen_mains` shows them."""
     if seen is None or abs(seen[0] - 1) < MAINS_KEEP + SURE * seen[1]:
         return []
     line_hz, rate_hz = seen[0] * mains_hz, 1 / signal.step
@@ -185,7 +184,7 @@ def wrong_rate(signal: StillSignal, mains_hz: float) -> list[Fault]:
     return [Fault("sampling_rate", float(signal.time_s[0]), float(signal.time_s[-1]), note)]
 
 
-def _mains_ratio(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
+def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | None:
     """As `mains.mains_ratio`, of the longest quiet stretch; mains that wander differ between its halves."""
     if not signal.phases:
         return None
