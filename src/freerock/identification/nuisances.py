@@ -243,7 +243,7 @@ class Posterior:
         """Whitened derivatives by the inputs, without what the free numbers take up."""
         n = int(self.free.sum())
         own, by_z = np.split(self.whitened.rows[:, 1:], [n], axis=1)
-        return _without(own, by_z)
+        return without_own(own, by_z)
 
     @cached_property
     def taken(self) -> Floats:
@@ -272,7 +272,7 @@ class Posterior:
         if wide.any():
             worn = INPUTS.worn_m / self.problem.gradient(self.x).diagonal()[self.free][wide]
             own, by_z = np.split(self.whitened.rows[:, 1:], [len(wide)], axis=1)
-            alone = _without(own[:, ~wide], np.hstack([own[:, wide] * worn, by_z]))
+            alone = without_own(own[:, ~wide], np.hstack([own[:, wide] * worn, by_z]))
         else:
             alone = self._inputs_alone if len(self.z) else np.empty((1, 0))
         return float(np.linalg.slogdet(np.eye(alone.shape[1]) + alone.T @ alone)[1])
@@ -344,7 +344,7 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
         return start
     power = noise_of(problem.motions[0]).variance
     both = np.column_stack([start.residual, start.by_inputs])
-    left, *causes = np.sum(_without(start.jacobian[:, start.free], both) ** 2, axis=0)
+    left, *causes = np.sum(without_own(start.jacobian[:, start.free], both) ** 2, axis=0)
     if left > INPUTS.beyond * (len(samples.time_s) * power + sum(causes)):
         return start
     end = _minimised(start)
@@ -487,7 +487,7 @@ def moves(source: Input, problem: Problem) -> bool:
     return source.u > 0 and not taken_up and freed not in problem.names
 
 
-def _without(own: Floats, others: Floats) -> Floats:
-    """Columns without what others of the same rows take up."""
+def without_own(own: Floats, others: Floats) -> Floats:
+    """Columns, shape (n_rows, n_others), without what others of the same rows, (n_rows, n_own), take up."""
     basis = own / np.maximum(np.linalg.norm(own, axis=0), np.finfo(float).tiny)
     return np.asarray(others - basis @ np.linalg.lstsq(basis, others, rcond=None)[0])

@@ -190,13 +190,16 @@ def seen_mains(signal: StillSignal, mains_hz: float) -> tuple[float, float] | No
         return None
     first, last = max(signal.quiet(), key=lambda ends: ends[1] - ends[0])
     last = min(last, first + RATE_SAMPLES)
-    middle = (first + last) // 2
-    whole, *halves = (
-        mains_ratio(signal.time_s[i:j], signal.values[i:j], mains_hz)
-        for i, j in ((first, last), (first, middle), (middle, last))
-    )
+
+    def ratio(i: int, j: int) -> tuple[float, float] | None:
+        return mains_ratio(signal.time_s[i:j], signal.values[i:j], mains_hz)
+
+    whole, middle = ratio(first, last), (first + last) // 2
+    if whole is None:
+        return None
+    halves = ratio(first, middle), ratio(middle, last)
     seen = [each[0] for each in halves if each]
-    return whole and (whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0))
+    return whole[0], math.hypot(whole[1], float(np.std(seen)) if len(seen) == 2 else 0.0)
 
 
 def moved_rests(signal: StillSignal, unit: str, per_output: float) -> list[Fault]:

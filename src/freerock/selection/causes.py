@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from freerock.identification.nuisances import Nuisances, Posterior, at
+from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
 from freerock.rotation.laboratory import Input
 
 TOLD = 3  # causes
@@ -51,9 +51,8 @@ def ranked(best: Posterior) -> list[Cause]:
     end = at(Nuisances(problem, sources), best.x, z, best.samples)
     n = int(end.free.sum())
     rows = end.beside((np.empty(0), np.empty((0, n + len(sources))))).rows
-    left, own, by_inputs = np.split(rows, [1, 1 + n], axis=1)
-    basis = np.linalg.qr(own)[0]
-    left, by_inputs = (each - basis @ (basis.T @ each) for each in (left[:, 0], by_inputs))
+    others = without_own(rows[:, 1 : 1 + n], np.delete(rows, np.s_[1 : 1 + n], axis=1))
+    left, by_inputs = others[:, 0], others[:, 1:]
     size = np.maximum(np.sum(by_inputs**2, axis=0), np.finfo(float).tiny)
     score = by_inputs.T @ left
     shares = score**2 / size / max(float(left @ left), np.finfo(float).tiny)
