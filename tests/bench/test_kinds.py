@@ -1,0 +1,69 @@
+"""The study of kinds of laboratories: volts to verdict, cause and number."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from freerock_bench.harness import NUMBERS
+from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, cases, record, rows_of
+
+pytestmark = pytest.mark.slow
+
+COLUMNS = {*NUMBERS, *STUDY.columns}
+
+
+def test_every_kind_has_its_records_and_most_have_a_name():
+    assert len(KINDS) >= 40 and SIZES["full"] >= 5
+    assert len(cases("full")) == SIZES["full"] * len(KINDS)
+    clean = [name for name, kind in KINDS.items() if not kind.names]
+    assert all("clean" in name or name in ("card of 12 bits", "slow noise") for name in clean)
+
+
+@pytest.mark.parametrize(
+    "name", ["clean, rigid", "60 g glued on top, aside", "three samples lost", "beam tilted by 5°"]
+)
+def test_a_record_is_that_of_its_seed(name):
+    volts, stated, true, row = record(name, 1)
+    np.testing.assert_array_equal(record(name, 1)[0], volts)
+    assert np.all(np.isfinite(volts)) and volts.size > 5000 and np.std(volts[:1000]) < 5e-3
+    assert {*true} <= {"r", "k", "c", "lambda"} and {*row} <= COLUMNS
+    assert len({each.name for each in stated.inputs}) == len(stated.inputs) == 9
+    other = record(name, 2)[0]
+    assert other.size != volts.size or not np.array_equal(other, volts)
+
+
+@pytest.mark.parametrize("name", ["clean, rigid", "clean, Hunt–Crossley, pivoting"])
+def test_a_clean_laboratory_is_ok_and_gives_the_truth(name):
+    rows = rows_of((name, 0))
+    assert {row["verdict"] for row in rows} == {"ok"} and all(row["explained"] for row in rows)
+    for row in rows:
+        assert {*row} <= COLUMNS and abs(row["z_u"]) < 3 and row["u"] >= row["stderr"] > 0
+
+
+def test_a_base_off_level_is_named_first():
+    for row in rows_of(("base tilted by 0.3°", 0)):
+        assert row["verdict"] == "warn" and row["first"] and row["among"]
+        assert "off_level" in row["causes"].split()[:2]
+
+
+def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
+    def number(name, run, verdict, causes, z, first):
+        row = {"case": name, "run": run, "verdict": verdict, "causes": causes, "z_u": z}
+        row |= {"parameter": "k", "inside": abs(z) < 1.96, "inside_stderr": False, "first": first}
+        return row | {"among": True, "explained": verdict == "ok"}
+
+    some = ["clean, rigid", "slips, μ = 0.1"]
+    rows = [number(some[0], 1, "ok", "", -0.5, False), number(some[0], 2, "ok", "", 2.5, False)]
+    rows += [number(some[1], 1, "warn", "slip air", 1.0, True), number(some[1], 2, "ok", "", 9.0, False)]
+    rows += [number(some[1], 3, "warn", "air slip", 3.5, False)]
+    table = STUDY.markdown(pd.DataFrame(rows, columns=[*NUMBERS, *STUDY.columns])).splitlines()
+    assert table[2] == "| clean, rigid | 2 | 0 | 0 |  |  | 1 of 2 | 1 |  |  |"
+    assert table[3] == "| slips, μ = 0.1 | 1 | 2 | 0 | 1 of 2 | 2 of 2 | 1 of 3 | 1 | 1 | slip 1, air 1 |"
+    assert table[-1].startswith("| **all** | 3 | 2 | 0 | 1 of 2 | 2 of 2 | 2 of 5 | 2 | 1 |")
+    monkeypatch.setattr("freerock_bench.kinds.KINDS", {some[0]: KINDS[some[0]]})
+    document = tmp_path / "validation.md"
+    document.write_text(f"a\n{MARK[0]}old{MARK[1]}\nb\n", encoding="utf-8")
+    STUDY.main(str(tmp_path / "kinds.csv"), "small", str(document))
+    text = document.read_text(encoding="utf-8")
+    assert "| clean, rigid | 1 |" in text and "old" not in text and text.endswith("kinds -->\nb\n")
+    assert list(pd.read_csv(tmp_path / "kinds.csv")) == [*NUMBERS, *STUDY.columns]
