@@ -55,8 +55,8 @@ def mat_2gb(folder):
 
 
 def stamps(folder):
-    """A channel of doubles, 400 MB, with a column of time."""
-    return _hdf5(folder / "record.h5", 50_000_000, stamped=True), "laser", "below 3 times the channel"
+    """A channel of doubles, 1 GB, with a column of time."""
+    return _hdf5(folder / "record.h5", 125_000_000, stamped=True), "laser", "below 1.5 times the channel"
 
 
 PARTS = {part.__name__: part for part in (tdms_2gb, tdms, text, hdf5_2gb, mat_2gb, stamps)}

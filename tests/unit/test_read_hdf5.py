@@ -215,3 +215,30 @@ def test_memory_of_a_vector_is_that_of_its_doubles(tmp_path, kind):
         tracemalloc.stop()
     np.testing.assert_array_equal(dataset["laser"], 2.0 * samples + 1.0)
     assert most < 1.5 * dataset["laser"].nbytes
+
+
+@pytest.mark.parametrize("suffix", ["h5", "mat"])
+@pytest.mark.parametrize("kept", ["all", "with gaps", "some lost", "rounded"])
+def test_memory_of_a_vector_with_stamps_is_that_of_its_doubles(tmp_path, kept, suffix):
+    """Scratch arrays of one part count besides, hence a record long enough for these to be few."""
+    n = 6_000_000
+    at = {
+        "all": slice(None),
+        "with gaps": np.r_[0 : n // 3, n // 3 + 1000 : n],
+        "some lost": np.flatnonzero(np.arange(n) % 50 != 7),
+        "rounded": slice(None),
+    }[kept]
+    time = np.arange(n) / 1024
+    time = np.round(time, 3) if kept == "rounded" else time[at]
+    with h5py.File(tmp_path / f"a.{suffix}", "w") as file:
+        shape = (1, -1) if suffix == "mat" else (-1,)
+        file["time"], file["laser"] = time.reshape(shape), np.sin(time).reshape(shape)
+    read_record(tmp_path / f"a.{suffix}")
+    tracemalloc.start()
+    try:
+        dataset = read_record(tmp_path / f"a.{suffix}")
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert np.isfinite(dataset["laser"]).sum() == time.size
+    assert most < 1.5 * dataset["laser"].nbytes

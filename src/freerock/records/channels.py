@@ -4,12 +4,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
 
 from freerock import bounds
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 
+AT_ONCE = 1 << 18  # samples; their temporary copies take little memory
 COPY_AGAIN = "copy it again from the acquisition computer"
 NAMES_LISTED = 20
 
@@ -24,6 +27,25 @@ SECONDS = {
 RATES_DIFFER = 0.01  # so much, as a share, and two rates are not the same one rounded
 
 Samples = Floats
+
+
+class SampleColumn(Protocol):
+    """Samples of a channel, in memory or in a file that is open: any part of them as doubles."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, part: slice, /) -> Samples: ...
+
+
+def whole(column: SampleColumn, unit: float = 1.0) -> Samples:
+    """All samples of a column in a unit, part by part, lest memory holds them twice."""
+    if isinstance(column, np.ndarray) and unit == 1:
+        return np.asarray(column, float)
+    values = np.empty(len(column))
+    for start in range(0, len(column), AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        np.multiply(column[part], unit, out=values[part])
+    return values
 
 
 @dataclass(frozen=True)
@@ -66,7 +88,7 @@ class Contents:
     ----------
     channels : sequence of Channel
     read : callable
-        Gives the samples by column for a sequence of columns.
+        Gives the samples by column for a sequence of columns; those of HDF5 stay in the file.
     attrs : dict
         Attributes of the dataset: format, and start_time where the file states it.
     notes : sequence of str
@@ -74,7 +96,7 @@ class Contents:
     """
 
     channels: Sequence[Channel]
-    read: Callable[[Sequence[Any]], Mapping[Any, Samples]]
+    read: Callable[[Sequence[Any]], Mapping[Any, SampleColumn]]
     attrs: dict[str, str]
     notes: Sequence[str] = ()
 

@@ -9,11 +9,13 @@ import numpy as np
 from freerock import bounds
 from freerock.errors import FreerockError
 from freerock.records.channels import (
+    AT_ONCE,
     COPY_AGAIN,
     SECONDS,
     Channel,
     Contents,
     Even,
+    SampleColumn,
     Samples,
     Stamps,
     by_name,
@@ -21,13 +23,12 @@ from freerock.records.channels import (
     differ,
     listed,
     seconds_in,
+    whole,
 )
-from freerock.records.timebase import Grid, on_grid, regular_grid
+from freerock.records.timebase import Grid, on_grid, regular_grid, typical_step
 
 if TYPE_CHECKING:
     import xarray as xr
-
-AT_ONCE = 1 << 16  # samples
 
 
 def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset":
@@ -52,11 +53,8 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     others = [clock for c in wanted.values() for clock in c.also if isinstance(clock, Stamps)]
-    columns = contents.read(
-        list(dict.fromkeys([*(c.column for c in wanted.values()), *(s.column for s in [*stamps, *others])]))
-    )
-    for name, c in wanted.items():
-        _check_values(path, name, columns[c.column])
+    sought = [*(c.column for c in wanted.values()), *(s.column for s in [*stamps, *others])]
+    columns = dict(contents.read(list(dict.fromkeys(sought))))
     length = _one_length(path, wanted, clocks, columns)
     notes = list(contents.notes)
     if stamps:
@@ -69,6 +67,8 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         what = f"the sampling interval is {grid.step_s:g} s"
         raise FreerockError(path, what, "correct it, or the unit of time, where the file states it")
     _check_other_clocks(path, wanted.values(), grid.step_s, columns)
+    for column in columns.keys() - {c.column for c in wanted.values()}:
+        del columns[column]  # stamps are as large as a channel
     import xarray as xr  # half a second, which listing the channels does without
 
     from freerock.records.instants import time_of
@@ -76,7 +76,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
     found = {"reading": "; ".join(notes), "time_base": "; ".join(grid.faults)}
     return xr.Dataset(
         {
-            name: ("time", _placed(path, grid, columns[c.column], length), {"units": c.units})
+            name: ("time", _placed(path, name, grid, columns.pop(c.column), length), {"units": c.units})
             for name, c in wanted.items()
         },
         coords=time_of(grid),
@@ -87,7 +87,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
 
 
 def _check_values(path: Path, name: str, values: Samples) -> None:
-    """Refuse a finite sample whose powers no double holds; part by part, in little memory."""
+    """Refuse a finite sample whose powers no double holds."""
     for start in range(0, len(values), AT_ONCE):
         part = values[start : start + AT_ONCE]
         if not np.abs(part).max() <= bounds.SAMPLE_UNITS:  # or NaN, or infinite
@@ -104,7 +104,7 @@ def _one_length(
     path: Path,
     wanted: Mapping[str, Channel],
     clocks: Sequence[Even | Stamps],
-    columns: Mapping[Any, Samples],
+    columns: Mapping[Any, SampleColumn],
 ) -> int:
     """Number of samples of channels that share a clock and a length."""
     lengths = {name: len(columns[c.column]) for name, c in wanted.items()}
@@ -120,38 +120,40 @@ def _one_length(
     return next(iter(lengths.values()))
 
 
-def _one_clock(clocks: Sequence[Even | Stamps], columns: Mapping[Any, Samples]) -> bool:
+def _one_clock(clocks: Sequence[Even | Stamps], columns: Mapping[Any, SampleColumn]) -> bool:
     """Whether clocks are one: equal, or columns of equal stamps."""
     if len(clocks) == 1:
         return True
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     if len(stamps) < len(clocks):
         return False
-    first = columns[stamps[0].column]
+    first = whole(columns[stamps[0].column])
     return len({clock.unit for clock in stamps}) == 1 and all(
-        np.array_equal(columns[clock.column], first, equal_nan=True) for clock in stamps[1:]
+        np.array_equal(whole(columns[clock.column]), first, equal_nan=True) for clock in stamps[1:]
     )
 
 
-def _stamped(path: Path, clock: Stamps, stamps: Samples, length: int) -> tuple[Grid, int]:
+def _stamped(path: Path, clock: Stamps, column: SampleColumn, length: int) -> tuple[Grid, int]:
     """Grid of a channel's stamps, and how many of its samples have one; empty rows at the end don't count."""
-    if len(stamps) != length:
-        what = f"{length} samples but {len(stamps)} time stamps in {clock.name!r}"
+    if len(column) != length:
+        what = f"{length} samples but {len(column)} time stamps in {clock.name!r}"
         raise FreerockError(path, what, COPY_AGAIN)
-    known = np.flatnonzero(~np.isnan(stamps))
-    length = int(known[-1]) + 1 if known.size else 0
-    return regular_grid(f"{path}: {clock.name!r}", stamps[:length] * seconds_in(path, clock.unit)), length
+    stamps, length = whole(column, seconds_in(path, clock.unit)), 0
+    for start in range(0, stamps.size, AT_ONCE):
+        known = np.flatnonzero(~np.isnan(stamps[start : start + AT_ONCE]))
+        length = start + int(known[-1]) + 1 if known.size else length
+    return regular_grid(f"{path}: {clock.name!r}", stamps[:length]), length
 
 
 def _check_other_clocks(
-    path: Path, channels: Iterable[Channel], step_s: float, columns: Mapping[Any, Samples]
+    path: Path, channels: Iterable[Channel], step_s: float, columns: Mapping[Any, SampleColumn]
 ) -> None:
     """Refuse a second sampling rate that contradicts the first; time without a unit may be in any."""
     for clock in dict.fromkeys(clock for channel in channels for clock in channel.also):
         if isinstance(clock, Even):
             steps, where = [clock.step_s], "the file states"
         else:
-            step, units = float(np.median(np.diff(columns[clock.column]))), {clock.unit} & SECONDS.keys()
+            step, units = typical_step(whole(columns[clock.column])), {clock.unit} & SECONDS.keys()
             steps = [step * SECONDS[unit] for unit in (units - {""} or SECONDS)]
             where = f"{clock.name!r} gives"
         if min(steps) > 0 and all(differ(each, step_s) for each in steps):
@@ -159,8 +161,14 @@ def _check_other_clocks(
             raise FreerockError(path, what, "correct the one that is wrong, or its unit, or leave it out")
 
 
-def _placed(path: Path, grid: Grid, values: Samples, length: int) -> Samples:
-    if np.isfinite(values[length:]).any():
-        what = f"{np.isfinite(values[length:]).sum()} samples at the end have no time stamp"
-        raise FreerockError(path, what, "export the time column again")
-    return on_grid(path, grid, values[:length])
+def _placed(path: Path, name: str, grid: Grid, column: SampleColumn, length: int) -> Samples:
+    """Samples of a channel at the instants of the grid."""
+    if length < len(column):
+        late = np.isfinite(column[length : len(column)]).sum()
+        if late:
+            what = f"{late} samples at the end have no time stamp"
+            raise FreerockError(path, what, "export the time column again")
+        column = whole(column)[:length]
+    samples = on_grid(path, grid, column)
+    _check_values(path, name, samples)
+    return samples

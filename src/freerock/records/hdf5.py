@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,7 @@ from freerock.records.channels import (
     Channel,
     Contents,
     Even,
+    SampleColumn,
     Samples,
     Stamps,
     check_declared,
@@ -33,7 +35,6 @@ from freerock.records.headings import also_stated, is_time, split_unit, stated_r
 
 FORMAT = "HDF5"
 CLASSIC = b"CDF"
-AT_ONCE = 1 << 20  # numbers
 
 Attributes = Mapping[str, Any]
 
@@ -44,7 +45,7 @@ def contents(path: Path) -> Iterator[Contents]:
 
     Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
     one above it; else an attribute of the channel, or an attribute or single number of these groups, states
-    the sampling rate (sampling_rate, fs, dt, …). Packed values (scale_factor, add_offset, _FillValue) are
+    the sampling rate (sampling_rate, fs, dt, …). _Packed values (scale_factor, add_offset, _FillValue) are
     unpacked.
     """
     with open(path, "rb") as file:
@@ -110,7 +111,7 @@ def _contents(
     for name, array in arrays.items():
         group, _, last = name.rpartition("/")
         if prod(array.shape) == 1 and states_rate({last: 1.0}):
-            single.setdefault(group, {})[last] = float(doubles(array).item())
+            single.setdefault(group, {})[last] = float(np.asarray(array[()]).item())
     times = {name.rpartition("/")[0]: name for name in vectors if is_time(name.rpartition("/")[2])}
     channels: list[Channel] = []
     without: list[str] = []
@@ -145,35 +146,32 @@ def _contents(
         what = f"no vector of time and no sampling rate (vectors: {listed(without)})"
         raise FreerockError(path, what, "add a vector time, or an attribute sampling_rate in Hz")
 
-    def read(names: Sequence[str]) -> dict[str, Samples]:
-        return {name: _unpacked(doubles(arrays[name]), attributes[name]) for name in names}
+    def read(names: Sequence[str]) -> dict[str, SampleColumn]:
+        return {name: _Packed(arrays[name], attributes[name]) for name in names}
 
     covered = _text(attributes.get("", {}).get("time_coverage_start"))  # of datasets, as CF has it
     start = start or ({"start_time": covered} if covered else {})
     return Contents(channels, read, {"format": kind} | start)
 
 
-def doubles(array: Any) -> Samples:
-    """The numbers of an array as doubles, part by part along its longest axis, lest memory holds it twice."""
-    if array.shape == ():
-        return np.asarray(array[()], float)
-    values = np.empty(array.shape)
-    longest = int(np.argmax(array.shape))
-    for start in range(0, array.shape[longest], AT_ONCE):
-        part = (slice(None),) * longest + (slice(start, start + AT_ONCE),)
-        values[part] = array[part]
-    return values
+@dataclass(frozen=True)
+class _Packed:
+    """A vector in a file, which attributes unpack by CF."""
 
+    array: Any
+    attributes: Attributes
 
-def _unpacked(values: Samples, attributes: Attributes) -> Samples:
-    """Physical values of packed ones, by CF."""
-    stated = _numbers(attributes)
-    for fill in (stated.get("_FillValue"), stated.get("missing_value")):
-        if isinstance(fill, float):
-            values[values == fill] = np.nan
-    values *= float(stated.get("scale_factor", 1.0))
-    values += float(stated.get("add_offset", 0.0))
-    return values
+    def __len__(self) -> int:
+        return int(self.array.shape[0])
+
+    def __getitem__(self, part: slice) -> Samples:
+        values, stated = np.array(self.array[part], float), _numbers(self.attributes)
+        for fill in (stated.get("_FillValue"), stated.get("missing_value")):
+            if isinstance(fill, float):
+                values[values == fill] = np.nan
+        values *= float(stated.get("scale_factor", 1.0))
+        values += float(stated.get("add_offset", 0.0))
+        return values
 
 
 def _above(name: str) -> list[str]:

@@ -5,6 +5,7 @@ Objects, function handles, structures and cells are passed over.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,17 @@ from scipy.io import loadmat, whosmat
 from scipy.io.matlab import matfile_version
 
 from freerock.errors import FreerockError
-from freerock.records.channels import Channel, Contents, Even, Samples, Stamps, check_declared
-from freerock.records.hdf5 import doubles, numeric_arrays, opened
+from freerock.records.channels import (
+    AT_ONCE,
+    Channel,
+    Contents,
+    Even,
+    SampleColumn,
+    Samples,
+    Stamps,
+    check_declared,
+)
+from freerock.records.hdf5 import numeric_arrays, opened
 from freerock.records.headings import also_stated, is_time, rises, split_unit, stated_rate, states_rate
 from freerock.records.mat5 import matrices
 
@@ -26,8 +36,9 @@ NUMERIC = ("double", "single", "int8", "int16", "int32", "int64", "uint8", "uint
 PLAIN = "save(…) the time and the signals as numeric vectors"
 
 
-Load = Callable[[Sequence[str]], Mapping[str, NDArray[Any]]]
-Column = tuple[str, int | None]  # a vector's name, or a matrix's and the number of its column
+Arrays = Mapping[str, NDArray[Any] | h5py.Dataset]
+Load = Callable[[Sequence[str]], Arrays]
+Place = tuple[str, int | None]  # a vector's name, or a matrix's and the number of its column
 
 
 @contextmanager
@@ -42,7 +53,7 @@ def contents(path: Path) -> Iterator[Contents]:
         with opened(path) as file:
             arrays = {name: found for name, found in numeric_arrays(path, file).items() if "/" not in name}
             shapes = {name: found.shape[::-1] for name, found in arrays.items()}
-            yield _contents(path, shapes, lambda names: {n: doubles(arrays[n]).T for n in names}, "v7.3")
+            yield _contents(path, shapes, lambda names: {n: arrays[n] for n in names}, "v7.3")
     elif matfile_version(path)[0]:
         found = matrices(path)
         shapes = {name: matrix.shape for name, matrix in found.items()}
@@ -59,20 +70,20 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
         check_declared(path, 8.0 * prod(shape))
     scalars = [name for name, shape in shapes.items() if prod(shape) == 1 and states_rate({name: 1.0})]
     vectors = [name for name, shape in shapes.items() if 1 == min(shape) < max(shape)]
-    matrices = [name for name, shape in shapes.items() if 1 < min(shape) < max(shape)]
+    matrices = [name for name, shape in shapes.items() if len(shape) == 2 and 1 < min(shape) < max(shape)]
     times = [name for name in vectors if is_time(name)]
     notes: list[str] = []
     clock: Even | Stamps | None
-    scalar = {name: float(array.flat[0]) for name, array in _loaded(load, scalars).items()}
+    scalar = {name: float(np.asarray(array).flat[0]) for name, array in _loaded(load, scalars).items()}
     if times:
         clock = Stamps(times[0], (times[0], None), split_unit(times[0])[1])
     else:
         clock = stated_rate(path, scalar)
-    columns: list[Column] = [(name, i) for name in matrices for i in range(min(shapes[name]))]
-    channels: list[Column] = [*((name, None) for name in vectors if name not in times), *columns]
+    columns: list[Place] = [(name, i) for name in matrices for i in range(min(shapes[name]))]
+    channels: list[Place] = [*((name, None) for name in vectors if name not in times), *columns]
     if clock is None and len(matrices) == 1 and not vectors:
         first = columns[0]
-        if rises(_column(_loaded(load, matrices), first)):
+        if rises(_column(_loaded(load, matrices), first)[:AT_ONCE]):
             clock = Stamps(_title(first), first, "")
             channels.remove(first)
             notes.append(f"{_title(first)} rises steadily and is taken for time")
@@ -82,7 +93,7 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
         what = f"no vector of time and no sampling rate (variables: {', '.join(shapes)})"
         raise FreerockError(path, what, "save the time as t, or the sampling rate in Hz as fs")
 
-    def read(wanted: Sequence[Column]) -> dict[Column, Samples]:
+    def read(wanted: Sequence[Place]) -> dict[Place, SampleColumn]:
         arrays = _loaded(load, list(dict.fromkeys(name for name, _ in wanted)))
         for name, array in arrays.items():
             if np.iscomplexobj(array):
@@ -94,20 +105,38 @@ def _contents(path: Path, all_shapes: Mapping[str, tuple[int, ...]], load: Load,
     return Contents(made, read, {"format": f"{FORMAT} {version}"}, notes)
 
 
-def _loaded(load: Load, names: Sequence[str]) -> dict[str, NDArray[Any]]:
+def _loaded(load: Load, names: Sequence[str]) -> Arrays:
     loaded = load(names) if names else {}
     return {name: loaded[name] for name in names}
 
 
-def _column(arrays: Mapping[str, NDArray[Any]], column: Column) -> Samples:
+@dataclass(frozen=True)
+class _Stored:
+    """A vector, or a column of a matrix along its longer side, in an HDF5 file."""
+
+    array: h5py.Dataset
+    column: int
+
+    def __len__(self) -> int:
+        return int(max(self.array.shape))
+
+    def __getitem__(self, part: slice) -> Samples:
+        longest = self.array.shape.index(len(self))
+        where = [part if axis == longest else self.column for axis in range(self.array.ndim)]
+        return np.asarray(self.array[tuple(where)], float)
+
+
+def _column(arrays: Arrays, column: Place) -> SampleColumn:
     """A vector, or a column of a matrix along its longer side, as doubles."""
     name, i = column
-    array = np.asarray(arrays[name])
+    array = arrays[name]
+    if isinstance(array, h5py.Dataset):
+        return _Stored(array, i or 0)
     if i is None:
         return array.ravel().astype(float, copy=False)
     return (array[:, i] if array.shape[0] >= array.shape[1] else array[i]).astype(float)
 
 
-def _title(column: Column) -> str:
+def _title(column: Place) -> str:
     name, i = column
     return name if i is None else f"{name}(:,{i + 1})"

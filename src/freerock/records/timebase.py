@@ -4,13 +4,16 @@ A grid is right where the samples were taken evenly and only their stamps are co
 """
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from freerock.arrays import Floats, Indices
 from freerock.errors import FreerockError
-from freerock.records.channels import Samples
+from freerock.records.channels import AT_ONCE, SampleColumn, Samples, whole
 
 MILD_JITTER = 0.25  # of the sampling interval: largest deviation of a stamp from the grid
 GAP = 1.5  # sampling intervals between two stamps from which a sample is missing
@@ -19,6 +22,8 @@ ROUNDED_STAMPS = 10  # different stamps that show rounding at least
 NAMEABLE = 1e-3  # of the sampling interval: smaller deviations are not worth a note
 
 SPLIT = "split it into one file per recording"
+
+Parts = Callable[[], Iterator[tuple[Floats, Floats, Indices]]]
 
 
 @dataclass(frozen=True)
@@ -31,8 +36,9 @@ class Grid:
         First instant and sampling interval [s].
     size : int
         Number of instants.
-    place : ndarray of int, shape (n_stamps,), or None
-        Instant that each stamp belongs to; None when the n-th stamp is the n-th instant.
+    stretches : two ndarrays of int, shape (n_stretches,), or None
+        Stamp with which each stretch without a gap or a repeated stamp begins, and its instant; None when the
+        n-th stamp is the n-th instant.
     faults : tuple of str
         What was found and how it was handled.
     """
@@ -40,8 +46,17 @@ class Grid:
     start_s: float
     step_s: float
     size: int
-    place: NDArray[np.int64] | None = None
+    stretches: tuple[Indices, Indices] | None = None
     faults: tuple[str, ...] = ()
+
+    def place(self, first: int, last: int) -> Indices:
+        """Instants of the stamps from the first up to the last, which does not count."""
+        number = np.arange(first, last)
+        if self.stretches is None:
+            return number
+        begins, instants = self.stretches
+        of = np.searchsorted(begins, number, "right") - 1
+        return instants[of] + number - begins[of]
 
 
 def regular_grid(where: object, time_s: ArrayLike) -> Grid:
@@ -67,81 +82,165 @@ def regular_grid(where: object, time_s: ArrayLike) -> Grid:
     time = np.asarray(time_s, float)
     if time.size < 2:
         raise FreerockError(where, f"{time.size} time stamps give no sampling rate", "record more samples")
-    bad = np.flatnonzero(~np.isfinite(time))
-    if bad.size:
-        what = f"{bad.size} time stamps are missing or infinite, the first at sample {bad[0]}"
-        raise FreerockError(where, what, "export the time column again")
-    steps = np.diff(time)
-    back = np.flatnonzero(steps < 0)
-    if back.size:
-        n = back[0]
-        what = f"time runs backwards {_times(back.size)}, first from {time[n]:.6g} to {time[n + 1]:.6g} s"
-        raise FreerockError(where, f"{what} after sample {n}", SPLIT)
+    seen = _steps(where, time)
     if time[-1] == time[0]:
         raise FreerockError(where, f"all time stamps are {time[0]:.6g} s", "export the time column again")
-    return _rounded(time, steps) or _pieces(where, time, steps)
+    return _rounded(time, seen) or _pieces(where, time, seen.typical)
 
 
-def on_grid(where: object, grid: Grid, values: ArrayLike) -> Samples:
+def typical_step(time_s: Samples) -> float:
+    """Typical interval between time stamps [s]."""
+    starts = range(0, time_s.size - 1, AT_ONCE)
+    return float(np.median([np.median(np.diff(time_s[start : start + AT_ONCE + 1])) for start in starts]))
+
+
+def on_grid(where: object, grid: Grid, values: SampleColumn) -> Samples:
     """Samples at the instants of the grid, NaN where none was taken.
+
+    They are placed part by part, lest memory holds them twice.
 
     Raises
     ------
     FreerockError
         Two samples with one stamp that differ.
     """
-    samples: Samples = np.asarray(values, float)
-    if grid.place is None:
-        return samples
-    repeated = np.flatnonzero(np.diff(grid.place) == 0)
-    same = (samples[repeated] == samples[repeated + 1]) | np.isnan(samples[repeated + 1])
-    if not same.all():
-        n = repeated[~same][0]
-        two = f"{samples[n]:.6g}, {samples[n + 1]:.6g}"
-        what = f"samples {n} and {n + 1} have one time stamp and differ ({two})"
-        raise FreerockError(where, what, "export the time column with more digits")
+    if grid.stretches is None:
+        return whole(values)
     placed = np.full(grid.size, np.nan)
-    placed[grid.place[::-1]] = samples[::-1]  # the first of two stays
+    for start in range(0, len(values), AT_ONCE):
+        begin = max(0, start - 1)
+        samples = np.asarray(values[begin : start + AT_ONCE], float)
+        place = grid.place(begin, begin + samples.size)
+        repeated = np.flatnonzero(np.diff(place) == 0)
+        same = (samples[repeated] == samples[repeated + 1]) | np.isnan(samples[repeated + 1])
+        if not same.all():
+            n = repeated[~same][0]
+            two = f"{samples[n]:.6g}, {samples[n + 1]:.6g}"
+            what = f"samples {begin + n} and {begin + n + 1} have one time stamp and differ ({two})"
+            raise FreerockError(where, what, "export the time column with more digits")
+        first = np.ones(place.size, bool)
+        first[repeated + 1] = False  # the first of two stays
+        first[: start - begin] = False  # placed before
+        placed[place[first]] = samples[first]
     return placed
+
+
+class _Steps(NamedTuple):
+    """Intervals between stamps [s]: the shortest and the longest but 0, a typical one, how many are not 0."""
+
+    shortest: float
+    longest: float
+    typical: float
+    n: int
+
+
+def _parts(time: Samples) -> Iterator[tuple[slice, Floats]]:
+    """Parts of the stamps, with the intervals before each; 0 before the first."""
+    for start in range(0, time.size, AT_ONCE):
+        part = slice(start, start + AT_ONCE)
+        yield part, np.diff(time[part], prepend=time[max(0, start - 1)])
+
+
+def _steps(where: object, time: Samples) -> _Steps:
+    """The intervals between stamps, none of which goes backwards."""
+    bad = backwards = n = 0
+    first_bad = first_back = 0
+    shortest, longest, typical = math.inf, 0.0, []
+    for part, steps in _parts(time):
+        wrong, back = np.flatnonzero(~np.isfinite(time[part])), np.flatnonzero(steps < 0)
+        first_bad = part.start + int(wrong[0]) if wrong.size and not bad else first_bad
+        first_back = part.start + int(back[0]) if back.size and not backwards else first_back
+        bad, backwards = bad + wrong.size, backwards + back.size
+        steps = steps[steps > 0]
+        if steps.size:
+            shortest, longest = min(shortest, steps.min()), max(longest, steps.max())
+            typical.append(float(np.median(steps)))
+            n += steps.size
+    if bad:
+        what = f"{bad} time stamps are missing or infinite, the first at sample {first_bad}"
+        raise FreerockError(where, what, "export the time column again")
+    if backwards:
+        two = f"from {time[first_back - 1]:.6g} to {time[first_back]:.6g} s"
+        what = f"time runs backwards {_times(backwards)}, first {two} after sample {first_back - 1}"
+        raise FreerockError(where, what, SPLIT)
+    return _Steps(shortest, longest, float(np.median(typical)) if typical else 0.0, n)
 
 
 def _times(n: int) -> str:
     return "once" if n == 1 else f"{n} times"
 
 
-def _rounded(time: Samples, steps: Samples) -> Grid | None:
+def _rounded(time: Samples, seen: _Steps) -> Grid | None:
     """Grid of stamps that were rounded to few decimal digits, else None."""
-    digit = steps[steps > 0].min()
+    digit, n = seen.shortest, time.size - 1
     if abs(math.log10(digit) - round(math.log10(digit))) > 1e-3:
         return None
-    counts = np.rint(steps / digit)
-    low = counts.min()
-    odd = np.count_nonzero(counts != low) / counts.size
-    if np.count_nonzero(steps) < ROUNDED_STAMPS:
+    low = 1 if seen.n == n else 0
+    if seen.n < ROUNDED_STAMPS or round(seen.longest / digit) != low + 1:
         return None
-    if counts.max() != low + 1 or not ROUNDED_SHARE <= odd <= 1 - ROUNDED_SHARE:
+    odd, off = -1 if low else 0, 0.0  # the interval before the first stamp is none
+    for _, steps in _parts(time):
+        counts = np.rint(steps / digit)
+        odd += int(np.count_nonzero(counts != low))
+        off = max(off, np.abs(steps - counts * digit).max())
+    if not ROUNDED_SHARE <= odd / n <= 1 - ROUNDED_SHARE or off > 1e-3 * digit:
         return None
-    if np.abs(steps - counts * digit).max() > 1e-3 * digit:
+
+    def parts() -> Iterator[tuple[Floats, Floats, Indices]]:
+        for part, steps in _parts(time):
+            number = np.arange(part.start, part.start + steps.size, dtype=float)
+            yield time[part], number, np.zeros(steps.size, np.intp)
+
+    line = _line(parts, 1, digit)
+    if line.off > digit:
         return None
-    number = np.arange(time.size)
-    step, start = np.polyfit(number, time, 1)
-    if np.abs(time - start - step * number).max() > digit:
-        return None
+    step, start = line.step, line.start[0]
     fault = f"time stamps rounded to {digit:.3g} s; evenly spaced by {step:.6g} s on average"
     return Grid(float(start), float(step), time.size, faults=(fault,))
 
 
-def _pieces(where: object, time: Samples, steps: Samples) -> Grid:
-    """Grid of stamps in stretches between gaps, with one sampling interval for all."""
-    typical = np.median(steps[steps > 0])
-    piece = np.concatenate([[0], np.cumsum(steps > GAP * typical)])
-    number = np.concatenate([[0], np.cumsum(steps > 0)]).astype(float)
-    samples = np.bincount(piece)
-    mean_time, mean_number = (np.bincount(piece, x) / samples for x in (time, number))
-    centred = number - mean_number[piece]
-    step = (centred @ (time - mean_time[piece])) / (centred @ centred) if centred.any() else typical
+class _Line(NamedTuple):
+    """One sampling interval for all stretches, the start of each, largest deviation of a stamp [s]."""
+
+    step: float
+    start: Floats
+    off: float
+
+
+def _line(parts: Parts, n_pieces: int, typical: float) -> _Line:
+    """Straight lines of one slope through stamps over their numbers, one for each stretch.
+
+    parts gives stamps, their numbers and stretches, part by part; typical is the slope where they give none.
+    """
+    sums, products = np.zeros((3, n_pieces)), np.zeros(2)
+    for time, number, piece in parts():
+        own = slice(piece[0], piece[-1] + 1)
+        sums[:, own] += [np.bincount(piece - piece[0], weights) for weights in (None, time, number)]
+    mean_time, mean_number = sums[1:] / sums[0]
+    for time, number, piece in parts():
+        centred = number - mean_number[piece]
+        products += centred @ (time - mean_time[piece]), centred @ centred
+    step = products[0] / products[1] if products[1] else typical
     start = mean_time - step * mean_number
-    deviation = np.abs(time - start[piece] - step * number).max() / step
+    off = max(np.abs(time - start[piece] - step * number).max() for time, number, piece in parts())
+    return _Line(float(step), start, float(off))
+
+
+def _pieces(where: object, time: Samples, typical: float) -> Grid:
+    """Grid of stamps in stretches between gaps, with one sampling interval for all."""
+
+    def parts() -> Iterator[tuple[Floats, Floats, Indices]]:
+        last_number, last_piece = 0.0, 0
+        for part, steps in _parts(time):
+            number = last_number + np.cumsum(steps > 0, dtype=float)
+            piece = last_piece + np.cumsum(steps > GAP * typical, dtype=np.intp)
+            yield time[part], number, piece
+            last_number, last_piece = float(number[-1]), int(piece[-1])
+
+    gaps = sum(int(np.count_nonzero(steps > GAP * typical)) for _, steps in _parts(time))
+    line = _line(parts, gaps + 1, typical)
+    step, start = line.step, line.start
+    deviation = line.off / step
     if not deviation <= MILD_JITTER:
         what = (
             f"the time stamps leave an even grid of {step:.6g} s by up to {deviation:.2g} sampling intervals"
@@ -149,11 +248,16 @@ def _pieces(where: object, time: Samples, steps: Samples) -> Grid:
         raise FreerockError(where, what, "export with the logger's own clock, or resample it evenly")
 
     shift = np.rint((start - start[0]) / step)
-    place = (number + shift[piece]).astype(np.int64)
-    size = int(place[-1]) + 1
-    taken = int(number[-1]) + 1
+    begins, instants, last, stamps = [], [], -1, 0
+    for _, number, piece in parts():
+        place = (number + shift[piece]).astype(np.intp)
+        new = np.flatnonzero(np.diff(place, prepend=last) != 1)
+        begins.append(stamps + new)
+        instants.append(place[new])
+        last, taken, stamps = place[-1], int(number[-1]) + 1, stamps + place.size
+    size = int(last) + 1
     if size > 2 * taken:
-        what = f"{size - taken} of {size} samples are missing in {_gaps(samples.size - 1)}"
+        what = f"{size - taken} of {size} samples are missing in {_gaps(gaps)}"
         raise FreerockError(where, what, SPLIT)
 
     faults = []
@@ -161,15 +265,17 @@ def _pieces(where: object, time: Samples, steps: Samples) -> Grid:
         faults.append(f"time stamps jitter by up to {100 * deviation:.2g} % of the sampling interval")
     if time.size > taken:
         faults.append(f"{time.size - taken} repeated samples dropped")
+    begin, instant = np.concatenate([[0], *begins]), np.concatenate([[0], *instants])
     if size > taken:
-        longest = np.argmax(np.diff(place))
+        missing = np.diff(instant) - np.diff(begin)
+        longest = int(np.argmax(missing))
         faults.append(
-            f"{size - taken} samples missing in {_gaps(samples.size - 1)}, "
-            f"the longest of {place[longest + 1] - place[longest] - 1} after {time[longest]:.6g} s"
+            f"{size - taken} samples missing in {_gaps(gaps)}, "
+            f"the longest of {missing[longest]} after {time[begin[longest + 1] - 1]:.6g} s"
         )
-    whole = size == time.size and taken == size
+    even = size == time.size and taken == size
     first = time[0] if deviation <= NAMEABLE else start[0]
-    return Grid(float(first), float(step), size, None if whole else place, tuple(faults))
+    return Grid(float(first), step, size, None if even else (begin, instant), tuple(faults))
 
 
 def _gaps(n: int) -> str:
