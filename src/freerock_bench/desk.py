@@ -189,6 +189,7 @@ def correction(chance: random.Random) -> dict[str, Any]:
     return {
         "overrides": [override] * chance.randint(0, 1),
         "exclude": chance.choice(["record", [], [1], [2, 3]]),
+        "stretches": chance.choice([[], [[start, start]], [[start, start + 0.1], [start + 1, start + 2]]]),
         "reason": chance.choice(WORDS),
         "note": chance.choice(WORDS),
     }

@@ -6,7 +6,7 @@ python -m freerock_bench.variables docs/datasets.md
 import sys
 
 from freerock.products.names import VARIABLES
-from freerock.rotation.flags import FLAGS
+from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock_bench.document import renew
 
 MARK = ("<!-- variables -->\n\n", "\n\n<!-- end of the variables -->")
@@ -52,7 +52,7 @@ def markdown() -> str:
     for where, by_dimensions in WHERE.items():
         rows = [row(name, dims) for dims, names in by_dimensions.items() for name in names.split()]
         parts.append("\n".join([f"### {where}", "", HEAD, *rows]))
-    bits = ", ".join(f"{bit} {name.replace('_', ' ')}" for name, bit in FLAGS.items())
+    bits = ", ".join(f"{bit} {name.replace('_', ' ')}" for name, bit in (FLAGS | BY_HAND).items())
     return "\n\n".join([*parts, f"Bits of `flags`: {bits}; 0 is valid."])
 
 

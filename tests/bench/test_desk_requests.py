@@ -27,7 +27,7 @@ def test_a_save_struck_at_each_write_is_whole_or_nothing(campaign, kind):
         for at in range(1, 30):
             before = desk.state()
             served.ask("ask/again")
-            own = {"overrides": [], "exclude": [], "reason": "", "note": f"note {at}"}
+            own = {"overrides": [], "exclude": [], "stretches": [], "reason": "", "note": f"note {at}"}
             body = {"corrections": {"tall": own}, "known": before[2], "why": "heard"}
             served.fault.set(kind, at)
             status, told = served.ask("do/keep", json.dumps(body).encode())
@@ -53,4 +53,4 @@ def test_a_log_written_before_its_table_is_found(campaign, monkeypatch):
                 file.write(content)
 
     monkeypatch.setattr("freerock.review.csv_edit.replace_together", one_by_one)
-    assert desk.tried(40, seed=3)[1]
+    assert desk.tried(60, seed=3)[1]

@@ -145,6 +145,12 @@ def test_one_level_outside_the_declared_output_may_mean_no_target(doubts):
 def test_a_run_set_by_hand_beyond_the_record(doubts):
     csv = CSV.replace("laser\n", "laser,override,reason\n").replace("near\n", "near,{},why\n")
     assert doubts(csv=csv.format("1@2:9.998")) == []
+    left_out = CSV.replace("laser\n", "laser,exclude,reason\n").replace("near\n", "near,{},why\n")
+    assert doubts(csv=left_out.format("2;9:9.5;@9.7")) == []
+    assert doubts(csv=left_out.format("9:9.5;@10.5")) == [
+        "config/campaigns/lab.csv:2: exclude: it ends at 10.5 s, the record at 9.998 s; "
+        "give times within the record"
+    ]
     assert doubts(csv=csv.format("1@2:8;2@9:10.5")) == [
         "config/campaigns/lab.csv:2: override: run 2 ends at 10.5 s, the record at 9.998 s; "
         "give times within the record"

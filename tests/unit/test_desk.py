@@ -19,12 +19,12 @@ from freerock.config.history import Change, appended, log_of, looked_at, read_ch
 from freerock.errors import FreerockError
 from freerock.jobs.each import make_each
 from freerock.jobs.fit import give_up, make_fits
-from freerock.jobs.record import make_record
+from freerock.jobs.record import make_record, rotation_of
 from freerock.models.block import Block
 from freerock.models.laws import PAPER_MODELS
 from freerock.models.simulate import simulate
 from freerock.products.groups import fits_of, not_fitted_in
-from freerock.products.netcdf import open_fits
+from freerock.products.netcdf import open_fits, open_record
 from freerock.review import server
 from freerock.review.bench import Superseded
 from freerock.review.corrections import Correction, cells_of, corrected
@@ -34,7 +34,7 @@ from freerock.review.signals import signals_of
 from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2
-from freerock.tables.tidy import contributions_table, parameters_table
+from freerock.tables.tidy import contributions_table, parameters_table, restitution_table
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
 
@@ -69,7 +69,7 @@ def desk(lab):
     return Desk("small")
 
 
-BLANK = {"overrides": [], "exclude": [], "reason": "", "note": ""}
+BLANK = {"overrides": [], "exclude": [], "stretches": [], "reason": "", "note": ""}
 
 
 def correction(**own):
@@ -207,6 +207,33 @@ def test_an_excluded_run_leaves_the_mean(desk):
     assert parameters(after["picture"], "means") != parameters(before["picture"], "means")
 
 
+def test_what_stands_in_a_stretch_left_out_reaches_no_number(desk, lab, tmp_path):
+    """The jobs' fits are the same bits whether the laser was hit within the stretch or not."""
+    run = desk.record("tall", 1)["picture"]
+    at = run["impacts"]["measured"][3][0]
+    stretches = [[at - 0.05, at + 0.03], [run["impacts"]["measured"][0][0]] * 2]
+    own = correction(stretches=stretches, reason="hit")
+    line = desk.campaign.record("tall")
+    tried = desk.refit("tall", own, 1, run["release"], whole=True)
+    assert [each["text"].endswith("left out: hit") for each in tried["picture"]["reasons"]] == [True, True]
+    assert [row["verdict"] for row in tried["rows"]] == ["ok", "ok"]
+    of_record, of_fits = desk._bench.settings(desk.campaign, corrected(line, cells_of(own, line)))
+    rotation = rotation_of(of_record)
+    hit = rotation.assign(theta=rotation["theta"] + 0.1 * (abs(rotation["time"] - at) < 0.025))
+    for name, seen in (("clean", rotation), ("hit", hit)):
+        make_record(of_record, tmp_path / f"{name}.nc", lambda _, seen=seen: seen)
+        make_fits(of_fits, tmp_path / f"{name}.nc", tmp_path / f"{name}_fits.nc")
+    assert parameters(tried["picture"]) == numbers_in(tmp_path / "hit_fits.nc", "run_1")
+    assert numbers_in(tmp_path / "hit_fits.nc", "run_1") == numbers_in(tmp_path / "clean_fits.nc", "run_1")
+    r = open_record(tmp_path / "hit.nc")["run_1"]["restitution"].values
+    assert np.isnan(r).tolist() == [True, False, True, True, True]
+    table = restitution_table([open_record(tmp_path / "hit.nc")], [])
+    assert table["r"].isna().tolist() == np.isnan(r).tolist() + [False] * (len(table) - len(r))
+    flags = open_record(tmp_path / "hit.nc")["flags"]
+    hidden = np.flatnonzero(flags.values & 64)
+    assert flags.attrs["flag_meanings"].split()[-1] == "left_out" and hidden.size == pytest.approx(40, abs=2)
+
+
 def test_what_is_no_longer_needed_ends(desk):
     with pytest.raises(Superseded):
         desk.refit("tall", correction(), 1, None, whole=True, needed=lambda: False)
@@ -257,7 +284,11 @@ REFUSED = {
     "a note without why": (correction(note="x"), "tall: note: is changed without a reason; say why"),
     "an exclusion without a reason": (
         correction(exclude=[1]),
-        "tall: reason: a run is excluded or overridden without a reason; say why",
+        "tall: reason: exclude or override is given without a reason; say why",
+    ),
+    "a stretch that ends before it begins": (
+        correction(stretches=[[5.0, 4.0]], reason="x"),
+        "tall: exclude: the stretch 5.000:4.000 ends before it begins; give its begin first",
     ),
     "an end before its release": (
         correction(overrides=moved(1, 5.0, 4.0), reason="x"),

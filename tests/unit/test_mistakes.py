@@ -9,6 +9,7 @@ from laboratory import CSV, HEADER, QUOTED_LAWS, YAML, problems
 from freerock.config.campaign import check_options, load_campaign, load_config
 from freerock.config.keys import FitsSection
 from freerock.config.mistakes import ConfigError
+from freerock.config.override import EXCLUDED
 from freerock.errors import FreerockError
 
 
@@ -431,21 +432,23 @@ CSV_MISTAKES = {
     ),
     "exclude without reason": (
         ("near,,,,", "near,2;3,,,"),
-        "lab.csv:2: reason: a run is excluded or overridden without a reason; say why",
+        "lab.csv:2: reason: exclude or override is given without a reason; say why",
     ),
     "override without reason": (
         ("near,,,,", "near,,2@1:9,,"),
-        "lab.csv:2: reason: a run is excluded or overridden without a reason; say why",
+        "lab.csv:2: reason: exclude or override is given without a reason; say why",
     ),
     "exclude in words": (
         ("near,,,,", "near,second,,bad,"),
-        "lab.csv:2: exclude: 'second' is not understood; "
-        "give nothing, record, or the numbers of the runs left out, as 2;3",
+        f"lab.csv:2: exclude: 'second' is not understood; give {EXCLUDED}",
     ),
     "exclude of 5000 digits": (
         ("near,,,,", f"near,{'9' * 5000},,bad,"),
-        f"lab.csv:2: exclude: '{'9' * 49}…' is not understood; "
-        "give nothing, record, or the numbers of the runs left out, as 2;3",
+        f"lab.csv:2: exclude: '{'9' * 49}…' is not understood; give {EXCLUDED}",
+    ),
+    "exclude a stretch that ends before it begins": (
+        ("near,,,,", "near,3.5:3.2,,bad,"),
+        "lab.csv:2: exclude: the stretch 3.5:3.2 ends before it begins; give its begin first",
     ),
     "override of 5000 digits": (
         ("near,,,,", f"near,,{'9' * 5000}@1:2,bad,"),

@@ -1,4 +1,4 @@
-"""Runs set by hand: the cell read and written again, ten cases of what it may ask for, what can't be done."""
+"""Runs set by hand and what is left out: cells read and written again, what they do, what can't be done."""
 
 import math
 
@@ -8,9 +8,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_segment import RATE_HZ, SIGMA, one_run, record
 
-from freerock.config.override import Override, read_overrides, written_overrides
+from freerock.config.override import (
+    Exclusions,
+    Override,
+    read_exclusions,
+    read_overrides,
+    written_exclusions,
+    written_overrides,
+)
 from freerock.rotation.faults import SignalQuality
+from freerock.rotation.flags import BY_HAND
 from freerock.runs.by_hand import ByHand
+from freerock.runs.impacts import COLUMNS
 from freerock.runs.judged import judged_runs
 from freerock.runs.segment import find_runs
 
@@ -263,3 +272,95 @@ def test_any_override_leaves_a_verdict_and_the_impacts_of_the_others(override):
     assert all(
         np.isfinite([run.release_s, run.end_s, run.theta0, run.sigma_theta]).all() for run, _ in judged
     )
+
+
+times = st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda t: round(t, 9))
+
+
+@given(
+    st.sets(st.integers(0, 999_999)), st.sets(st.tuples(times, times).map(lambda pair: tuple(sorted(pair))))
+)
+def test_what_is_left_out_is_written_as_it_was_read(runs, stretches):
+    found = read_exclusions(written_exclusions(runs, stretches))
+    assert (set(found.runs), set(found.stretches)) == (runs, stretches)
+
+
+def test_exclusions_as_people_write_them():
+    assert read_exclusions("") == read_exclusions("record") == Exclusions()
+    spaced = read_exclusions("3; 2;@ 14.2 ; 12.31 : 12.5")
+    assert spaced == Exclusions((3, 2), ((14.2, 14.2), (12.31, 12.5)))
+    assert written_exclusions(*spaced) == "2;3;12.310:12.500;@14.200"
+
+
+def judged(arguments, *stretches):
+    """Runs and impacts as the record's job judges them, with stretches left out; θ is garbage there."""
+    t, theta, sigma, flags, block = arguments
+    without = ByHand(stretches=[(*each, "knocked") for each in stretches])
+    hidden = without.hidden(t)
+    theta, flags = np.where(hidden, np.nan, theta), flags | np.where(hidden, BY_HAND["left_out"], 0)
+    signal = [t, theta, np.full(t.size, sigma), flags.astype(np.uint8)]
+    return judged_runs(signal, block, SignalQuality(), without)
+
+
+def test_an_impact_that_is_named_has_no_restitution_and_all_else_stays():
+    arguments, _, _ = three()
+    plain = judged(arguments)
+    at = plain[1][1].time_s[2]
+    found = judged(arguments, (at + 0.004, at + 0.004))
+    assert found[1][0].verdict.texts == (f"impact 3 at {at:.3f} s left out: knocked",)
+    assert found[1][0].verdict.level == "ok"
+    for (run, impacts), (old, before) in zip(found, plain, strict=True):
+        named = np.arange(before.time_s.size) == (2 if run.number == 2 else -1)
+        for column in COLUMNS:
+            unused = column.startswith("restitution") & named
+            kept = np.where(unused, np.nan, getattr(before, column))
+            np.testing.assert_array_equal(getattr(impacts, column), kept)
+        assert run.release_s == old.release_s
+
+
+@pytest.mark.parametrize(("first", "last"), [(2, 3), (5, 5), (0, 0), (0, 1), (3, 6)])
+def test_what_stands_in_a_stretch_does_not_matter_and_no_restitution_spans_it(first, last):
+    """Of the impacts that are hidden nothing is known, but how many they are; beyond all is as it was."""
+    arguments, _, _ = three()
+    plain = judged(arguments)[1][1]
+    stretch = plain.time_s[first] - 0.02, plain.time_s[last] + 0.02
+    (_, _), (run, impacts), (_, _) = judged(arguments, stretch)
+    spoiled = arguments[0].copy(), arguments[1].copy(), *arguments[2:]
+    spoiled[1][slice(*np.searchsorted(spoiled[0], stretch))] += math.radians(30)
+    (_, _), (again, same), (_, _) = judged(spoiled, stretch)
+    assert again == run and run.verdict.level == "ok"
+    for column in COLUMNS:
+        np.testing.assert_array_equal(getattr(same, column), getattr(impacts, column))
+    assert run.verdict.texts == (f"{stretch[0]:.3f} s to {stretch[1]:.3f} s left out: knocked",)
+    assert impacts.time_s.size == plain.time_s.size
+    known = np.isfinite(impacts.restitution)
+    hidden = slice(max(first - 1, 0), last + 2)
+    assert not known[hidden].any() and known.sum() == known.size - len(known[hidden])
+    for name, stderr in (("restitution", "restitution_stderr"), ("time_s", "time_stderr_s")):
+        apart = getattr(impacts, name)[known] - getattr(plain, name)[known]
+        most = 4 * np.nan_to_num(getattr(plain, stderr)[known], nan=1.0)  # windows about a peak may differ
+        assert np.all(np.abs(apart) <= most)
+
+
+def test_a_run_that_is_hidden_altogether_is_none():
+    arguments, _, found = three()
+    stretch = found[1].release_s + 0.001, found[1].end_s
+    runs = judged(arguments, stretch)
+    assert [run.release_s for run, _ in runs] == pytest.approx(
+        [found[0].release_s, found[2].release_s], abs=1e-4
+    )
+    assert all("meets no run" in run.verdict.texts[0] for run, _ in runs)
+
+
+def test_what_is_left_out_in_vain_is_told_in_a_line():
+    arguments, _, found = three()
+    late = found[-1].end_s + 5
+    runs = judged(arguments, (late, late + 1), (late, late))
+    nearest = max(impacts.time_s[-1] for _, impacts in runs)
+    spans = ", ".join(f"{run.hold_start_s:.3f} s to {run.end_s:.3f} s" for run, _ in runs)
+    told = (
+        f"exclude: {late:g} s to {late + 1:g} s meets no run: they last from {spans}",
+        f"exclude: there is no impact at {late:g} s: the nearest is at {nearest:.3f} s",
+    )
+    assert {run.verdict.texts for run, _ in runs} == {told}
+    assert {run.verdict.names for run, _ in runs} == {("by_hand", "by_hand")}

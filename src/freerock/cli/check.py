@@ -277,7 +277,7 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
             in_motion = (record.start or campaign.processing.runs.start) == "motion"
             sensor = campaign.lasers[laser]
             yield from _channel(where, path, channel, block, sensor, source.raw, in_motion)
-        yield from _by_hand(f"{csv}:{line}: override", path, record)
+        yield from _by_hand(f"{csv}:{line}", path, record)
 
 
 def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
@@ -411,19 +411,21 @@ def _beyond_output(where: str, values: "Floats", quantity: str, sensor: "Laser")
 
 
 def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
-    """Doubts about runs set by hand: they end within the record."""
+    """Doubts about what is set by hand: it ends within the record."""
     from freerock.records.read import read_record
 
-    if not record.overrides:
+    if not record.overrides and not record.stretches:
         return
     try:
         end_s = float(read_record(path, record.channels[0] or None)["time"][-1])
     except FreerockError:
         return  # the job of the record says why
-    for number, _, run_end_s, *_ in record.overrides:
-        if run_end_s > end_s:
-            what = f"run {number} ends at {run_end_s:g} s, the record at {end_s:.3f} s"
-            yield FreerockError(where, what, "give times within the record")
+    ends = [("override", f"run {number}", run_end_s) for number, _, run_end_s, *_ in record.overrides]
+    ends += [("exclude", "it", to_s) for _, to_s, _ in record.stretches]
+    for column, what, last_s in ends:
+        if last_s > end_s:
+            what = f"{what} ends at {last_s:g} s, the record at {end_s:.3f} s"
+            yield FreerockError(f"{where}: {column}", what, "give times within the record")
 
 
 def _sensor(laser: LaserSection, raw: str) -> "Laser":

@@ -1,4 +1,4 @@
-"""The cell of a campaign's CSV that sets runs by hand: read, refused, and written again."""
+"""The cells of a campaign's CSV that correct by hand: read, refused, and written again."""
 
 import re
 from collections.abc import Iterable
@@ -11,6 +11,12 @@ from freerock.config.values import Invalid, shown
 RUN, SECONDS = "[0-9]{1,6}", r"(-?[0-9]{1,9}(?:\.[0-9]{0,12})?)"
 ITEM = re.compile(rf"({RUN})\s*@\s*{SECONDS}\s*:\s*{SECONDS}(?:\s+hold\s+{SECONDS}\s*:\s*{SECONDS})?")
 AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
+LEFT_OUT = re.compile(rf"(?P<run>{RUN})|@\s*(?P<at>{SECONDS})|{SECONDS}\s*:\s*{SECONDS}")
+NOTHING, RECORD = "", "record"
+EXCLUDED = (
+    "nothing, record, or runs, stretches of time in seconds and instants of impacts, "
+    "as 2;3;12.310:12.450;@14.213"
+)
 
 
 class Override(NamedTuple):
@@ -30,6 +36,50 @@ class Override(NamedTuple):
     release_s: float
     end_s: float
     hold_s: tuple[float, float] | None = None
+
+
+class Exclusions(NamedTuple):
+    """What a cell leaves out of a record.
+
+    Parameters
+    ----------
+    runs : tuple of int
+        Numbers of runs.
+    stretches : tuple of (float, float)
+        From when to when samples are not used [s]; an impact is a stretch that ends as it begins.
+    """
+
+    runs: tuple[int, ...] = ()
+    stretches: tuple[tuple[float, float], ...] = ()
+
+
+def read_exclusions(cell: str) -> Exclusions:
+    """What a cell leaves out, in its order there; nothing but "record" leaves out all of it.
+
+    Raises
+    ------
+    Invalid
+        It is not understood, or a stretch ends before it begins.
+    """
+    runs, stretches = list[int](), list[tuple[float, float]]()
+    for item in cell.split(";") if cell not in (NOTHING, RECORD) else []:
+        match = LEFT_OUT.fullmatch(item.strip())
+        if not match:
+            raise Invalid(f"{shown(item)} is not understood", f"give {EXCLUDED}")
+        run, at, *_, from_s, to_s = match.groups()
+        if run:
+            runs.append(int(run))
+        elif at or float(from_s) < float(to_s):
+            stretches.append((float(at or from_s), float(at or to_s)))
+        else:
+            raise Invalid(f"the stretch {item.strip()} ends before it begins", "give its begin first")
+    return Exclusions(tuple(runs), tuple(stretches))
+
+
+def written_exclusions(runs: Iterable[int], stretches: Iterable[tuple[float, float]]) -> str:
+    """The cell that `read_exclusions` reads as these runs and stretches, in order."""
+    times = [f"@{_seconds(a)}" if a == b else f"{_seconds(a)}:{_seconds(b)}" for a, b in sorted(stretches)]
+    return ";".join([*map(str, sorted({*runs})), *dict.fromkeys(times)])
 
 
 def read_overrides(cell: str) -> tuple[Override, ...]:

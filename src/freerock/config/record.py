@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from freerock import bounds
 from freerock.config.mistakes import FILL_IN, validate
-from freerock.config.override import RUN, read_overrides
+from freerock.config.override import EXCLUDED, RECORD, read_exclusions, read_overrides
 from freerock.config.values import Invalid, Name, Section, Text, check_inside, closest, did_you_mean
 from freerock.config.yaml_lines import Key, read_text, text_of
 from freerock.errors import FreerockError
@@ -30,19 +30,14 @@ class Record(Section):
     block: str = Field(description="the name of a block")
     foundation: str = Field(description="the name of a foundation")
     laser: str = Field(description="the name of a laser, or of the two on one record, as a;b")
-    exclude: str = Field(
-        "",
-        pattern=f"^(record|{RUN}(;{RUN})*)?$",
-        max_length=bounds.CELL_CHARACTERS,
-        description="nothing, record, or the numbers of the runs left out, as 2;3",
-    )
+    exclude: str = Field("", max_length=bounds.CELL_CHARACTERS, description=EXCLUDED)
     override: str = Field(
         "",
         max_length=bounds.CELL_CHARACTERS,
         description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
         "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
     )
-    reason: Text = Field("", description="why a run is excluded or overridden")
+    reason: Text = Field("", description="why something is excluded or overridden")
     note: Text = Field("", description="anything worth keeping")
     start: Literal["", "hold", "motion"] = Field(
         "", description="how its runs begin, where it differs from processing.runs.start: hold or motion"
@@ -57,6 +52,12 @@ class Record(Section):
     @classmethod
     def _file_is_inside(cls, file: Any) -> Any:
         return check_inside(file)
+
+    @field_validator("exclude")
+    @classmethod
+    def _exclude_is_understood(cls, exclude: Any) -> Any:
+        read_exclusions(exclude)
+        return exclude
 
     @field_validator("override")
     @classmethod
@@ -78,7 +79,7 @@ class Record(Section):
     @classmethod
     def _reason_given(cls, reason: Any, info: ValidationInfo) -> Any:
         if not reason and (info.data.get("exclude") or info.data.get("override")):
-            raise Invalid("a run is excluded or overridden without a reason", "say why")
+            raise Invalid("exclude or override is given without a reason", "say why")
         return reason
 
     @field_validator("laser")
@@ -113,13 +114,17 @@ class Record(Section):
     @property
     def excluded(self) -> bool:
         """Whether the whole record is left out."""
-        return self.exclude == "record"
+        return self.exclude == RECORD
 
     @property
     def exclusions(self) -> tuple[tuple[int, str], ...]:
         """(run, reason) of each run left out."""
-        runs = () if self.excluded else filter(None, self.exclude.split(";"))
-        return tuple((int(run), self.reason) for run in runs)
+        return tuple((run, self.reason) for run in read_exclusions(self.exclude).runs)
+
+    @property
+    def stretches(self) -> tuple[tuple[float, float, str], ...]:
+        """(from [s], to [s], reason) of each stretch left out; of an impact both are its instant."""
+        return tuple((*each, self.reason) for each in read_exclusions(self.exclude).stretches)
 
     @property
     def overrides(self) -> tuple[tuple[int, float, float, str, tuple[float, float] | None], ...]:

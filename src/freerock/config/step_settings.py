@@ -126,6 +126,7 @@ def record_settings(
             "overrides": record.overrides,
             "exclusions": record.exclusions,
             "excluded": record.reason if record.excluded else "",
+            **({"stretches": record.stretches} if record.stretches else {}),
             **({"positions": list(record.positions)} if record.positions else {}),
             **({"start": start} if (start := record.start or processing.runs.start) == "motion" else {}),
         }

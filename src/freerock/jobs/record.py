@@ -19,6 +19,7 @@ from freerock.products.provenance import provenance
 from freerock.records.read import read_record
 from freerock.rotation.calibration import read_calibration
 from freerock.rotation.faults import listed_faults, signal_quality
+from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.lattice import converter_step
 from freerock.rotation.options import RotationOptions
@@ -76,8 +77,8 @@ def make_record(
     ----------
     settings : mapping
         raw (folder), file, sha256 (as listed), channels, attributes, block, lasers, laboratory, rotation,
-        runs, impacts, overrides, exclusions, excluded (a reason, or empty): sections of the configuration
-        as plain values.
+        runs, impacts, overrides, exclusions, stretches, excluded (a reason, or empty): sections of the
+        configuration as plain values.
     output : path
         netCDF file to write.
     rotate : callable, optional
@@ -129,9 +130,9 @@ def _files(settings: Settings) -> list[Path]:
 
 def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _Processed:
     """Volts to impacts."""
-    block, record = Block(**settings["block"]), rotate(settings)
+    by_hand = ByHand(settings["overrides"], settings["exclusions"], settings.get("stretches", ()))
+    block, record = Block(**settings["block"]), _used(rotate(settings), by_hand)
     signal = [record[name].values for name in ("time", "theta", "sigma_theta", "flags")]
-    by_hand = ByHand(settings["overrides"], settings["exclusions"])
     of_runs = replace(RunLimits(**settings["runs"]), start=settings.get("start", "hold"))
     limits = of_runs, ImpactLimits(**settings["impacts"])
     recorded = next(record[name].values for name in BASE if name in record)
@@ -141,6 +142,18 @@ def _process(settings: Settings, rotate: Callable[[Settings], xr.Dataset]) -> _P
     laboratory = Laboratory.of(settings["laboratory"])
     totals = [measured_total(run.theta0, run.theta0_stderr, found, laboratory) for run, found in judged]
     return _Processed(record, [run for run, _ in judged], [impacts for _, impacts in judged], totals)
+
+
+def _used(record: xr.Dataset, by_hand: ByHand) -> xr.Dataset:
+    """θ(t) without the stretches left out by hand."""
+    hidden = by_hand.hidden(record["time"].values)
+    if not hidden.any():
+        return record
+    flags = record["flags"].values | np.where(hidden, BY_HAND["left_out"], 0).astype(np.uint8)
+    known = FLAGS | BY_HAND
+    masks = {"flag_masks": np.array([*known.values()], np.uint8), "flag_meanings": " ".join(known)}
+    unseen: dict[str, Any] = {name: record[name].where(~hidden) for name in ("theta", "sigma_theta")}
+    return record.assign(unseen | {"flags": ("time", flags, masks)})
 
 
 def rotation_of(settings: Settings) -> xr.Dataset:

@@ -49,9 +49,14 @@ def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:
     return dict(sorted((int(number), node) for number, node in numbered if number.isdigit()))
 
 
+def n_restitutions(run: xr.DataTree) -> int:
+    """How many impacts of a run of a record have a restitution."""
+    return int(np.isfinite(run.dataset["restitution"].values).sum())
+
+
 def impacts_of(run: xr.DataTree) -> str:
     """How many impacts of a run of a record were seen, and how many have a restitution, in words."""
-    seen, measured = run["n_impacts"].item(), run.sizes.get("impact", 0)
+    seen, measured = run["n_impacts"].item(), n_restitutions(run)
     return f"{seen} impact{'' if seen == 1 else 's'} seen, {measured} with a restitution"
 
 

@@ -65,8 +65,12 @@ def write_record(
     verdict, reasons = _record_verdict(runs)
     attrs = {**record.attrs, **attrs}
     start_time = attrs.pop("start_time", None)
+    own = ("flag_masks", "flag_meanings")  # more of them where samples are left out by hand
     root = xr.Dataset(
-        {str(name): (_dims(variable), variable.values) for name, variable in record.data_vars.items()},
+        {
+            str(name): (_dims(each), each.values, {key: each.attrs[key] for key in own if key in each.attrs})
+            for name, each in record.data_vars.items()
+        },
         {"time": ("sample", record["time"].values, FROM_START)}
         | {name: (_dims(record[name]), record[name].values) for name in record.coords if name != "time"},
         root_attributes("record", "volts to rotation, runs and impacts", attrs)

@@ -29,7 +29,7 @@ from freerock.review.remembered import Remembered
 ROTATIONS = 1  # remembered: that of the record on the desk
 FITS = 60  # runs whose fits are remembered
 M_MMAP_THRESHOLD, LARGE_BYTES = -3, 1 << 20  # of mallopt(3)
-BY_HAND = ("overrides", "exclusions", "excluded")
+BY_HAND = ("overrides", "exclusions", "stretches", "excluded")
 
 
 class Superseded(Exception):
@@ -70,7 +70,7 @@ class Bench:
         if made_by.get("software") != provenance([], {})["software"]:
             return False
         then, now = made_by["config"], json.loads(json.dumps(self.settings(campaign, line)[step]))
-        return all(then.get(key) == now[key] for key in now if key != "attributes")
+        return all(then.get(key) == now.get(key) for key in {*then, *now} - {"attributes"})
 
     def rotate(self, campaign: Campaign, line: Record) -> None:
         """Remember the rotation of a record, so that its first correction is as quick as the next."""

@@ -2,13 +2,15 @@
 // The charts of a run: signals, rotation with release and end as handles, residuals; restitution, misfit map.
 
 const SIGNALS = ["#555555", "#0072b2"];
+const NEAR = 0.01;  // of the time shown, a click is near an impact
 const WAIT_MS = 60;  // after the last movement of the window, before finer samples are asked for
 
 class Charts {
   /** styles: looks of the lines by source; moved(release, end): the handles were dragged to these instants [s];
-   *  asked(from, to): finer samples are wanted; told(text): what is below the cursor. */
-  constructor(styles, {overTime, overSpeed, moved, settled, asked, told}) {
-    Object.assign(this, {styles, moved, settled, asked, told, step: 0});
+   *  asked(from, to): finer samples are wanted; told(text): what is below the cursor;
+   *  picked(instant): an impact was clicked. */
+  constructor(styles, {overTime, overSpeed, moved, asked, told, picked}) {
+    Object.assign(this, {styles, moved, asked, told, picked, step: 0});
     this.range = new Bokeh.Range1d({start: 0, end: 1});
     this.sources = {};
     this.drawn = {};
@@ -30,6 +32,9 @@ class Charts {
     this.signals.add_tools(new Bokeh.HoverTool({renderers: [strips], tooltips: [["invalid", "@what"]]}));
     const others = this.source("others", ["x0", "x1"]);
     this.theta.vstrip({field: "x0"}, {field: "x1"}, {source: others, fill_color: "#9aa0a6", fill_alpha: 0.13, line_color: null});
+    const left = this.source("left", ["x0", "x1"]);
+    for (const figure of [this.signals, this.theta, this.residual])
+      figure.vstrip({field: "x0"}, {field: "x1"}, {source: left, fill_color: null, hatch_pattern: "/", hatch_color: "#b00020", hatch_alpha: 0.35, line_color: "#b00020"});
     SIGNALS.forEach((color, i) => this.line(this.signals, `signal${i}`, {line_color: color, line_width: 1}));
     const measured = styles.measured;
     this.line(this.theta, "overlay", {line_color: "#b34700", line_alpha: 0.6, line_width: 1});
@@ -40,6 +45,9 @@ class Charts {
       this.residual.add_layout(new Bokeh.Span({location: y, dimension: "width", line_color: "#bbbbbb", line_dash: dash}));
     this.theta.scatter({field: "x"}, {field: "y"}, {
       source: this.source("impacts", ["x", "y"]), marker: "circle", size: 6, line_color: "black", fill_color: "white"});
+    this.theta.scatter({field: "x"}, {field: "y"}, {
+      source: this.source("named", ["x", "y"]), marker: "x", size: 14, line_color: "#b00020", line_width: 2});
+    this.theta.on_event("tap", event => this.pick(event.x));
     this.bands = [this.band(this.signals, false), this.band(this.theta, true), this.band(this.residual, false)];
     this.speed = Bokeh.Plotting.figure({
       css_classes: ["speed"], title: "Restitution against speed", x_axis_label: "speed at the impact / (°/s)",
@@ -108,6 +116,19 @@ class Charts {
     this.told(told.join("   "));
   }
 
+  /** An impact was clicked, if one is near. */
+  pick(time) {
+    const near = [...this.sources.impacts.data.x].sort((a, b) => Math.abs(a - time) - Math.abs(b - time))[0];
+    if (Math.abs(near - time) < NEAR * (this.range.end - this.range.start)) this.picked(Number(near.toFixed(4)));
+  }
+
+  /** What is left out: stretches, and impacts, which end as they begin. */
+  leave(stretches) {
+    const [named, left] = [true, false].map(same => stretches.filter(([from, to]) => (from === to) === same));
+    this.sources.named.data = {x: named.map(each => each[0]), y: named.map(() => 0)};
+    this.sources.left.data = {x0: left.map(each => each[0]), x1: left.map(each => each[1])};
+  }
+
   show(from, to) {
     this.range.setv({start: from, end: to});
   }
@@ -120,6 +141,12 @@ class Charts {
   /** Draw a candidate, or not. */
   only(name, shown) {
     for (const each of this.drawn[name] ?? []) each.visible = shown;
+  }
+
+  /** Scale the residuals by those of a candidate, where it is drawn: others may be a hundred times as large. */
+  scale(name) {
+    const own = this.drawn[name]?.[1];
+    this.residual.y_range.renderers = own?.visible ? [own] : "auto";
   }
 
   /** Signals between two instants, as the server thins them. */
@@ -135,7 +162,7 @@ class Charts {
   run(picture, runs) {
     const others = runs.filter(each => each.run !== null && each.run !== picture?.run);
     this.sources.others.data = {x0: others.map(each => each.release_s), x1: others.map(each => each.release_s + each.duration_s)};
-    const hits = picture?.impacts.measured ?? [];
+    const hits = (picture?.impacts.measured ?? []).filter(each => each[0] !== null);  // those hidden have no instant
     this.sources.impacts.data = {x: hits.map(each => each[0]), y: hits.map(() => 0)};
     for (const name of Object.keys(this.styles)) {
       if (name === "measured") continue;

@@ -7,7 +7,14 @@ from pydantic import AfterValidator, ConfigDict, Field
 
 from freerock import bounds
 from freerock.config.mistakes import validate
-from freerock.config.override import Override, read_overrides, written_overrides
+from freerock.config.override import (
+    RECORD,
+    Override,
+    read_exclusions,
+    read_overrides,
+    written_exclusions,
+    written_overrides,
+)
 from freerock.config.record import Record
 from freerock.config.values import Number, Section, Text, Whole
 from freerock.errors import FreerockError
@@ -15,6 +22,9 @@ from freerock.errors import FreerockError
 COLUMNS = ("exclude", "override", "reason", "note")
 Run = Annotated[Whole, Field(ge=1, le=999_999)]
 Seconds = Annotated[Number, Field(ge=-1e9, le=1e9), AfterValidator(lambda time_s: round(time_s, 6))]
+
+
+Stretch = Annotated[list[Seconds], Field(min_length=2, max_length=2)]
 
 
 class Sent(Section):
@@ -29,9 +39,7 @@ class SentOverride(Sent):
     run: Run = Field(description="the number of the run")
     release_s: Seconds = Field(description="its release in seconds")
     end_s: Seconds = Field(description="its end in seconds")
-    hold_s: Annotated[list[Seconds], Field(min_length=2, max_length=2)] | None = Field(
-        description="from when to when it is held before, in seconds, or null"
-    )
+    hold_s: Stretch | None = Field(description="from when to when it is held before, in seconds, or null")
 
 
 class Correction(Sent):
@@ -41,6 +49,9 @@ class Correction(Sent):
     exclude: Annotated[list[Run], Field(max_length=bounds.CORRECTED_RUNS)] | Literal["record"] = Field(
         description='"record" or a list of runs'
     )
+    stretches: Annotated[list[Stretch], Field(max_length=bounds.CORRECTED_RUNS)] = Field(
+        description="stretches left out, from when to when in seconds; of an impact both are its instant"
+    )
     reason: Text = Field(description="why, as a text")
     note: Text = Field(description="a text")
 
@@ -49,7 +60,8 @@ def correction_of(line: Record) -> dict[str, Any]:
     """What is set by hand in a record, as JSON of the form of `Correction`."""
     return {
         "overrides": [each._asdict() for each in read_overrides(line.override)],
-        "exclude": "record" if line.excluded else [run for run, _ in line.exclusions],
+        "exclude": RECORD if line.excluded else [run for run, _ in line.exclusions],
+        "stretches": [[from_s, to_s] for from_s, to_s, _ in line.stretches],
         "reason": line.reason,
         "note": line.note,
     }
@@ -64,17 +76,14 @@ def cells_of(correction: Correction, line: Record) -> dict[str, str]:
         The configuration would refuse a cell.
     """
     overrides = [_override(each) for each in correction.overrides]
-    exclude = correction.exclude
-    runs = [] if exclude == "record" else sorted({*exclude})
-    now = correction_of(line)
+    stretches = [(from_s, to_s) for from_s, to_s in correction.stretches]
+    exclude = RECORD if correction.exclude == "record" else written_exclusions(correction.exclude, stretches)
     cells = {"override": line.override, "exclude": line.exclude}
     cells |= {"reason": correction.reason, "note": correction.note}
     if overrides != list(read_overrides(line.override)):
         cells["override"] = written_overrides(overrides)
-    if (exclude == "record") != line.excluded or (
-        exclude != "record" and runs != sorted(set(now["exclude"]))
-    ):
-        cells["exclude"] = "record" if exclude == "record" else ";".join(map(str, runs))
+    if exclude != (RECORD if line.excluded else written_exclusions(*read_exclusions(line.exclude))):
+        cells["exclude"] = exclude
     corrected(line, cells)
     return {key: value for key, value in cells.items() if value != getattr(line, key)}
 

@@ -148,6 +148,7 @@ async function open(test, run, fit = true) {
   charts ??= new Charts(desk.styles, {
     overTime: at("over-time"), overSpeed: at("over-speed"), asked: samples,
     told: text => { at("cursor").textContent = text; },
+    picked: time => leaveOut(time, time),
     moved: (release, end) => { at("release").value = instant(release); at("end").value = instant(end); correctTimes(); }});
   charts.step = desk.record.step_s;
   const tried = desk.tried.get(test);
@@ -193,6 +194,9 @@ function drawRun() {
   at("exclude-record").checked = own.exclude === "record";
   at("looked").checked = !!desk.list.rows.find(row => row.test === record.test && row.run === desk.chosen.run)?.looked;
   at("looked").disabled = !!desk.list.read_only;
+  for (const id of ["stretches", "bad"]) at(id).disabled = own.exclude === "record";
+  if (document.activeElement !== at("stretches")) at("stretches").value = written(own.stretches);
+  charts.leave(own.exclude === "record" ? [] : own.stretches);
   for (const id of ["reason", "note"]) if (document.activeElement !== at(id)) at(id).value = own[id];
   at("discard").disabled = !desk.pending.has(record.test);
   charts.place(...times);
@@ -227,10 +231,11 @@ function drawShown(picture) {
     const {color, dash, width, label} = desk.styles[name];
     const shown = desk.shown.get(name) ?? !(explained && status.get(name) === "rejected");
     const box = element("input", {type: "checkbox", checked: shown});
-    box.addEventListener("change", () => { desk.shown.set(name, box.checked); charts.only(name, box.checked); });
+    box.addEventListener("change", () => { desk.shown.set(name, box.checked); charts.only(name, box.checked); charts.scale(picture.fits?.selected); });
     charts.only(name, shown);
     return element("label", {className: "box"}, box, " ", swatch(color, dash, width), ` ${label}`);
   }));
+  charts.scale(picture?.fits?.selected);
 }
 
 function swatch(color, dash, width) {
@@ -348,6 +353,31 @@ function correctTimes() {
   });
 }
 
+/** Stretches as the CSV has them, and back; null where the text is not understood. */
+const written = stretches => stretches.map(([from, to]) => from === to ? `@${from}` : `${from}:${to}`).join(";");
+function stretchesIn(text) {
+  const parts = text.split(";").map(each => each.trim()).filter(each => each);
+  const found = parts.map(each => each.match(/^(?:@\s*(-?\d+\.?\d*)|(-?\d+\.?\d*)\s*:\s*(-?\d+\.?\d*))$/));
+  if (found.some(each => !each || Number(each[2]) >= Number(each[3]))) return null;
+  return found.map(([, at, from, to]) => at === undefined ? [Number(from), Number(to)] : [Number(at), Number(at)]);
+}
+
+function correctStretches(stretches) {
+  correct(own => ({...own, stretches: stretches.toSorted((a, b) => a[0] - b[0] || a[1] - b[1])}));
+}
+
+/** A stretch, or an impact: its instant; one that is left out already is used again. */
+function leaveOut(from, to) {
+  const own = correction().stretches, others = own.filter(each => each[0] !== from || each[1] !== to);
+  if (correction().exclude === "record") return;
+  correctStretches(others.length < own.length ? others : [...own, [from, to]]);
+  at("stretches").value = written(correction().stretches);
+  charts.leave(correction().stretches);
+  if (others.length === own.length) sayWhy();
+}
+
+const sayWhy = () => { if (!at("reason").value) at("reason").focus(); };
+
 function refit(after) {
   clearTimeout(desk.timer);
   desk.timer = setTimeout(tryOut, after);
@@ -356,7 +386,7 @@ function refit(after) {
 async function tryOut() {
   const {test} = desk.record, run = desk.chosen.run, began = performance.now(), asked = desk.trying = Symbol();
   const own = structuredClone(correction());
-  const unsaid = (own.exclude.length || own.overrides.length) && !own.reason;
+  const unsaid = (own.exclude.length || own.stretches.length || own.overrides.length) && !own.reason;
   const now = {test, run, near_s: at("release").valueAsNumber || null, correction: {...own, reason: own.reason || "…"}};
   drawList();
   alarm(null);
@@ -392,7 +422,7 @@ function discard() {
 // saving
 
 const CELLS = {override: own => own.overrides.map(each => `${each.run}@${each.release_s}:${each.end_s}${each.hold_s ? ` hold ${each.hold_s.join(":")}` : ""}`).join(";"),
-  exclude: own => own.exclude === "record" ? "record" : own.exclude.join(";"), reason: own => own.reason, note: own => own.note};
+  exclude: own => own.exclude === "record" ? "record" : [...own.exclude, ...own.stretches.length ? [written(own.stretches)] : []].join(";"), reason: own => own.reason, note: own => own.note};
 
 async function askToSave() {
   if (at("save").disabled) return;
@@ -464,7 +494,7 @@ function whole() {
 
 const SHORT = {
   j: () => onward(1), k: () => onward(-1), l: () => look(true, true), r: () => at("release").select(), t: () => at("end").select(),
-  x: () => at("exclude").click(), d: () => at("discard").disabled || discard(), w: whole, s: askToSave,
+  x: () => at("exclude").click(), d: () => at("discard").disabled || discard(), w: whole, b: () => at("bad").click(), s: askToSave,
 };
 
 function listen() {
@@ -492,7 +522,12 @@ function listen() {
     return {...own, exclude: at("exclude").checked ? [...others, run].sort((a, b) => a - b) : others};
   }));
   for (const id of ["exclude", "exclude-record"])
-    at(id).addEventListener("change", () => { if (at(id).checked && !at("reason").value) at("reason").focus(); });
+    at(id).addEventListener("change", () => { if (at(id).checked) sayWhy(); });
+  at("stretches").addEventListener("input", () => {
+    const found = stretchesIn(at("stretches").value);
+    if (found) correctStretches(found); else at("work").textContent = "Left out: give 12.310:12.450 or @14.213, more after a ;";
+  });
+  at("bad").addEventListener("click", () => leaveOut(...[charts.range.start, charts.range.end].map(each => Number(each.toFixed(3)))));
   at("overlay").addEventListener("change", overlay);
   at("exclude-record").addEventListener("change", () => correct(own => ({...own, exclude: at("exclude-record").checked ? "record" : []})));
   at("reason").addEventListener("input", () => correct(own => ({...own, reason: at("reason").value.trim()}), false));

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Flags, Floats, extremes
 from freerock.review.remembered import OnDisk
-from freerock.rotation.flags import FLAGS
+from freerock.rotation.flags import BY_HAND, FLAGS
 from freerock.units import BASE
 
 Json = dict[str, Any]
@@ -132,6 +132,6 @@ def _flagged(time_s: Floats, flags: Flags) -> list[list[Any]]:
     found = []
     for part in parts:
         seen = int(np.bitwise_or.reduce(flags[part]))
-        told = ", ".join(name.replace("_", " ") for name, bit in FLAGS.items() if seen & bit)
+        told = ", ".join(name.replace("_", " ") for name, bit in (FLAGS | BY_HAND).items() if seen & bit)
         found.append([float(time_s[part[0]]), float(time_s[part[-1]]), told])
     return found

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Flags, Floats, Indices
 
 FLAGS = {"error_level": 1, "out_of_range": 2, "saturated": 4, "target_lost": 8, "dropout": 16, "spike": 32}
+BY_HAND = {"left_out": 64}  # by a person, not by the signal
 
 EQUAL = 5  # fewer equal samples in a row say nothing
 BY_CHANCE = 1e-4  # chance of so many equal samples in a row somewhere in the record

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from freerock.arrays import Floats, Mask
 from freerock.runs.verdict import Reason
 
 SHARED = 0.5  # of the time of the shorter of two runs: then they are one
@@ -60,14 +63,25 @@ class ByHand:
         Runs set by hand, as `Override`.
     exclusions : sequence of (number, reason)
         Runs left out: kept in the list and marked.
+    stretches : sequence of (from_s, to_s, reason)
+        Times whose samples are not used [s]; one that ends as it begins names an impact whose restitution is
+        not.
     """
 
     overrides: Sequence[tuple[Any, ...]] = ()
     exclusions: Sequence[tuple[int, str]] = ()
+    stretches: Sequence[tuple[float, float, str]] = ()
 
     def exclusion_of(self, number: int) -> str | None:
         """Why a run is left out, None where it is not."""
         return dict(self.exclusions).get(number)
+
+    def hidden(self, time_s: Floats) -> Mask:
+        """Which samples are not used, shape (n_time,)."""
+        found = np.zeros(len(time_s), bool)
+        for from_s, to_s, _ in self.stretches:
+            found[slice(*np.searchsorted(time_s, (from_s, to_s)))] = True
+        return found
 
     def merged(self, found: Sequence[tuple[float, float]], record_end_s: float) -> list[Planned]:
         """The runs of a record in the order of release.

@@ -12,6 +12,7 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.rotation.faults import FAULT_VERDICTS, Fault
+from freerock.rotation.flags import BY_HAND
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.ending import SMOOTH_S
@@ -147,10 +148,11 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
 def invalid_samples(run: Facts) -> Iterator[Reason]:
     """The samples are valid."""
     watched = run.signal.during(run.release.watched_s, run.end_s)
-    theta = run.signal.theta[watched]
-    share = float(np.mean(np.isnan(theta))) if theta.size else 1.0
+    theta, flags = run.signal.theta[watched], run.signal.flags[watched]
+    left_out = flags.astype(np.uint8) & BY_HAND["left_out"] > 0
+    share = float(np.mean(np.isnan(theta) & ~left_out)) if theta.size else 1.0
     if share > 0:
-        text = f"{share:.2%} of its samples are invalid{names_of(run.signal.flags[watched])}"
+        text = f"{share:.2%} of its samples are invalid{names_of(flags)}"
         level: Level = "fail" if share > run.limits.max_flagged_fraction else "warn"
         yield _beyond(run.limits, "max_flagged_fraction", share, level, "invalid_samples", text)
 

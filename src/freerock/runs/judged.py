@@ -14,6 +14,7 @@ from freerock.rotation.still import stationary_phases
 from freerock.runs.by_hand import NOTHING, ByHand
 from freerock.runs.evenness import doubt_about_evenness
 from freerock.runs.impacts import Impacts, doubt_about, find_impacts
+from freerock.runs.left_out import impacts_used, missed
 from freerock.runs.limits import OF_IMPACTS, OF_RUNS, ImpactLimits, RunLimits
 from freerock.runs.moving import Position
 from freerock.runs.quiet import sensor_noise
@@ -44,27 +45,37 @@ def judged_runs(
     time_s, theta, sigma, flags = signal
     phases = stationary_phases(time_s, theta, window_s=of_runs.window_s)
     noise = sensor_noise(time_s, theta, sigma, step, of_runs.window_s, phases)
-    judged = []
+    found, judged = [], []
     for run in find_runs(
         time_s, theta, sigma, flags, block, quality, by_hand, of_runs, noise, phases, position
     ):
-        during = slice(np.searchsorted(time_s, run.release_s), np.searchsorted(time_s, run.end_s, "right"))
-        found = find_impacts(
-            time_s[during],
-            theta[during],
-            sigma[during],
-            block,
-            theta0=run.theta0,
-            theta0_stderr=run.theta0_stderr,
-            limits=of_impacts,
-            noise=noise,
-            zero_stderr=run.zero_stderr,
-        )
-        uneven = doubt_about_evenness(found, block, _of_peaks(time_s, theta, run, quality.converter_step))
+
+        def part(from_s: float, to_s: float, released: bool, run: Run = run) -> Impacts:
+            during = slice(np.searchsorted(time_s, from_s), np.searchsorted(time_s, to_s, "right"))
+            return find_impacts(
+                time_s[during],
+                theta[during],
+                sigma[during],
+                block,
+                theta0=run.theta0 if released else None,
+                theta0_stderr=run.theta0_stderr,
+                limits=of_impacts,
+                noise=noise,
+                zero_stderr=run.zero_stderr,
+            )
+
+        used = impacts_used(part, run, block, by_hand)
+        peaks = _of_peaks(time_s, theta, run, quality.converter_step)
+        uneven = doubt_about_evenness(used.impacts, block, peaks)
         verdict = _as_of_a_tilt(run.verdict) if any(each.name == TILTS for each in uneven) else run.verdict
-        doubts = doubt_about(found, of_impacts) + uneven
-        judged.append((replace(run, verdict=verdict.adding(doubts)), found))
-    return judged
+        doubts = doubt_about(used.impacts, of_impacts) + uneven + used.notes
+        found.append(used)
+        judged.append(replace(run, verdict=verdict.adding(doubts)))
+    vain = missed(by_hand, found)
+    return [
+        (replace(run, verdict=run.verdict.adding(vain)), used.impacts)
+        for run, used in zip(judged, found, strict=True)
+    ]
 
 
 def _of_peaks(time_s: Floats, theta: Floats, run: Run, converter_step: float) -> float:

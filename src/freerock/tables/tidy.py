@@ -12,7 +12,7 @@ from freerock.arrays import Floats
 from freerock.models.laws import LAWS, MODELS, unit_of
 from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
-from freerock.products.groups import fits_of, reasons_in, runs_of, total_uncertainty
+from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import Reason, in_one_line
 from freerock.tables.candidates import candidates_table
@@ -102,7 +102,7 @@ def runs_table(records: Trees, fits: Trees = ()) -> pd.DataFrame:
                     "release_s": release,
                     "duration_s": run["end"].item() - release,
                     "n_impacts": run["n_impacts"].item(),
-                    "n_restitution": run.sizes.get("impact", 0),
+                    "n_restitution": n_restitutions(run),
                     "sigma_theta_deg": math.degrees(run["sigma_theta"].item()),
                     "verdict": verdict.level,
                     "reasons": in_one_line(verdict.reasons),
