@@ -218,6 +218,48 @@ def test_what_is_seen_is_what_snakemake_writes(opened):
         assert checked >= 5
 
 
+def test_a_stretch_and_an_impact_are_left_out(opened):
+    """By the stretch shown, by a click on an impact, by hand; the reason comes next; saved in one cell."""
+    desk, checkout = opened
+    page = desk.page
+    desk.open("tall_mat", "1")
+    desk.until("charts.sources.impacts.data.x.length > 4")
+    impacts = page.evaluate("charts.sources.impacts.data.x")
+    page.evaluate(f"charts.show({impacts[2] - 0.02}, {impacts[2] + 0.03})")
+    page.keyboard.press("b")
+    stretch = f"{impacts[2] - 0.02:.3f}:{impacts[2] + 0.03:.3f}"
+    assert page.evaluate("document.activeElement.id") == "reason"
+    assert [float(each) for each in page.input_value("#stretches").split(":")] == [
+        float(each) for each in stretch.split(":")
+    ]
+    page.get_by_label("Reason").fill("the cable was hit")
+    desk.fitted()
+    page.evaluate(f"charts.show({impacts[0] - 0.5}, {impacts[0] + 0.5})")
+    page.wait_for_timeout(400)
+    left, right, middle, start, end = page.evaluate(DRAGGED)
+    page.locator(".theta").scroll_into_view_if_needed()
+    box = page.locator(".theta").bounding_box()
+    page.mouse.click(
+        box["x"] + left + (impacts[0] - start) / (end - start) * (right - left), box["y"] + middle
+    )
+    desk.until("charts.sources.named.data.x.length === 1", 10)
+    desk.until("at('work').textContent.startsWith('Fitting')", 10)
+    desk.fitted()
+    told = page.locator("#reasons li").all_inner_texts()
+    assert [each.endswith("left out: the cable was hit") for each in told] == [True, True], told
+    page.get_by_label("Left out").fill("from here")
+    assert "12.310:12.450" in page.inner_text("#work")
+    page.get_by_label("Left out").fill(f"{stretch};@{impacts[0]:.4f}")
+    page.get_by_role("button", name="Save…").click()
+    page.locator("#sure-save").click()
+    desk.until("!at('sure').open")
+    line = (checkout / "config/campaigns/small.csv").read_bytes().split(b"\r\n")[1].decode()
+    assert (
+        set(line.split(",")[6].split(";")) == {stretch, f"@{impacts[0]:.3f}"} or f"@{impacts[0]:.4f}" in line
+    )
+    assert "the cable was hit" in line
+
+
 def test_a_look_is_noted_and_what_is_saved_is_undone(opened):
     desk, checkout = opened
     page, path = desk.page, checkout / "config/campaigns/small.csv"
