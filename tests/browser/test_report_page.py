@@ -139,6 +139,17 @@ def test_tables_sort(page):
     assert head.locator("..").get_attribute("aria-sort") == "descending"
 
 
+WORDS = "element => element.innerText.trim().split(/\\s+/).length"
+
+
+def test_the_page_is_read_in_one_sitting(page):
+    """At most 3 000 words before the appendix and 8 000 in all, with the details of all runs opened."""
+    page.evaluate("document.querySelectorAll('details').forEach(each => { each.open = true; })")
+    words = page.locator("body").evaluate(WORDS)
+    assert words - page.locator("#appendix").evaluate(WORDS) < 3000 and words < 8000
+    assert page.locator("main > section:not(#appendix) figure.table").count() <= 6
+
+
 def test_the_page_fits_a_telephone(page):
     page.set_viewport_size({"width": 390, "height": 844})
     opened(page)

@@ -1,5 +1,6 @@
 """The evidence of each block on its foundation: sentences, and a table of all candidates that were fitted."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,6 +18,7 @@ HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs 
 HEADS += ["Noise at rest", "Why, why not"]
 EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
+CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
 QUICK_FIT = "A quick fit rules out: {}."
 LEAST_P = 1e-9  # below it a chance is not told
@@ -154,7 +156,7 @@ def _against_rest(own: pd.DataFrame) -> str:
 
 
 def _reason(own: pd.DataFrame) -> str:
-    """The reason of a candidate's most frequent status; where reasons differ, that of the first such run."""
-    first = own[own["status"] == own["status"].mode().iloc[0]].iloc[0]
-    several = own["reason"].nunique() > 1
-    return f"{first['reason']} (run {first['run']} of {first['test']})" if several else str(first["reason"])
+    """The most frequent reason of a candidate's most frequent status; its numbers stand in other columns."""
+    reasons = own["reason"][own["status"] == own["status"].mode().iloc[0]].astype(str)
+    told = [[part for part in CLAUSES.split(each) if not DIGIT.search(part)] for each in reasons]
+    return Counter("; ".join(each) for each in told).most_common(1)[0][0] or str(reasons.iloc[0])

@@ -48,7 +48,8 @@ IMPACTS = ("impact_time", "restitution", "restitution_stderr")
 RELEASE = ("release", "theta0", "theta0_stderr", "theta0_u", "sigma_theta")
 OF_RECORD = ("time", "theta", *RELEASE, "fit_start", "end", "n_impacts", *IMPACTS)  # shown of a record
 OF_MODEL = ("parameter", "value", "stderr", "u_total", "unit", "epsilon_theta", "success")
-OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *IMPACTS)  # shown of its fits
+OF_CHOICE = ("candidate", "status")
+OF_FITS = ("time", "theta", "theta_model", "residual", *OF_MODEL, *OF_CHOICE, *IMPACTS)  # shown of its fits
 
 
 def write_report(
@@ -143,7 +144,9 @@ def _content(
         "named": made.of_records(named(printed["table2"]), labels),
         "table2": made.of_records(printed["table2"], labels),
         "compared": made.compared(rows["table3"], labels),
-        "table3": made.of_records(printed["table3"], labels),
+        "table3": made.of_records(
+            printed["table3"]._replace(notes=_new(printed["table3"].notes, printed["table2"].notes)), labels
+        ),
         "choice": made.choices(rows["choice"], labels),
         "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
@@ -188,6 +191,12 @@ def _content(
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": on_screen()},
     }
+
+
+def _new(notes: Sequence[str], above: Sequence[str]) -> list[str]:
+    """Notes of a table, without those of a table above it."""
+    more = [note for note in notes if note not in above]
+    return [*more, *["Marks: as above."] * (len(more) < len(notes))]
 
 
 def _own(notes: Sequence[str], name: str) -> list[str]:

@@ -11,7 +11,8 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.laws import MODEL_LABELS, SYMBOLS, law_of
-from freerock.products.groups import fits_of, impacts_of, reasons_in, runs_of
+from freerock.products.choices import GROUP
+from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.text import fixed, quantity, unit_text
@@ -171,17 +172,23 @@ def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) ->
         "reasons": reasons,
         "theta0": quantity(theta0, u_theta0),
         "sigma": quantity(sigma, digits=2),
-        "impacts": impacts_of(run),
+        "impacts": f"{run.dataset['n_impacts'].item()} impacts, {n_restitutions(run)} with r",
         "instants": [fixed(instant, 3) for instant in known.values()],
-        "samples": [int(time.searchsorted(instant)) for instant in known.values()],
+        "samples": [int(time.searchsorted(known[name])) for name in ("fit_start", "end")],
     }
 
 
 def _fits(fits: xr.DataTree) -> dict[int, list[dict[str, Any]]]:
     """The fits of each run."""
-    groups: dict[int, list[dict[str, Any]]] = {}
+    groups, rejected = dict[int, list[dict[str, Any]]](), dict[int, set[str]]()
+    for run, group in runs_of(fits).items():
+        rejected[run] = set()
+        if GROUP in group.children:
+            choice = group.children[GROUP].dataset
+            statuses = zip(choice["candidate"].values.tolist(), choice["status"].values.tolist(), strict=True)
+            rejected[run] = {model for model, status in statuses if status == "rejected"}
     for run, model, fit in fits_of(fits):
-        groups.setdefault(run, []).append(_fit(model, fit))
+        groups.setdefault(run, []).append(_fit(model, fit) | {"rejected": model in rejected[run]})
     return groups
 
 
@@ -201,9 +208,7 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
         "success": bool(fit["success"].item()),
         "rtol": float(known["rtol"]) if law_of(model).is_foundation else math.nan,
         "integrator_error": float(known["integrator_error"]),
-        "averaged": f"{known['averaged']:.0f}",
         "residual": quantity(known["residual_over_sigma"]),
-        "colour": "coloured" if known["coloured"] else "white" if known["white"] else "not quite white",
         "message": known["message"],
     }
 

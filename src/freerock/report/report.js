@@ -180,7 +180,7 @@ function window_({range}) {
   range.change.connect(show);
   const reset = element("button", {type: "button"}, "whole run");
   reset.addEventListener("click", () => range.setv({start: 0, end: whole}));
-  return element("fieldset", {}, element("legend", {}, "Time window / s"), from, " to ", to, " ", reset);
+  return element("fieldset", {}, element("legend", {}, "t / s"), from, " to ", to, " ", reset);
 }
 
 function draw(section) {

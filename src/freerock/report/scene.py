@@ -174,9 +174,7 @@ def _needless(scene: Scene) -> str:
     """What the paper's foundations are beside a rigid one that explains the runs."""
     if not any(model in scene.summary for model in PAPER_MODELS if law_of(model).is_foundation):
         return ""
-    return (
-        " Table 2 lists k and λ of the paper's models all the same; these runs give no reason to quote them."
-    )
+    return " These runs give no reason to quote k and λ of the other laws."
 
 
 def _neither(scene: Scene) -> list[str]:
@@ -211,8 +209,8 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
     if pivoting:
         return [
             "The block turns about the corner that stays down (pivoting): quote "
-            f"{_told(scene, pivoting[0])}. Table 2 has k and λ of the paper's models, in which the "
-            "base's centre moves up and down only; they are not those of this foundation."
+            f"{MODEL_LABELS[pivoting[0]]}. k and λ of laws in which the base's centre moves up and down only "
+            "are not those of this foundation."
         ]
     if not guided:
         return []
