@@ -120,7 +120,7 @@ def make(folder, datasets, *, shapes=BLOCKS, figures=None, by_hand=(), **changes
         tables={name: read_csv(folder / f"{name}.csv") for name in frames},
         blocks=shapes,
         opened=lambda test, samples: pairs[test],
-        figures=[("Figure 2", image)] if figures is None else figures,
+        figures=[("Rotation", image)] if figures is None else figures,
         pages={records[0].attrs["test"]: folder / "figures/qc.png"},
         changes=by_hand,
         texts=folder / "methods",

@@ -2,9 +2,11 @@ import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from fabricated import campaign, failed_record, fits, record
 from fabricated import fit as fabricated_fit
+from matplotlib.image import imsave
 from reported import BLOCKS, make, settings
 
 from freerock.config.history import LOOKED_AT, Change
@@ -162,7 +164,7 @@ def test_indices_stand_below_the_line_and_in_no_name(tmp_path, monkeypatch):
         return replace(fabricated_fit(tree, model, *more), epsilon_holdout=2.0 if model == "housner" else 0.1)
 
     monkeypatch.setattr("fabricated.fit", fit)
-    tree, told = named(record(), "mat_foam"), "Figure 2\nε_θ up to t_f. Drawn: run 1 of mat_foam."
+    tree, told = named(record(), "mat_foam"), "Rotation\nε_θ up to t_f. Drawn: run 1 of mat_foam."
     fitted = named(fits(tree), "mat_foam")
     page = make(tmp_path, ([tree], [fitted]), figures=[(told, tmp_path / "image.png")])
     assert "ε<sub>θ</sub> up to t<sub>f</sub>. Drawn: run 1 of mat_foam." in page.html
@@ -173,7 +175,7 @@ def test_indices_stand_below_the_line_and_in_no_name(tmp_path, monkeypatch):
 
 def test_images_have_size_and_description(page):
     (image,) = [attrs for tag, attrs in page.tags if tag == "img"]
-    assert (image["width"], image["height"], image["alt"]) == ("30", "24", "Figure 2")
+    assert (image["width"], image["height"], image["alt"]) == ("30", "24", "Figure 1. Rotation")
 
 
 def test_figures_beyond_the_limit_are_linked(tmp_path, monkeypatch):
@@ -245,6 +247,15 @@ def test_report_tells_that_a_first_impact_is_early(tmp_path):
     page = make(tmp_path, campaign(), shapes=stiff)
     assert re.search(r"from [\d.]+ % earlier to [\d.]+ % earlier", page.text)
     assert "Where it comes earlier" in page.text
+
+
+def test_figures_are_numbered_in_the_order_of_the_page(tmp_path):
+    given = [(name, tmp_path / f"{name}.png") for name in ("decay", "restitution", "backbone", "models")]
+    for _, file in given:
+        imsave(file, np.zeros((24, 30, 3)))
+    page = make(tmp_path, campaign(), figures=given)
+    told = ["Figure 1. models", "Figure 2. restitution", "Figure 3. decay", "Figure 4. backbone"]
+    assert re.findall(r"<figcaption>(Figure \d\. \w+)", page.html) == told
 
 
 def test_fits_of_every_run_are_listed(page):

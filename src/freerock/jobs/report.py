@@ -65,10 +65,7 @@ def make_report(
         tables={name: read_csv(path) for name, path in tables.items()},
         blocks={name: Block(**block) for name, block in settings["blocks"].items()},
         opened=opened,
-        figures=[
-            ("\n".join([f"Figure {n}. {captions[Path(png).stem][0]}", captions[Path(png).stem][1]]), png)
-            for n, (_, png) in enumerate(figures, 1)
-        ],
+        figures=[("\n".join(captions[Path(png).stem]), png) for _, png in figures],
         pages=pages,
         changes=read_changes(changes) if changes else (),
         texts=Path(output["methods"]).with_suffix(""),

@@ -37,6 +37,7 @@ MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all s
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = {name: "results" for name in ("set_up", "models", "residuals")} | {"restitution": "restitution"}
+FURTHER = "further"  # chapter of the other figures
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
@@ -82,7 +83,7 @@ def write_report(
         Opens the record and the fit dataset of a test, opened(test, samples); the latter without its samples
         where that is False. One pair is looked at after the other, of them `OF_RECORD` and `OF_FITS`.
     figures : sequence of (str, path)
-        Caption, its first line a title, and PNG file of each figure to show.
+        Caption, its first line a title, and PNG file of each figure to show, numbered as the page shows them.
     pages : mapping of str to path, optional
         File of the quality pages by record, linked relative to `path`.
     changes : sequence of freerock.config.history.Change, optional
@@ -107,7 +108,7 @@ def write_report(
         content,
         methods=paragraphs,
         key=key_figure(tables, opened, published_scenes(provenance["config"])),
-        figures=[_figure(caption, Path(file), folder, i) for i, (caption, file) in enumerate(figures)],
+        figures=_figures(figures, folder),
         sections=[each for each in sections if each["test"] in shown.tests],
         n_charted=len(wanted),
         facts=known,
@@ -217,18 +218,33 @@ def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [(block, foundation) for block, found in values.items() for foundation in found]
 
 
-def _figure(caption: str, file: Path, folder: Path, rank: int) -> dict[str, Any]:
-    """A figure in the chapter that it belongs to, by the name of its file."""
+def _figures(figures: Sequence[tuple[str, str | Path]], folder: Path) -> list[dict[str, Any]]:
+    """The figures, in the order of their chapters."""
+    shown = sorted(((_chapter(Path(file)), caption, Path(file)) for caption, file in figures), key=_rank)
+    return [_figure(*each, folder, n) for n, each in enumerate(shown, 1)]
+
+
+def _rank(figure: tuple[str, str, Path]) -> int:
+    return [*dict.fromkeys(CHAPTERS.values()), FURTHER].index(figure[0])
+
+
+def _chapter(file: Path) -> str:
+    """The chapter that a figure belongs to, by the name of its file."""
+    kinds = (kind for kind in CHAPTERS if file.stem == kind or file.stem.startswith(f"{kind}_"))
+    return CHAPTERS.get(next(kinds, ""), FURTHER)
+
+
+def _figure(chapter: str, caption: str, file: Path, folder: Path, n: int) -> dict[str, Any]:
+    """A figure with its number, from 1."""
     title, _, text = caption.replace(SIMULATED_NOTE, "").partition("\n")  # the page's head says it of all
     image = {
-        "caption": title,
+        "caption": f"Figure {n}. {title}",
+        "chapter": chapter,
         "text": text,
         "file": os.path.relpath(file.with_suffix(".pdf"), folder),
         "data": "",
     }
-    kinds = (kind for kind in CHAPTERS if file.stem == kind or file.stem.startswith(f"{kind}_"))
-    image["chapter"] = CHAPTERS.get(next(kinds, ""), "further")
-    if rank >= MOST_FIGURES:
+    if n > MOST_FIGURES:
         return image
     with Image.open(file) as opened, io.BytesIO() as small:
         opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
