@@ -2,9 +2,11 @@
 pulls.
 """
 
+import inspect
 import math
 import re
 from dataclasses import asdict
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -31,6 +33,10 @@ from freerock.figures import (
 )
 from freerock.jobs.figure import make_figures
 from freerock.jobs.pages import HIGHEST_MM
+from freerock.jobs.pages import pages as in_pages
+from freerock.populations.estimate import Estimate, MisfitMap
+from freerock.populations.predict import PREDICTIONS
+from freerock.products.misfit_maps import record_map
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import figures_tex
 from freerock.tables.tidy import tidy_tables
@@ -275,6 +281,77 @@ def test_no_page_is_higher_than_a_journals_and_every_block_is_on_one(tables, tmp
     heights_mm = [25.4 / 72 * float(height) for _, height in boxes]
     assert len(heights_mm) > 1 and max(heights_mm) <= HIGHEST_MM
     assert set(pd.read_csv(stem.with_suffix(".csv"))["block"]) == {*names}
+
+
+@pytest.fixture(scope="module")
+def of_many_blocks(tables):
+    """What figures take, by name, of a campaign of twelve blocks, each with the records of b1."""
+    names = [f"b{i}" for i in range(1, 13)]
+
+    def frame(own, block):
+        if "test" in own:
+            own = own.assign(test=own["test"].where(own["test"].isna(), own["test"] + f"_{block}"))
+        return own.assign(block=block)
+
+    def tree(own, block):
+        copy = own.copy()
+        copy.attrs |= {"block": block, "test": f"{own.attrs['test']}_{block}"}
+        return copy
+
+    known = {
+        kind: pd.concat([frame(of_block(own), each) for each in names], ignore_index=True)
+        if "block" in own
+        else own
+        for kind, own in tables.items()
+    }
+    trees = [[each for each in kind if each.attrs["block"] == "b1"] for kind in campaign()]
+    records, fitted = ([tree(own, each) for each in names for own in kind] for kind in trees)
+    set_up = {"foundations": ["marble", "mat"], "lasers": []}
+    bases = [known["epsilon"].assign(n_runs=2, basis=basis) for basis in ("other runs", "b2")]
+    misfit = MisfitMap(
+        ("k", "lambda"), *np.tile(np.arange(1.0, 4.0), (2, 1)), np.eye(3), *np.ones((2, 5)), np.eye(5)
+    )
+    maps = [
+        record_map(
+            misfit,
+            [
+                Estimate(
+                    "made_up",
+                    each.attrs["test"],
+                    1,
+                    each.attrs["block"],
+                    each.attrs["foundation"],
+                    "hunt_crossley",
+                    {"k": 2.0, "lambda": 2.0},
+                    np.eye(2),
+                )
+            ],
+        )
+        for each in fitted
+    ]
+    return known | {
+        "predictions": pd.concat(bases, ignore_index=True)[PREDICTIONS],
+        "maps": maps,
+        "records": records,
+        "fits": fitted,
+        "blocks": dict.fromkeys(names, BLOCKS["b1"]),
+        "set_ups": dict.fromkeys(names, set_up),
+        "debonding": "geometric",
+        "origin": "simulated",
+        "labels": LABELS,
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("target", ["double_column", "single_column"])
+@pytest.mark.parametrize("name", FIGURES)
+def test_no_figure_is_higher_than_a_journals_page(of_many_blocks, name, target):
+    module = import_module(f"freerock.figures.{name}")
+    taken = {key: of_many_blocks[key] for key in inspect.signature(module.draw).parameters if key != "target"}
+    drawn = in_pages(partial(module.draw, target=target), taken)
+    assert max(25.4 * figure.get_figheight() for figure, _ in drawn) <= HIGHEST_MM
+    width_mm = {"double_column": 178, "single_column": 89}[target]
+    assert max(25.4 * figure.get_figwidth() for figure, _ in drawn) <= width_mm
 
 
 @pytest.mark.slow
