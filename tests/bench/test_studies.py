@@ -171,7 +171,10 @@ def test_coverage_counts_shares_and_medians_by_case_and_number(tmp_path):
     ]
     drawn, data = figures.coverage.draw(frame)
     _saved(drawn, data, tmp_path, "coverage")
-    assert [len(ax.lines) for ax in drawn.axes] == [3, 3]
+    assert [[text.get_text() for text in ax.texts] for ax in drawn.axes] == [["50", "0"], ["100", "0"]]
+    assert [len(ax.patches) for ax in drawn.axes] == [0, 0]  # two runs show no miss
+    many = pd.DataFrame([made_up("a", "k", -2.0 - 0.3 * (i < 8), 0.1) for i in range(40)])
+    assert [len(ax.patches) for ax in figures.coverage.draw(many)[0].axes] == [1, 1]
 
 
 def test_large_differences_between_blocks_are_seen_and_none_seldom():

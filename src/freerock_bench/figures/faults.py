@@ -27,7 +27,7 @@ def draw(frame: pd.DataFrame, labels: Labels = None) -> tuple[Figure, pd.DataFra
 
     figure = Figure(figsize=(5.6, 0.6 + 0.26 * len(names)), layout="constrained")
     ax = figure.subplots()
-    ax.imshow(np.where(rate >= AIM, 1.0, 0.0), cmap="RdYlGn", vmin=-1.0, vmax=2.0, aspect="auto")
+    ax.imshow(np.where(rate >= AIM, 0.0, 1.0), cmap="Oranges", vmin=0.0, vmax=2.5, aspect="auto")
     ax.grid(False)
     for row, name in enumerate(names):
         for column, severity in enumerate(SEVERITIES):
