@@ -14,7 +14,7 @@ from freerock.models.published import TABLE_3
 
 FIGURE = {
     "caption": "Time of a run over its error, and of an identification over the error that it makes, for "
-    "the tools of a laboratory. Green: below the noise of a laser, or below one standard error. "
+    "the tools of a laboratory. Shaded: below the noise of a laser, or below one standard error. "
     "Arrows: errors below a hundredth of the noise.",
 }
 
@@ -24,7 +24,7 @@ MOST_STDERRS = 3e3  # to which the third chart reaches at least
 ROOM_FOR_NOTES = 4.0  # times the longest time
 SIDES = {0.3: "left", 0.7: "center", math.inf: "right"}  # of a note, by how far across the panel it stands
 OVER = withStroke(linewidth=1.5, foreground="white")  # of a text that crosses lines
-GOOD = "#e8f3ea"
+GOOD = "#e6eff7"
 LINE: Style = {"linewidth": 0.9, "markersize": 4}
 STYLES: dict[str, Style] = {
     "freerock": {"color": "black", "marker": "o", "linewidth": 1.6},
