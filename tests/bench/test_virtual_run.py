@@ -1,4 +1,4 @@
-"""Virtual runs of the Monte-Carlo studies: noise, imperfect blocks, truths."""
+"""Virtual runs of the Monte-Carlo studies: noise, truths."""
 
 import numpy as np
 import pytest

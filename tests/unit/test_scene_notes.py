@@ -75,7 +75,7 @@ def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation,
     assert note.text.startswith(
         f"base off level by {abs(fit.values['tilt']) * 180 / math.pi:.3f} ± 0.001 deg"
     )
-    assert note.text.endswith(f"lower on the {side}, and fitted so: level it")
+    assert f"lower on the {side}, and fitted so: level it; a centre of mass off" in note.text
 
 
 def test_without_the_tilt_the_law_would_be_far_off():

@@ -10,16 +10,15 @@ STUDIES = [
     "paper",
     "success",
     "coverage",
-    "discrepancy",
     "confusion",
     "drawn",
     "faults",
+    "kinds",
     "shared",
-    "mishaps",
 ]
 
 # The figure of each study; those on the harness have one.
-DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "discrepancy"], "coverage")
+DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "kinds"], "coverage")
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release", "others"]

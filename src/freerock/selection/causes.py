@@ -1,37 +1,64 @@
 """The causes of a misfit, ranked by what each would take of it.
 
-Of the residual r that a fit leaves and the derivative a by an input, both whitened and without what the free
-numbers take up, the input alone would take (a·r)²/(a·a) of r·r, moved by -(a·r)/(a·a): the score of an input
-that is not yet free.
+Of the residual r that a fit leaves and the derivative a by an input or by an effect that no law has, both
+whitened and without what the free numbers take up, the cause alone would take (a·r)²/(a·a) of r·r, moved by
+-(a·r)/(a·a): the score of a number that is not yet free. Causes whose derivatives are alike are named
+together.
 """
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from freerock.identification.likelihood import Whitened
 from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
-from freerock.rotation.laboratory import Input
+from freerock.rotation.laboratory import Input, Laboratory
+from freerock.selection.unmodelled import EITHER, Effect, effects, line_in
 
-TOLD = 3  # causes
+TOLD = 3  # causes; a line in the residual is always one of them
+LINE = "oscillation"
 LEAST = 0.05  # of the misfit
+TWINS = 3  # that are named together, at most
+ALIKE = 0.95  # cosine of derivatives that no run tells apart
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
 class Cause(NamedTuple):
-    """An input, the share of the misfit that it would take, and by how much it would have to be off."""
+    """A cause by its name, in words with what it would have to be, the share of the misfit that it takes,
+    the misfit left with a charge for each free number, and its amount [SI]."""
 
-    source: Input
+    name: str
+    what: str
     share: float
-    off: float
+    left: float
+    off: float = 0.0
 
     @property
     def text(self) -> str:
         """In words."""
-        unit = f" {self.source.unit}" if self.source.unit != "1" else ""
-        twin = " or a tilt of the base" if self.source.name == "com_offset_m" else ""
-        name = f"{self.source.name} of {self.source.owner}{twin}"
-        return f"{name} ({100 * self.share:.0f} %, {self.off:+.2g}{unit})"
+        return f"{self.name}, {self.what} ({100 * self.share:.0f} %)"
+
+
+class _Tried(NamedTuple):
+    """A cause that is tried: its share of the misfit, the misfit beside it, amount, whitened derivative."""
+
+    effect: Effect
+    share: float
+    left: float
+    amount: float
+    direction: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """Of the cause."""
+        return self.effect.name
+
+    @property
+    def text(self) -> str:
+        """What it would have to be."""
+        return self.effect.text(self.amount)
 
 
 def ranked(best: Posterior) -> list[Cause]:
@@ -49,19 +76,71 @@ def ranked(best: Posterior) -> list[Cause]:
     sources = tuple(_tried(laboratory.inputs))
     z = np.array([moved.get(each, 0.0) for each in sources])
     end = at(Nuisances(problem, sources), best.x, z, best.samples)
-    n = int(end.free.sum())
-    rows = end.beside((np.empty(0), np.empty((0, n + len(sources))))).rows
+    own = [_effect_of(each, laboratory) for each in sources]
+    every = sorted(_scored(end, [*own, *effects(end)]), key=lambda each: -each.share)
+    causes = _named([each for each in every if each.share > LEAST])
+    if any(each.name == LINE for each in causes):
+        return causes
+    return [*causes[: TOLD - 1], *_named([each for each in every if each.name == LINE])]
+
+
+def _scored(end: Posterior, known: list[Effect]) -> Iterator[_Tried]:
+    """Each cause with its score; effects stand behind the inputs."""
+    n, noises = int(end.free.sum()), [each.noise for each in end.problem.motions]
+    columns = np.column_stack([end.columns, *(each.column for each in known[len(end.z) :])])
+    rows = Whitened(end.residual, columns, end.samples.lengths, noises).rows
     others = without_own(rows[:, 1 : 1 + n], np.delete(rows, np.s_[1 : 1 + n], axis=1))
-    left, by_inputs = others[:, 0], others[:, 1:]
-    size = np.maximum(np.sum(by_inputs**2, axis=0), np.finfo(float).tiny)
-    score = by_inputs.T @ left
-    shares = score**2 / size / max(float(left @ left), np.finfo(float).tiny)
-    causes = [
-        Cause(each, float(share), float(-score[j] / size[j] * each.u))
-        for j, (each, share) in enumerate(zip(sources, shares, strict=True))
-        if share > LEAST
-    ]
-    return sorted(causes, key=lambda cause: -cause.share)[:TOLD]
+    left, columns = others[:, 0], others[:, 1:]
+    size = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
+    score, whole = columns.T @ left / size, max(float(left @ left), np.finfo(float).tiny)
+    charge = (n + 1) * math.log(len(left))
+    for j, each in enumerate(known):
+        amount, share = float(-score[j] / size[j]), float(score[j] ** 2) / whole
+        if each.bounds[0] <= amount <= each.bounds[1]:
+            rest = whole * (1 - share) + charge
+            yield _Tried(each, share, rest, amount, columns[:, j] / size[j])
+    frequency, share = line_in(end)
+    if not frequency:
+        return
+    what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias k"
+    rest = whole * (1 - share) + charge
+    line = Effect(LINE, np.empty(0), lambda _: what)
+    yield _Tried(line, share, rest, frequency, np.zeros(len(left)))
+
+
+def _named(tried: list[_Tried]) -> list[Cause]:
+    """The first ones, each name once, with those of other names that no run tells from it."""
+    causes, told = list[Cause](), set[str]()
+    for each in tried:
+        if each.name in told or len(causes) == TOLD:
+            continue
+        told.add(each.name)
+        twins = dict[str, str]()
+        for other in tried:
+            if other.name not in told and abs(other.direction @ each.direction) > ALIKE:
+                twins.setdefault(other.name, f"{other.name}, {other.text}")
+        told |= {*twins}
+        what = " or ".join([each.text, *[*twins.values()][: TWINS - 1]])
+        causes.append(Cause(each.name, what, each.share, each.left, each.amount * each.effect.unit))
+    return causes
+
+
+def _effect_of(source: Input, laboratory: Laboratory) -> Effect:
+    """An input that is off by standard uncertainties."""
+    unit = f" {source.unit}" if source.unit != "1" else ""
+    twin = ", or a tilt of the base" if source.name == "com_offset_m" else ""
+    if source.name == "response_ms":  # what it does grows with its square
+
+        def slower(by: float) -> str:
+            (laser,) = laboratory.moved(source, by).lasers.values()
+            return f"{laser.response_ms:.1f} ms of {source.owner}"
+
+        return Effect(source.name, np.empty(0), slower, unit=source.u)
+
+    def text(by: float) -> str:
+        return f"{by * source.u:+.2g}{unit} of {source.owner}{twin}"
+
+    return Effect(source.name, np.empty(0), text, EITHER, source.u)
 
 
 def _tried(inputs: tuple[Input, ...]) -> Iterator[Input]:

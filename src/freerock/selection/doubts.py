@@ -77,14 +77,7 @@ def doubts_about(
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
     if disturbance is None:
-        nearest = min(found.fits, key=lambda each: np.nan_to_num(found.fits[each].epsilon_theta, nan=np.inf))
-        scored = motion.laboratory is not None and found.fits[nearest].success
-        causes = ranked(found.at_best(nearest, block, motion, hypotheses)) if scored else []
-        told = "; ".join(cause.text for cause in causes)
-        text = UNEXPLAINED + (
-            f"; of the misfit of {MODEL_LABELS[nearest]} would take: {told}" if told else ""
-        )
-        return [Reason("warn", "unexplained", text)]
+        return [Reason("warn", "unexplained", UNEXPLAINED + _causes_of(block, motion, found, hypotheses))]
     start_s, end_s = disturbance
     name, what = (
         "disturbed",
@@ -98,6 +91,21 @@ def doubts_about(
         )
         what += "was let go slowly, pushed, hit, braked, or caught and let go again"
     return [Reason("warn", name, f"{what}: leave the run out"), Reason("warn", "unexplained", UNEXPLAINED)]
+
+
+def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypotheses) -> str:
+    """The causes of a misfit, of the candidate of which the first cause leaves least; none where no
+    laboratory is known."""
+    if motion.laboratory is None:
+        return ""
+    fits = [model for model, fit in found.fits.items() if fit.success] or [*found.fits]
+    causes = {model: ranked(found.at_best(model, block, motion, hypotheses)) for model in fits}
+    named = [model for model in fits if causes[model]]
+    if not named:
+        return ""
+    best = min(named, key=lambda model: causes[model][0].left)
+    told = "; ".join(cause.text for cause in causes[best])
+    return f"; of the misfit of {MODEL_LABELS[best]} would take: {told}"
 
 
 def hints_for(

@@ -46,6 +46,7 @@ class Telling:
 
 
 TELLING = Telling()
+SET_IT = "find out, and set the laser's response_ms"
 
 
 def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
@@ -113,7 +114,8 @@ def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
     if off_zero > SLOWER:
         stated_ms = motion.view.laser.response_ms if motion.view else 0.0
         text = f"blurred as by a sensor that averages over {1e3 * more_s:.1f} ms, beside the {stated_ms:g} ms"
-        text += " stated: find out, and set the laser's response_ms"
+        width = "width" in best.problem.names
+        text += " stated: " + ("measure the contact width first, which is fitted too" if width else SET_IT)
         yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER, "1")
 
 
@@ -125,7 +127,8 @@ def _of_base(fit: Fit, block: Block) -> Reason:
     side = "right" if tilt > 0 else "left"
     error = max(error, TELLING.least_deg)
     text = f"base off level by {abs(tilt):.3f} ± {error:.3f} degrees, lower on the {side}"
-    text += ", and fitted so" + ": level it" * matters
+    twins = ": level it; a centre of mass off the middle and two unlike corners do nearly the same"
+    text += ", and fitted so" + twins * matters
     return Reason("warn" if matters else "ok", "off_level", text, abs(tilt), level, "degree")
 
 

@@ -11,7 +11,6 @@ __all__ = [
     "drawn",
     "engines",
     "faults",
-    "mishaps",
     "numerics",
     "paper",
     "shared",

@@ -1,0 +1,266 @@
+"""What no law and no input says: effects of bed, base, air, beam and record, and what each would do to θ(t).
+
+A small force or moment that an effect adds along the motion of a fit is one of a ground that accelerates, so
+that the law itself gives the derivative of θ by the amount of the effect. A beam, a sensor and lost samples
+change the reading alone. A part of block or table that swings shows as a line in the residual.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.fft import rfft, rfftfreq
+from scipy.signal import lfilter
+
+from freerock.arrays import Floats
+from freerock.errors import FreerockError
+from freerock.identification.noise import noise_of
+from freerock.identification.nuisances import Posterior
+from freerock.models.block import GRAVITY, Block
+from freerock.models.contact import Foundation
+from freerock.models.ground import accelerogram
+from freerock.models.laws import CANDIDATES, MODELS, Rules, law_of
+from freerock.models.simulate import Solver, simulate
+from freerock.rotation.beam import displaced, turned
+
+STEP_S, LONGEST = 1e-3, 12000  # of the path, and its instants at most
+SMALL = 1e-4  # of the weight's moment, by which an effect acts for its derivative
+POINTS, WEIGHTS = np.polynomial.legendre.leggauss(48)  # over the base
+DULL_RAD_S = 2e-3  # rate over which dry friction turns round
+RELAXES_S = (0.005, 0.02, 0.08)
+GRIPS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+PLACES = 48  # instants at which samples may be lost
+LINE_HZ, LINE_WIDTH, LINE_LEAST_HZ = (14.0, 120.0), 0.06, 2.0
+EITHER = (-math.inf, math.inf)
+LIKE_IT = (0.3, 3.0)  # times itself, what of an effect that has no size of its own
+ABOVE, SURE = 3.0, 8.0  # times the power on either side, and standard deviations of the noise, of a line
+
+
+class Effect(NamedTuple):
+    """An effect, the derivative of the residual by its amount [rad], and what it is in words by its amount.
+
+    Amounts lie within `bounds`, in units of `unit`.
+    """
+
+    name: str
+    column: Floats
+    text: Callable[[float], str]
+    bounds: tuple[float, float] = (0.0, math.inf)
+    unit: float = 1.0
+
+
+def effects(best: Posterior) -> Iterator[Effect]:
+    """What may be besides law and inputs, where the fit of one run ended."""
+    yield from _of_reading(best)
+    path = _Path.of(best)
+    if path is not None:
+        yield from _of_forces(path)
+
+
+def line_in(best: Posterior) -> tuple[float, float]:
+    """Frequency [Hz] of a line in the residual, and its share of the misfit; (0, 0) without one."""
+    motion, left = best.nuisances.problem.motions[0], best.residual
+    rate_hz = 1 / float(np.median(np.diff(best.samples.time_s)))
+    power = np.abs(rfft(left - left.mean())) ** 2 / len(left)
+    share = power / np.maximum(noise_of(motion).density(rfftfreq(len(left))), np.finfo(float).tiny)
+    found, frequency = np.cumsum(np.append(0.0, share)), rfftfreq(len(left), 1 / rate_hz)
+    middle = np.flatnonzero((frequency > LINE_HZ[0]) & (frequency < min(LINE_HZ[1], rate_hz / 4)))
+    half = np.maximum(LINE_WIDTH * frequency[middle], LINE_LEAST_HZ)
+    ends = [np.searchsorted(frequency, frequency[middle] + by * half) for by in (-3, -1, 1, 3)]
+    below, inside, above = (found[high] - found[low] for low, high in pairwise(ends))
+    count = ends[2] - ends[1]
+    is_line = (inside > ABOVE * np.maximum(below, above)) & (inside - count > SURE * np.sqrt(count))
+    if not is_line.any():
+        return 0.0, 0.0
+    at = int(np.argmax(np.where(is_line, inside, 0.0)))
+    band = slice(ends[1][at], ends[2][at])
+    center = float(np.sum(frequency[band] * share[band]) / np.sum(share[band]))
+    return center, float(inside[at] / found[-1])
+
+
+@dataclass(frozen=True)
+class _Path:
+    """The motion of a fit at even instants since its release, and what makes it."""
+
+    best: Posterior
+    law: str
+    block: Block
+    values: dict[str, float]
+    rules: Rules
+    time_s: Floats
+
+    @classmethod
+    def of(cls, best: Posterior) -> "_Path | None":
+        """None where the law can't be followed."""
+        problem = best.problem
+        values = dict(zip(problem.names, problem.physical(best.x).tolist(), strict=True))
+        values = {"theta0": problem.motions[0].theta0, "t0": 0.0, **values}
+        block, view = problem.blocks[0].as_found(values), problem.motions[0].view
+        law = CANDIDATES[problem.model].law
+        foundation = Foundation.of(values) if law_of(problem.model).is_foundation else None
+        if view is not None:
+            values["theta0"] = view.released(values["theta0"], block, foundation)
+        n = min(int((best.own.time_s[-1] - values["t0"]) / STEP_S) + 2, LONGEST)
+        path = cls(best, law, block, values, problem.rules, np.arange(n, dtype=float) * STEP_S)
+        try:
+            return path if np.all(np.isfinite(path.states)) else None
+        except FreerockError:
+            return None
+
+    @cached_property
+    def states(self) -> Floats:
+        """θ, its rate, z and its rate, shape (4, n_time)."""
+        return self._moved(np.zeros((2, len(self.time_s))))
+
+    def _moved(self, ground: Floats) -> Floats:
+        own = {name: self.values[name] for name in MODELS[self.law]}
+        found = simulate(
+            self.law,
+            self.block,
+            own,
+            self.time_s,
+            theta0=self.values["theta0"],
+            base_excitation=accelerogram(self.time_s, *ground),
+            rules=self.rules,
+            solver=Solver(1e-8),
+        )
+        return np.array([found.theta, found.theta_rate, found.z_cb, found.z_cb_rate])
+
+    def by(self, moment: Floats, force: Floats | float = 0.0) -> Floats | None:
+        """Derivative of the residual by the size of a moment on θ [N m] and an upward force [N]."""
+        m = self.block.mass_kg
+        ground = np.array([moment / (m * self.lever), -force / m + 0 * moment])
+        most = np.abs(ground).max()
+        if not most > 0:
+            return None
+        size = SMALL * GRAVITY * math.tan(self.block.theta_cr) / most
+        try:
+            change = (self._moved(size * ground)[0] - self.states[0]) / size
+        except FreerockError:
+            return None
+        if not np.all(np.isfinite(change)):
+            return None
+        since = self.best.own.time_s - self.values["t0"]
+        return np.asarray(np.interp(since, self.time_s, change, left=0.0))
+
+    def on_base(self, f: Floats) -> Floats | None:
+        """The same of a force per width at the points of the base, shape (n_points, n_time) [N/m]."""
+        weights = self.block.b * WEIGHTS
+        force = weights @ f
+        moment = (weights * self.points) @ f * np.cos(self.states[0])
+        return self.by(self.along * force - moment, force)
+
+    @property
+    def points(self) -> Floats:
+        """Of the base, from its middle [m]."""
+        return np.asarray(self.block.b * POINTS)
+
+    @cached_property
+    def along(self) -> Floats:
+        """How far right of the base's middle the centre of mass lies [m]."""
+        return np.asarray(self.block.h * np.sin(self.states[0]) + self.block.e * np.cos(self.states[0]))
+
+    @cached_property
+    def lever(self) -> Floats:
+        """By which the centre of mass moves sideways with θ [m]."""
+        sin, cos = np.sin(self.states[0]), np.cos(self.states[0])
+        pivots = self.rules.kinematics == "pivoting" or not law_of(self.law).is_foundation
+        arm = self.block.b * np.sign(sin) if pivots else 0.0
+        return np.asarray(self.block.h * cos - self.block.e * sin + arm * sin)
+
+    @cached_property
+    def depths(self) -> Floats:
+        """Of the points below the ground, shape (n_points, n_time) [m]; negative above it."""
+        theta, _, z, _ = self.states
+        return np.asarray(z + np.outer(self.points, np.sin(theta)))
+
+    def pressed(self, u: float) -> Floats:
+        """Force per width of the law at a place of the base [N/m]."""
+        theta, rate, z, z_rate = self.states
+        depth, deeper = z + u * np.sin(theta), z_rate + u * rate * np.cos(theta)
+        k, c, lam = (self.values.get(name, 0.0) for name in ("k", "c", "lambda"))
+        return np.where(depth > 0, k * depth + (c + lam * depth) * deeper, 0.0)
+
+    @cached_property
+    def held(self) -> tuple[Floats, Floats]:
+        """Forces that hold the base sideways and carry it [N]."""
+        theta, rate, _, z_rate = self.states
+        m, fall = self.block.mass_kg, z_rate
+        if not law_of(self.law).is_foundation:
+            fall = -self.block.b * np.cos(theta) * np.sign(theta) * rate
+        sideways, up = self.lever * rate, -fall - self.along * rate
+        return (
+            m * np.gradient(sideways, STEP_S),
+            np.maximum(m * (GRAVITY + np.gradient(up, STEP_S)), 0.0),
+        )
+
+
+def _of_reading(best: Posterior) -> Iterator[Effect]:
+    """Beam, sensor, and samples that are lost."""
+    problem, samples = best.nuisances.problem, best.samples
+    motion = problem.motions[0]
+    theta, view = best.residual + samples.theta, motion.view
+    if view is not None and view.laser.beam == "horizontal":
+        laser, block = view.laser, problem.blocks[0]
+        way, small = displaced(theta, block, laser), 1e-6
+        slope = (turned(way + small, block, laser) - turned(way - small, block, laser)) / (2 * small)
+        turn = np.sign(slope) * theta
+        yield Effect(
+            "beam", slope * way * np.tan(turn), lambda a: f"inclined by {math.degrees(a):+.2g}°", EITHER
+        )
+        span = laser.range_m or 0.1
+        bent = 4 * way**2 / span
+        yield Effect("sensor", slope * bent, "bent by {:+.2%} of its range".format, EITHER)
+    rate = np.gradient(theta, samples.time_s)
+    rate_hz = 1 / float(np.median(np.diff(samples.time_s)))
+    for at in np.linspace(0.02, 0.8, PLACES) * samples.time_s[-1]:
+
+        def text(a: float, at: float = float(at)) -> str:
+            return f"{a * rate_hz:.1f} lost at {at:.2f} s"
+
+        yield Effect("samples", np.where(samples.time_s > at, rate, 0.0), text, EITHER)
+
+
+def _of_forces(path: _Path) -> Iterator[Effect]:
+    """Air, friction, slip and what the bed may do."""
+
+    def effect(
+        name: str,
+        column: Floats | None,
+        text: Callable[[float], str],
+        bounds: tuple[float, float] = (0.0, math.inf),
+    ) -> Iterator[Effect]:
+        if column is not None:
+            yield Effect(name, column, text, bounds)
+
+    rate = path.states[1]
+    air = path.by(-rate * np.abs(rate))
+    yield from effect("air", air, "drag of {:.2g} N m s²".format)
+    rubs = path.by(-np.tanh(rate / DULL_RAD_S))
+    yield from effect("friction", rubs, "a moment of {:.2g} N m, as of a cable".format)
+    sideways, carried = path.held
+    inertia, m = path.block.inertia_cm, path.block.mass_kg
+    for grip in GRIPS:
+        lacks = -np.sign(sideways) * np.maximum(np.abs(sideways) - grip * carried, 0.0)
+        slips = path.by(-path.lever * lacks * (1 + m * path.lever**2 / inertia))
+        yield from effect("slip", slips, f"friction coefficient about {grip:g}".format, LIKE_IT)
+    if not law_of(path.law).is_foundation:
+        return
+    k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
+    hardens = path.on_base(k * depth**2)
+    yield from effect("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
+    for tau in RELAXES_S:
+        keep = math.exp(-STEP_S / tau)
+        memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
+        relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
+        yield from effect("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
+    sides = path.on_base(k * depth * np.sign(path.points)[:, None] / 2)
+    yield from effect("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
+    right, left = path.pressed(b), path.pressed(-b)
+    moment = b * (right + left) * np.cos(path.states[0]) / 2
+    corner = path.by(-path.along * (right - left) / 2 + moment, -(right - left) / 2)
+    yield from effect("corner", corner, lambda a: f"the right one worn by {1e3 * a:+.2g} mm more", EITHER)
