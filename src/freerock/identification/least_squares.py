@@ -26,7 +26,7 @@ class EndSettings:
     xtol : float
         Relative step; less where the difference quotients' steps are less.
     least : float
-        Least relative change that SciPy takes.
+        Least relative change that SciPy takes, and the gradient at which nothing changes [rad²].
     most : int
         Evaluations of the residual.
     enough : float
@@ -114,7 +114,7 @@ def least_squares(
             x_scale="jac",
             ftol=ftol,
             xtol=max(xtol, END.least),
-            gtol=None,
+            gtol=END.least,
             max_nfev=END.most,
         )
         end, left = result.x, result.fun
@@ -248,7 +248,7 @@ def minimised(
         x_scale="jac",
         ftol=max(ftol, END.least),
         xtol=max(xtol, END.least),
-        gtol=None,
+        gtol=END.least,
         max_nfev=most,
     )
 

@@ -207,9 +207,11 @@ def _find_swings(
 
 @compiled()
 def _carlson(x: float, y: float, z: float) -> float:
-    """Carlson's elliptic integral R_F by duplication (DLMF 19.36.1), to the last digits."""
+    """Carlson's elliptic integral R_F by duplication (DLMF 19.36.1), to the last digits; NaN of no number."""
     while True:
         mean = (x + y + z) / 3
+        if math.isnan(mean):
+            return mean
         a, b = 1 - x / mean, 1 - y / mean
         c = -a - b
         if max(abs(a), abs(b), abs(c)) < 2e-3:
