@@ -57,6 +57,19 @@ def test_it_ends_to_the_last_digit_where_scipy_does_with_derivatives_of_the_last
     assert len(asked) == plain.njev - (plain.status in (2, 4))
 
 
+def test_a_search_ends_where_nothing_depends_on_its_numbers():
+    """At r = 0 the block rests before the first of these samples."""
+    to_fit = replace(problem("housner"), r_low=0.0)
+    samples = to_fit.samples()
+    later = samples.time_s > 1.5
+    samples = replace(
+        samples, time_s=samples.time_s[later], theta=samples.theta[later], lengths=(int(later.sum()),)
+    )
+    end = least_squares(to_fit, np.array([0.0, 0.17, 0.0]), samples)
+    np.testing.assert_allclose(end.x, [0.0, 0.17, 0.0], atol=2e-3)
+    assert end.evaluations <= 2
+
+
 def test_steps_below_what_a_float_tells_are_not_asked_for():
     to_fit = replace(problem("winkler"), stride=1e-8)
     samples = to_fit.samples(m=8)
