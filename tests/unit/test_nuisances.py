@@ -103,6 +103,8 @@ def test_a_law_explains_a_run_whose_inputs_are_wrong_by_their_uncertainty(seed):
     assert (choice.selected, choice.explained, found.widened) == ("housner", True, ())
     fit = found.fits["housner"]
     assert fit.contributions is not None
+    assert fit.result.success
+    assert not fit.result.aborted
     total = fit.contributions.total(fit.stderr)
     assert abs(fit.values["r"] - 0.93) < 3 * total[0]
     assert np.nanmax(np.abs(fit.contributions.pulls)) < 3.5

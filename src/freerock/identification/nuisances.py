@@ -44,8 +44,9 @@ class InputSettings:
         leaves.
     worn_m : float
         Prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule.
-    gain : float
-        Change of S at which the search ends: 1/30 of a standard error.
+    gain, part : float
+        Change of S, of a residual that is noise, at which the search ends: 1/30 of a standard error; and of a
+        step from which the derivatives by the inputs are taken anew.
     steps, most : int
         Evaluations with the derivatives by the inputs of one place, and how often these are taken anew.
     takes : float
@@ -60,7 +61,8 @@ class InputSettings:
     farthest: float = 8.0
     worn_m: float = 3e-4
     gain: float = 1e-3
-    steps: int = 4
+    part: float = 0.1
+    steps: int = 6
     most: int = 6
     takes: float = 1.0
     beyond: float = 25.0
@@ -420,6 +422,7 @@ def _minimised(start: Posterior) -> Posterior:
         result.nfev = evaluations
         end = _Objective(replace(at_end, result=result, noise=start.noise), end.s)
         if min(gained, end.promised) < INPUTS.gain * least / result.nfree:
+            result.success, result.aborted, result.message = True, False, "S gains nothing any more."
             break
     return end.best
 
@@ -468,7 +471,7 @@ class _Objective:
         return float(own @ own)
 
     def least(self) -> "tuple[Posterior, lmfit.minimizer.MinimizerResult]":
-        """Where least squares lead within `INPUTS.steps` evaluations."""
+        """Where least squares lead before a step gains less than `INPUTS.part`."""
         best, nuisances = self.best, self.best.nuisances
         problem, samples = nuisances.problem, best.samples
         varied, n = problem.varied, int(problem.varied.sum())
@@ -500,7 +503,7 @@ class _Objective:
 
         names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
         names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
-        ftol = INPUTS.gain / len(self.by_z)
+        ftol = INPUTS.part / len(self.by_z)
         result = minimised(
             parameters_of(names, start, (low, high)), residual, jacobian, ftol, most=INPUTS.steps
         )
