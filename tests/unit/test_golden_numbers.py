@@ -128,6 +128,6 @@ def test_a_damping_is_as_uncertain_as_the_stiffness_that_it_is_a_ratio_to():
 
 
 def test_a_missing_repeat_leaves_the_sample_before_it():
-    grid = Grid(0.0, 0.1, 4, np.array([0, 1, 1, 3]))
+    grid = Grid(0.0, 0.1, 4, (np.array([0, 2, 3]), np.array([0, 1, 3])))
     placed = on_grid("a.csv", grid, [5.0, 6.0, math.nan, 7.0])
     assert placed[[0, 1, 3]].tolist() == [5.0, 6.0, 7.0] and math.isnan(placed[2])

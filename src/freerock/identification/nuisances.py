@@ -421,7 +421,7 @@ def _minimised(start: Posterior) -> Posterior:
         evaluations += result.nfev
         result.nfev = evaluations
         end = _Objective(replace(at_end, result=result, noise=start.noise), end.s)
-        if min(gained, end.promised) < INPUTS.gain * least / result.nfree:
+        if min(abs(gained), end.promised) < INPUTS.gain * least / result.nfree:
             result.success, result.aborted, result.message = True, False, "S gains nothing any more."
             break
     return end.best
