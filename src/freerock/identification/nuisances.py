@@ -39,16 +39,15 @@ class InputSettings:
         Standard uncertainties to either side, of the difference quotients by an input.
     read_step : float
         Of a rotation, for the slope of its reading [rad].
+    near : float
+        Standard uncertainties by which inputs move, within which their first derivatives suffice.
     farthest : float
         Standard uncertainties by which an input may move: at such a pull the law is rejected whatever it
         leaves.
     worn_m : float
         Prior standard uncertainty of a contact width that is freed [m]: that of one measured by a rule.
-    gain, part : float
-        Change of S, of a residual that is noise, at which the search ends: 1/30 of a standard error; and of a
-        step from which the derivatives by the inputs are taken anew.
-    steps, most : int
-        Evaluations with the derivatives by the inputs of one place, and how often these are taken anew.
+    ftol, most : float, int
+        Relative change of the objective at which the search ends, and its evaluations.
     takes : float
         Whitened length of a direction of the inputs, from which the run and not the prior tells it.
     beyond : float
@@ -58,12 +57,11 @@ class InputSettings:
 
     step: float = 0.1
     read_step: float = 1e-5
+    near: float = 0.3
     farthest: float = 8.0
     worn_m: float = 3e-4
-    gain: float = 1e-3
-    part: float = 0.1
-    steps: int = 6
-    most: int = 6
+    ftol: float = 1e-8
+    most: int = 25
     takes: float = 1.0
     beyond: float = 25.0
 
@@ -351,7 +349,10 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
         return start
     end = _minimised(start)
     rest = end.against_rest
-    return _minimised(replace(end, noise=rest.noises[0])) if rest.is_noise else end
+    far = np.any(np.abs(end.z) > INPUTS.near) and np.all(np.abs(end.z) < INPUTS.farthest - INPUTS.near)
+    if far or rest.is_noise:
+        end = _minimised(replace(end, noise=rest.noises[0] if rest.is_noise else None))
+    return end
 
 
 def held(problem: Problem, x: Floats) -> Posterior:
@@ -414,100 +415,41 @@ def contributed(nuisances: Nuisances, x: Floats, by_inputs: Floats) -> Contribut
 
 def _minimised(start: Posterior) -> Posterior:
     """Where the objective ends from a linear model near there."""
-    evaluations, least, end = 0, np.inf, _Objective(start, start.level)
-    for _ in range(INPUTS.most):
-        at_end, result = end.least()
-        gained, least = least - result.chisqr, result.chisqr
-        evaluations += result.nfev
-        result.nfev = evaluations
-        end = _Objective(replace(at_end, result=result, noise=start.noise), end.s)
-        if min(abs(gained), end.promised) < INPUTS.gain * least / result.nfree:
-            result.success, result.aborted, result.message = True, False, "S gains nothing any more."
-            break
-    return end.best
+    nuisances, samples, s, n_z = start.nuisances, start.samples, start.level, len(start.z)
+    problem = nuisances.problem
+    n, varied = int(problem.varied.sum()), problem.varied
+    by_inputs, by_release = np.split(start.rows_by_inputs, [len(start.residual)])
+    m = noise_of(nuisances.problem.motions[0]).averaged
+    fewer = replace(samples, m=m)
+    by_z = np.vstack([fewer.averaged(by_inputs) / s, by_release, np.eye(n_z)])
 
+    def parted(both: Floats) -> tuple[Floats, Floats]:
+        x = np.array(start.x)
+        x[varied] = both[:n]
+        return problem.consistent(x), both[n:]
 
-@dataclass(frozen=True, eq=False)
-class _Objective:
-    """S by rows, with the derivatives by the inputs as they are at one place."""
+    def residual(both: Floats) -> Floats:
+        x, z = parted(both)
+        left, release = nuisances.rows(z, x, samples)
+        return np.concatenate([fewer.averaged(left) / s, release, z])
 
-    best: Posterior
-    s: float
+    def jacobian(both: Floats) -> Floats:
+        x, z = parted(both)
+        own, release = nuisances.jacobian(z, x, samples)
+        by_x = np.vstack([fewer.averaged(own) / s, release, np.zeros((n_z, len(x)))])
+        return np.hstack([by_x if varied.all() else by_x[:, varied], by_z])
 
-    @cached_property
-    def fewer(self) -> Samples:
-        """The samples, as many averaged into one as the noise is known for."""
-        problem, samples = self.best.nuisances.problem, self.best.samples
-        whole = len(problem.samples().time_s)
-        return replace(
-            samples, m=max(1, noise_of(problem.motions[0]).averaged * len(samples.time_s) // whole)
-        )
-
-    def rows(self, of_samples: Floats, of_release: Floats, of_inputs: Floats) -> Floats:
-        return np.concatenate([self.fewer.averaged(of_samples) / self.s, of_release, of_inputs])
-
-    def by_x(self, of_samples: Floats, of_release: Floats) -> Floats:
-        rows = self.rows(of_samples, of_release, np.zeros((len(self.best.z), len(self.best.x))))
-        return rows[:, self.best.nuisances.problem.varied]
-
-    @cached_property
-    def by_z(self) -> Floats:
-        by_inputs, by_release = np.split(self.best.rows_by_inputs, [len(self.best.residual)])
-        return self.rows(by_inputs, by_release, np.eye(len(self.best.z)))
-
-    @cached_property
-    def here(self) -> tuple[Floats, Floats]:
-        """The rows, and their derivatives by the numbers that vary and the inputs, at the place itself."""
-        best = self.best
-        value, by_release = best.problem.prior_of_release(best.x)
-        jacobian = np.hstack([self.by_x(best.jacobian, by_release), self.by_z])
-        return self.rows(best.residual, value, best.z), jacobian
-
-    @property
-    def promised(self) -> float:
-        """What S would lose, were the rows linear and nothing bounded."""
-        residual, jacobian = self.here
-        own = np.linalg.qr(jacobian)[0].T @ residual
-        return float(own @ own)
-
-    def least(self) -> "tuple[Posterior, lmfit.minimizer.MinimizerResult]":
-        """Where least squares lead before a step gains less than `INPUTS.part`."""
-        best, nuisances = self.best, self.best.nuisances
-        problem, samples = nuisances.problem, best.samples
-        varied, n = problem.varied, int(problem.varied.sum())
-        low, high = np.array(
-            [
-                *np.array(problem.bounds())[varied].tolist(),
-                *[(-INPUTS.farthest, INPUTS.farthest)] * len(best.z),
-            ]
-        ).T
-        both = np.append(best.x[varied], best.z)
-        start = np.clip(both, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
-
-        def parted(both: Floats) -> tuple[Floats, Floats]:
-            x = np.array(best.x)
-            x[varied] = both[:n]
-            return problem.consistent(x), both[n:]
-
-        def residual(at: Floats) -> Floats:
-            if np.array_equal(at, both):
-                return self.here[0]
-            x, z = parted(at)
-            return self.rows(*nuisances.rows(z, x, samples), z)
-
-        def jacobian(at: Floats) -> Floats:
-            if np.array_equal(at, both):
-                return self.here[1]
-            x, z = parted(at)
-            return np.hstack([self.by_x(*nuisances.jacobian(z, x, samples)), self.by_z])
-
-        names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
-        names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
-        ftol = INPUTS.part / len(self.by_z)
-        result = minimised(
-            parameters_of(names, start, (low, high)), residual, jacobian, ftol, most=INPUTS.steps
-        )
-        return at(nuisances, *parted(numbers_of(result)), samples), result
+    bounds = [*np.array(problem.bounds())[varied].tolist(), *[(-INPUTS.farthest, INPUTS.farthest)] * n_z]
+    low, high = np.array(bounds).T
+    both = np.append(start.x[varied], start.z)
+    both = np.clip(both, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+    names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
+    names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
+    result = minimised(
+        parameters_of(names, both, (low, high)), residual, jacobian, INPUTS.ftol, most=INPUTS.most
+    )
+    end = at(nuisances, *parted(numbers_of(result)), samples)
+    return replace(end, result=result, noise=start.noise)
 
 
 def in_laboratory(problem: Problem, moved: Laboratory) -> Problem:
