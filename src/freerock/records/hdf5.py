@@ -45,7 +45,7 @@ def contents(path: Path) -> Iterator[Contents]:
 
     Channels are vectors of numbers. Time is a vector called time, t and so on in the channel's group or in
     one above it; else an attribute of the channel, or an attribute or single number of these groups, states
-    the sampling rate (sampling_rate, fs, dt, …). _Packed values (scale_factor, add_offset, _FillValue) are
+    the sampling rate (sampling_rate, fs, dt, …). Packed values (scale_factor, add_offset, _FillValue) are
     unpacked.
     """
     with open(path, "rb") as file:
