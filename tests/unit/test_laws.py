@@ -7,15 +7,18 @@ import pytest
 
 from freerock.models.laws import (
     CANDIDATES,
+    COMMON_NUISANCES,
     LAWS,
     MODEL_LABELS,
     MODELS,
     PARAMETERS,
+    SYMBOLS,
     Rules,
     alike,
     extended_by,
     law_of,
     parameter_of,
+    symbol_of,
     unit_of,
 )
 
@@ -71,6 +74,15 @@ def test_parameters_are_numbered_by_run_and_impact():
     assert parameter_of("r_12") is PARAMETERS["r"]
     with pytest.raises(KeyError):
         unit_of("stiffness")
+
+
+@pytest.mark.parametrize("name", [*COMMON_NUISANCES, "r", "k"])
+def test_whatever_a_fit_may_free_has_a_symbol(name):
+    assert symbol_of(name) == SYMBOLS[name]
+
+
+def test_numbered_parameters_say_of_what_they_are():
+    assert [symbol_of("r_2"), symbol_of("theta0_3")] == ["r of impact 2", "θ₀ of run 3"]
 
 
 def test_tensionless_rule_is_for_one_damping_at_a_time():

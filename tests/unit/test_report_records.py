@@ -1,11 +1,8 @@
-import pytest
 from fabricated import campaign, fits, record
 from reported import make
 
-from freerock.models.laws import COMMON_NUISANCES, SYMBOLS
 from freerock.products.groups import runs_of
-from freerock.report.records import _symbol, charted, listed
-from freerock.review.pictures import symbol
+from freerock.report.records import charted, listed
 from freerock.tables.text import quantity
 from freerock.tables.tidy import runs_table
 
@@ -45,13 +42,3 @@ def test_the_records_with_the_worst_verdicts_are_listed_first():
     assert shown.told == "Listed: 1 of 5 records, the one whose runs most need a look."
     assert set(shown.rows(runs)["test"]) == {"b1_broken"}
     assert shown.notes("table2") == [f"{shown.told} All: tables/table2.csv."]
-
-
-@pytest.mark.parametrize("name", [*COMMON_NUISANCES, "r", "k"])
-def test_whatever_a_fit_may_free_has_a_symbol(name):
-    assert _symbol(name) == symbol(name) == SYMBOLS[name]
-
-
-def test_numbered_parameters_say_of_what_they_are():
-    assert [_symbol("r_2"), _symbol("theta0_3")] == ["r of impact 2", "θ₀ of run 3"]
-    assert [symbol("r_2"), symbol("theta0_3")] == ["r 2", "θ₀ 3"]

@@ -11,7 +11,7 @@ import pandas as pd
 
 from freerock.errors import FreerockError, printable
 from freerock.files import read_json
-from freerock.models.laws import MODEL_LABELS, SYMBOLS, parameter_of
+from freerock.models.laws import MODEL_LABELS, symbol_of
 from freerock.tables.csvfile import read_csv, write_csv
 from freerock.tables.text import quantity, with_unit
 
@@ -232,11 +232,10 @@ def _flat(value: Any, key: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ..
 def _parameter_cells(frame: pd.DataFrame) -> Sequence[tuple[str, ...]]:
     cells = [("record", "run", "model", "parameter", "a", "b", "b − a / %", "over s.e.", "")]
     for row in frame.itertuples():
-        number = "" if row.parameter in SYMBOLS else f"_{row.parameter.rpartition('_')[2]}"
         cells.append(
             (
                 *(row.test, row.run, MODEL_LABELS[row.model]),
-                with_unit(parameter_of(row.parameter).symbol + number, row.unit),
+                with_unit(symbol_of(row.parameter), row.unit),
                 *(quantity(row.value_a, row.stderr_a), quantity(row.value_b, row.stderr_b)),
                 *(quantity(row.difference_percent), quantity(row.ratio), row.verdict),
             )

@@ -276,6 +276,14 @@ def parameter_of(name: str) -> Parameter:
     return PARAMETERS[name if name in PARAMETERS else name.rpartition("_")[0]]
 
 
+def symbol_of(name: str) -> str:
+    """Symbol of a freed parameter; with its number that of an impact, or in a joint fit of a run."""
+    if name in PARAMETERS:
+        return SYMBOLS[name]
+    kind, _, number = name.rpartition("_")
+    return f"{SYMBOLS[kind]} of {'impact' if kind == 'r' else 'run'} {number}"
+
+
 def unit_of(name: str) -> str:
     """Unit of a freed parameter, also of a numbered one."""
     return parameter_of(name).unit

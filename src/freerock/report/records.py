@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import MODEL_LABELS, SYMBOLS, law_of
+from freerock.models.laws import MODEL_LABELS, law_of, symbol_of
 from freerock.products.choices import GROUP
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
 from freerock.report.charts import run_curves
@@ -200,7 +200,7 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
     return {
         "model": MODEL_LABELS[model],
         "parameters": [
-            f"{_symbol(name)} = {quantity(value, u)}" + f" {unit_text(unit)}".rstrip()
+            f"{symbol_of(name)} = {quantity(value, u)}" + f" {unit_text(unit)}".rstrip()
             for name, value, u, unit in found
         ],
         "by_noise": sure == "stderr",
@@ -211,11 +211,3 @@ def _fit(model: str, fit: xr.Dataset) -> dict[str, Any]:
         "residual": quantity(known["residual_over_sigma"]),
         "message": known["message"],
     }
-
-
-def _symbol(name: str) -> str:
-    """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
-    if name in SYMBOLS:
-        return SYMBOLS[name]
-    kind, _, number = name.rpartition("_")
-    return f"{SYMBOLS[kind]} of {'impact' if kind == 'r' else 'run'} {number}"

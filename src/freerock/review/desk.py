@@ -25,13 +25,13 @@ from freerock.config.step_settings import geometry, labels
 from freerock.errors import FreerockError
 from freerock.files import listed_checksums, read_bytes, recover, replace_together
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, symbol_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.review.bench import Analysed, Bench
 from freerock.review.corrections import Correction, cells_of, corrected, correction_of
 from freerock.review.csv_edit import Edit, digest, locked, save
 from freerock.review.listing import analysed_lines, is_behind, is_of_this_code, listed_rows
-from freerock.review.pictures import means_of, rows_of, run_picture, symbol
+from freerock.review.pictures import means_of, rows_of, run_picture
 from freerock.review.signals import Json, Signals, signals_of
 
 OPEN = 3  # records that stay open
@@ -242,7 +242,7 @@ class Desk:
         made = map_of_run(found.fits, usable[model], block, self.campaign.fits.debonding)
         return {
             "label": MODEL_LABELS[model],
-            "names": [symbol(name) for name in made.names],
+            "names": [symbol_of(name) for name in made.names],
             "first": [float(made.first_finer[0]), float(made.first_finer[-1])],
             "second": [float(made.second_finer[0]), float(made.second_finer[-1])],
             "at": [float(usable[model].values[name]) for name in made.names],

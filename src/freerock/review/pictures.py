@@ -7,7 +7,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, SYMBOLS, parameter_of
+from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, symbol_of
 from freerock.products.choices import GROUP
 from freerock.products.groups import impacts_of, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
@@ -168,18 +168,12 @@ def _parameter(name: str, value: float, u: float, unit: str) -> Json:
     """A parameter with its total standard uncertainty as shown, and with the digits that tables have."""
     return {
         "name": name,
-        "symbol": symbol(name),
+        "symbol": symbol_of(name),
         "value": f"{value:.10g}",
         "u": f"{u:.10g}" if math.isfinite(u) else "",
         "text": quantity(value, u),
         "unit": unit_text(str(unit)),
     }
-
-
-def symbol(parameter: str) -> str:
-    """Symbol of a parameter; with its number that of an impact, or in a joint fit of a run."""
-    number = "" if parameter in SYMBOLS else f" {parameter.rpartition('_')[2]}"
-    return parameter_of(parameter).symbol + number
 
 
 def _drawn(group: xr.DataTree | None, models: dict[str, xr.DataTree]) -> list[str]:
