@@ -75,7 +75,7 @@ def settings(trees, **changes):
     return config | changes
 
 
-def foretold(estimates):
+def predicted(estimates):
     """Discrepancies as predictions would have them, of made-up size: of other runs, and of another block."""
     rows = [
         [each.campaign, each.test, each.run, each.block, each.foundation, each.model, basis, 1, epsilon]
@@ -92,7 +92,7 @@ def tables_of(folder, datasets, shapes=BLOCKS):
     known = (tidy[name] for name in ("runs", "populations", "restitution"))
     frames = tidy | {"restitution_comparison": restitution_comparison(*known, shapes)}
     frames["foundations"] = shared_foundation(estimates_of(fitted))
-    frames["predictions"] = foretold(estimates_of(fitted))
+    frames["predictions"] = predicted(estimates_of(fitted))
     frames |= {
         "table1": table1(records, shapes),
         "table2": table2(tidy["populations"], tidy["parameters"], choice=tidy["choice"]),

@@ -45,9 +45,10 @@ def test_a_campaign_with_failures(tmp_path):
     choice.loc[choice["foundation"] == "mat", "explains"] = False
     assert "Foundation" not in {each.head for each in findings(tables, LABELS)}
     assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
-    assert re.search(
-        r"Marble: ε_θ = [\d.]+ to [\d.]+ % from other runs and [\d.]+ to [\d.]+ % from another block\.",
-        text["Foretold"],
+    assert re.match(
+        r"Marble, from the other runs of a record: ε_θ ≤ [\d.]+ %\. "
+        r"Marble, from each other block: ε_θ ≤ [\d.]+ % \(Slender\) and [\d.]+ % \(Squat\)\.",
+        text["Predicted"],
     )
     assert "Not tested" not in text["Shared by blocks"]
     assert "2 blocks" in text["Shared by blocks"]
@@ -68,8 +69,8 @@ def test_a_single_run(tmp_path):
 def test_no_law_explains_any_run(tmp_path):
     tree = record()
     text = told(tmp_path, ([tree], [fits(tree, models=("housner", "winkler"))]))
-    assert text["Explained by"].startswith("No law explains any of the 2 runs: more is left than the noise")
-    assert "nearest; the numbers of such a fit describe the fit alone" in text["Explained by"]
+    assert text["Explained by"].startswith("No law explains any of the 2 runs: the residual exceeds")
+    assert "nearest; its parameters then describe the fit alone" in text["Explained by"]
     assert text["Parameters"] == "None on Marble: no law explains most of the runs there."
     assert "which no law explains" in text["Not to be concluded"]
     assert not any("k =" in line for line in text.values())
@@ -119,9 +120,7 @@ def test_widths_of_several_blocks_have_no_mean(tmp_path):
     assert of_b2.sum() == 1
     frames["populations"].loc[of_b2, "mean"] = 0.0321
     text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
-    assert (
-        "(Hunt–Crossley, width free, mean of 2 records); of each block its own, 2b = " in text["Parameters"]
-    )
+    assert "(Hunt–Crossley, width free, mean of 2 records); of each block its own 2b = " in text["Parameters"]
     assert "2b = 0.0321 to 0.0660 m." in text["Parameters"]
 
 
@@ -141,6 +140,8 @@ def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp
     assert first.count("<dt>") == 7
     assert 'title="tables/populations.csv: value of mean' in first
     assert '<a class="button" href="#look">' in first
+    doubtful = first.partition('<ul class="doubtful">')[2].partition("</ul>")[0]
+    assert doubtful.count("<li>") == 1 and "the file is truncated" in doubtful
     assert page.html.index('id="findings"') < page.html.index("<table")
     assert "<svg" in first
 

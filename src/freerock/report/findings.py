@@ -35,7 +35,7 @@ class Finding(NamedTuple):
 def findings(
     tables: Mapping[str, pd.DataFrame], labels: Labels, longest: Mapping[str, str] = MappingProxyType({})
 ) -> list[Finding]:
-    """What was tested, what the foundation changes, what explains it, the parameters, how well they foretell
+    """What was tested, what the foundation changes, what explains it, the parameters, how well they predict
     another run, what blocks share, what must not be concluded.
 
     Parameters
@@ -49,13 +49,13 @@ def findings(
     """
     known = Tables(tables)
     quoted = laws_of_foundations(known["choice"])
-    foundation, foretold = _durations(known, labels, longest), _foretold(known, quoted, labels)
+    foundation, predicted = _durations(known, labels, longest), _predicted(known, quoted, labels)
     return [
         Finding("Tested", _tested(known, labels)),
         *([Finding("Foundation", foundation, True)] if foundation else []),
         Finding("Explained by", _explained(known)),
         Finding("Parameters", _parameters(known, quoted, labels), True),
-        *([Finding("Foretold", foretold, True)] if foretold else []),
+        *([Finding("Predicted", predicted, True)] if predicted else []),
         Finding("Shared by blocks", _shared(known, quoted, labels), True),
         Finding("Not to be concluded", limits(known, set(filter(None, quoted.values())))),
     ]
@@ -123,29 +123,40 @@ def _durations(known: Tables, labels: Labels, longest: Mapping[str, str]) -> lis
         first = str(ranked.index[0])
         beside = {first: ", as published"}.get(longest.get(block, ""), "")
         if not beside and longest.get(block) in ranked:
-            beside = ", otherwise than published"
+            beside = ", unlike the published block"
         slender = known.value("table1", "slenderness", {"block": block})
         head: Sentence = (f"{labels.get(block, block)} (h/b = ", slender, ") rocks longest on ")
         told.append((*head, f"{labels.get(first, first)}{beside}: ", *listed(times), "."))
     return told
 
 
-def _foretold(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
-    """Discrepancy of runs with parameters of other runs, and of other blocks, under the law quoted."""
+def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:
+    """Largest discrepancy of runs with parameters of other runs, and of each block with those of others,
+    under the law quoted."""
     told: list[Sentence] = []
     for foundation, model in list(quoted.items())[:MOST]:
         scene = {"foundation": foundation, "model": model}
-        parts: list[Sentence] = []
-        for basis, what in (
-            (OTHER_RUNS, "from other runs"),
-            (NOT + OTHER_RUNS, "from another block"),
-        ):
-            where = scene | {"basis": basis}
-            if len(known.rows("predictions", where)):
-                parts.append((*known.ends("predictions", "epsilon_theta", where, 100), f" % {what}"))
-        if parts:
-            told.append((f"{labels.get(foundation, foundation)}: ε_θ = ", *listed(parts), "."))
+        from_runs, from_blocks = scene | {"basis": OTHER_RUNS}, scene | {"basis": NOT + OTHER_RUNS}
+        label = labels.get(foundation, foundation)
+        if len(known.rows("predictions", from_runs)):
+            most = _at_most(known, from_runs)
+            told.append((f"{label}, from the other runs of a record: ε_θ ≤ ", *most, "."))
+        blocks = list(known.rows("predictions", from_blocks)["block"].unique())
+        if blocks:
+            most = _at_most(known, from_blocks)
+            if len(blocks) <= MOST:
+                of_each: list[Sentence] = [
+                    (*_at_most(known, from_blocks | {"block": each}), f" ({labels.get(each, each)})")
+                    for each in blocks
+                ]
+                most = listed(of_each)
+            told.append((f"{label}, from each other block: ε_θ ≤ ", *most, "."))
     return told
+
+
+def _at_most(known: Tables, where: Where) -> Sentence:
+    """The largest discrepancy of some predictions."""
+    return known.most("predictions", "epsilon_theta", where, 100), " %"
 
 
 def _explained(known: Tables) -> list[Sentence]:
@@ -160,12 +171,12 @@ def _explained(known: Tables) -> list[Sentence]:
     ]
     if counted:
         more = ", further laws some of the others" if len(named) > MOST else ""
-        told.append((*listed(counted), f"{more}: what is left is the noise of the sensor."))
+        told.append((*listed(counted), f"{more}: its residual is the noise of the sensor."))
         told.append(_as_possible(known, found))
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
     elif rejected := list(_rejected(known)):
-        told.append(("More than noise is left by ", *listed(rejected), "."))
+        told.append(("Rejected: ", *listed(rejected), "."))
     return told
 
 
@@ -173,7 +184,7 @@ def _as_possible(known: Tables, found: Sequence[Answer]) -> Sentence:
     """What else could explain the runs that are explained."""
     counted = Counter(model for each in found if each.explained for model in each.others)
     if not counted:
-        return ("No other law that was tried does so with as few numbers.",)
+        return ("No other law that was tried does so with as few parameters.",)
     others: list[Sentence] = []
     for model, times in counted.most_common(MOST):
         n = known.count("choice", {"model": model, "status": "also_possible"})
@@ -186,11 +197,11 @@ def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
     whom: Sentence = ("the others",)
     if len(lost) == int(n.text):
         whom = ("any of the ", n, " runs") if len(lost) > 1 else ("the only run",)
-    yield ("No law explains ", *whom, ": more is left than the noise of the sensor.")
+    yield ("No law explains ", *whom, ": the residual exceeds the noise of the sensor.")
     counted = Counter(each.model for each in lost if each.model)
     if nearest := [MODEL_LABELS[model] for model, _ in counted.most_common(2)]:
         comes = "comes" if len(nearest) == 1 else "come"
-        text = f"{' and '.join(nearest)} {comes} nearest; the numbers of such a fit describe the fit alone."
+        text = f"{' and '.join(nearest)} {comes} nearest; its parameters then describe the fit alone."
         yield (text,)
 
 
@@ -227,7 +238,7 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             [_number(known, u, {**rows, "parameter": name}) for name in names if name not in own]
         )
         of_blocks = [
-            part for name in own for part in ("; of each block its own, ", *_range(known, rows, name))
+            part for name in own for part in ("; of each block its own ", *_range(known, rows, name))
         ]
         told.append(
             (f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")", *of_blocks, ".")
@@ -239,8 +250,7 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         told.append(("The other foundations: table of parameters.",))
     if any(quoted.values()):
         what = (
-            "total standard uncertainty (one standard deviation): scatter of the runs, noise, block, sensor "
-            "and clock, and what the law does not explain"
+            "total standard uncertainty (one standard deviation) of runs, noise, block, sensor, clock and law"
             if u == "u_total"
             else "standard error (stderr), of noise and runs"
         )

@@ -119,3 +119,8 @@ class Tables:
             Number(quantity(factor * value), table, (column,), where, how, factor) for value, how in ends
         )
         return (low,) if low.text == high.text else (low, " to ", high)
+
+    def most(self, table: str, column: str, where: Where, factor: float = 1.0, digits: int = 2) -> Number:
+        """The highest value of a column."""
+        highest = factor * float(self.rows(table, where)[column].max())
+        return Number(quantity(highest, digits=digits), table, (column,), where, "highest", factor)

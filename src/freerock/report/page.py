@@ -138,7 +138,8 @@ def _content(
     doi = config["published"]["doi"] if config["published"] else ""
     rows = {name: shown.rows(table) for name, table in tables.items()}
     printed = printed_tables(rows, config["origin"], doi=doi, labels=labels)
-    to_look_at = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
+    doubtful = [row for row in runs.itertuples() if row.verdict != "ok" and not row.excluded]
+    to_look_at = sorted(doubtful, key=lambda row: -VERDICTS.index(row.verdict))
     table_1 = made.of_blocks(printed["table1"], runs, labels, shown.tests)
     listings = {  # by the name of their table
         "runs": made.overview(rows["runs"], rows["choice"], labels),
@@ -207,8 +208,12 @@ def _own(notes: Sequence[str], name: str) -> list[str]:
 
 
 def _indices(text: str) -> Markup:
-    """A text of the report's own with its indices below the line, and no per cent apart from its number."""
-    shown = str(escape(text)).replace(" %", "\N{NO-BREAK SPACE}%")
+    """A text of the report's own with its indices below the line; no number leaves its = or %."""
+    shown = (
+        str(escape(text))
+        .replace(" %", "\N{NO-BREAK SPACE}%")
+        .replace(" = ", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
+    )
     return Markup(INDEXED.sub(r"\1<sub>\2</sub>", shown))
 
 
