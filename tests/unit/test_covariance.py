@@ -131,3 +131,20 @@ def test_a_converter_that_the_block_goes_through_slowly(step, least):
         white.append(influence.T @ error / np.sqrt(np.diag(influence.T @ influence) * np.mean(residual**2)))
     assert 0.75 < np.sqrt(np.mean(np.square(found))) < 1.15
     assert np.sqrt(np.mean(np.square(white))) > least  # what white noise of as much power would claim
+
+
+def test_noise_that_is_louder_where_a_number_counts_widens_its_error():
+    """Speckle grows with the rotation: the error stated is that of many draws, for each number."""
+    generator = np.random.default_rng(3)
+    time_s = np.arange(N) / RATE_HZ
+    fading = np.exp(-time_s)
+    jacobian = np.column_stack([fading**2, np.ones(N)])
+    loud = SIGMA * (0.3 + 3 * fading)
+    draws = loud[:, None] * generator.standard_normal((N, 2000))
+    scatter = np.std(np.linalg.lstsq(jacobian, draws, rcond=None)[0], axis=1)
+    noise = white_noise(float(np.sqrt(np.mean(loud**2))), RATE_HZ)
+    stated = np.median(
+        [np.sqrt(np.diag(of_noise(each, jacobian, noise).covariance)) for each in draws.T[:50]], axis=0
+    )
+    assert stated[0] == pytest.approx(scatter[0], rel=0.05)
+    assert stated[1] >= 0.95 * scatter[1]

@@ -16,6 +16,7 @@ from freerock.identification.problem import Problem
 from freerock.rotation.laboratory import Contributions
 from freerock.runs.noise import Noise, averaged
 
+NOTHING = float(np.finfo(float).tiny)
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters
 
 
@@ -189,6 +190,9 @@ def covariance(
     Bartlett-weighted long-run covariance of the scores J_i e_i, bandwidth by Andrews (1991),
     doi:10.2307/2938229. That assumes nothing of the noise, but needs runs much longer than its correlation.
 
+    Noise that is louder where a number moves the curve, such as speckle, raises its variance by the ratio of
+    Σ(I e)² to ΣI² mean(e²), with I the influence of each sample (White 1980, doi:10.2307/1912934).
+
     Parameters
     ----------
     residual : ndarray, shape (n_time,)
@@ -221,6 +225,8 @@ def covariance(
     correlation = centred[1:] @ centred[:-1] / (centred @ centred)
     coloured = bool(abs(correlation) > 4 / np.sqrt(n))
     best, dof = _of_noise(residual, influence, lengths, noises, theta)
+    uneven = np.sqrt(np.maximum(_unevenness(residual, influence), 1.0))
+    best *= np.outer(uneven, uneven)
     if not is_noise:
         others = [residual @ residual / (n - n_parameters) * inverse]
         others += [_long_run(influence * residual[:, None], lengths)] if coloured else []
@@ -228,6 +234,12 @@ def covariance(
             widen = np.sqrt(np.maximum(np.diag(best) / np.diag(other), 1.0))
             best = other * np.outer(widen, widen)
     return Known(best / np.outer(scale, scale), dof, coloured)
+
+
+def _unevenness(residual: Floats, influence: Floats) -> Floats:
+    """How much louder noise is where samples count for each number, as a ratio of powers."""
+    weight, square = influence**2, residual**2
+    return np.asarray(square @ weight / np.maximum(np.sum(weight, axis=0) * square.mean(), NOTHING))
 
 
 def _of_noise(
