@@ -10,6 +10,7 @@ import pandas as pd
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.report.scene import Scene, sentences
+from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
 from freerock.tables.paper import Cell, Labels, number
 from freerock.tables.text import fixed, quantity
@@ -17,6 +18,10 @@ from freerock.tables.text import fixed, quantity
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
 EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
+EXPLAINED_NOTE = (
+    "In brackets: in how many of the runs. Medians are over the runs that the model explains. As good: the "
+    "data can't tell it from the one named. Each row leads to its evidence."
+)
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
@@ -62,6 +67,17 @@ def scenes_of(
             }
         )
     return found
+
+
+def explained(scenes: Sequence[Mapping[str, Any]]) -> Sortable:
+    """What explains the runs of each scene: a row for each, which leads to its evidence."""
+    rows = [
+        [Cell(scene["name"], anchor=f"evidence-{i}"), *scene["explained"]]
+        for i, scene in enumerate(scenes, 1)
+    ]
+    return Sortable(
+        EXPLAINED, rows, "What explains the runs of each block on its foundation", [EXPLAINED_NOTE]
+    )
 
 
 def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

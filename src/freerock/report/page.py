@@ -20,7 +20,7 @@ from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.report import tables as made
-from freerock.report.evidence import EXPLAINED, scenes_of, together
+from freerock.report.evidence import explained, scenes_of, together
 from freerock.report.findings import findings
 from freerock.report.key_figure import key_figure
 from freerock.report.methods import bib, markdown, methods
@@ -180,8 +180,8 @@ def _content(
             name: each._replace(notes=[*_own(each.notes, name), *shown.notes(name)])
             for name, each in listings.items()
         },
-        "explained_heads": EXPLAINED,
         "evidence": (scenes := scenes_of(tables["choice"], tables["candidates"], blocks, labels)),
+        "explained": explained(scenes),
         "candidates": together(scenes),
         "unexplained": unexplained(tables["choice"]),
         "n_runs": int(runs["run"].notna().sum()),
@@ -209,11 +209,7 @@ def _own(notes: Sequence[str], name: str) -> list[str]:
 
 def _indices(text: str) -> Markup:
     """A text of the report's own with its indices below the line; no number leaves its = or %."""
-    shown = (
-        str(escape(text))
-        .replace(" %", "\N{NO-BREAK SPACE}%")
-        .replace(" = ", "\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
-    )
+    shown = re.sub(r" (?=[=≤] )|(?<=[=≤]) | (?=%)", "\N{NO-BREAK SPACE}", str(escape(text)))
     return Markup(INDEXED.sub(r"\1<sub>\2</sub>", shown))
 
 
