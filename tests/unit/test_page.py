@@ -81,9 +81,9 @@ def test_every_row_of_every_table_leads_to_its_run_or_record(page):
     assert links <= places
     assert {"run-b1_marble-1", "run-b1_marble-2", "run-b1_marble-3", "record-b1_broken"} <= links
     tables = re.findall(r'<table class="sorts">.*?<tbody>(.*?)</tbody>', page.html, re.S)
-    assert len(tables) == 8
+    assert len(tables) == 9
     for row in "".join(tables).split("<tr>")[1:]:
-        assert re.search('href="#(run|record|config)-', row)
+        assert re.search('href="#(run|record|config|evidence)-', row)
 
 
 def test_a_number_of_table_2_leads_to_file_samples_and_settings(page):

@@ -57,6 +57,15 @@ def test_a_freed_width_goes_into_the_prediction():
     assert predicted(record("a", [1.0, 1.0], width_m=0.066))["epsilon_theta"].max() < 1e-12
 
 
+def test_the_restitution_of_a_rigid_block_is_its_own():
+    records = record("a", [1.0, 1.0]), record("b", [1.0])
+    rigid = [
+        ([replace(each, model="housner", values={"r": 0.9, "theta0": 0.17}) for each in found], motions)
+        for found, motions in records
+    ]
+    assert predicted(*rigid)["basis"].tolist() == ["other runs"] * 2
+
+
 def test_a_restitution_per_impact_neither_predicts_nor_is_predicted():
     (own, other), motions = record("a", [1.0, 1.0])
     per_impact = replace(own, model="housner", values={"r": 0.9, "r_2": 0.91})

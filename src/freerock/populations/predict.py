@@ -10,7 +10,7 @@ import pandas as pd
 
 from freerock.identification.discrepancy import as_measured, epsilon_theta
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, law_of
 from freerock.populations.estimate import Estimate, transferable
 from freerock.runs.motion import Motion
 
@@ -44,8 +44,8 @@ def predictions(
     Returns
     -------
     pandas.DataFrame
-        Columns `PREDICTIONS`: basis is "other runs" (of the same record) or the name of another block on the
-        same foundation, n_runs their number, epsilon_theta a fraction.
+        Columns `PREDICTIONS`: basis is "other runs" (of the same record) or, of a law of the foundation, the
+        name of another block on it, n_runs their number, epsilon_theta a fraction.
     """
     single, rows = transferable(estimates), []
     by_block = _means_by_block(single)
@@ -81,7 +81,8 @@ def _means_by_block(estimates: Iterable[Estimate]) -> dict[tuple[str, str], dict
 def _bases(
     own: Estimate, of_test: Iterable[Estimate], by_block: Mapping[tuple[str, str], Mapping[str, Basis]]
 ) -> Iterator[tuple[str, Basis]]:
-    """What may predict a run: the other runs of its record, and each other block on its foundation."""
+    """What may predict a run: the other runs of its record, and each other block on its foundation, whose
+    law they share; r of a rigid block is its own."""
     others = [
         each
         for each in of_test
@@ -89,9 +90,10 @@ def _bases(
     ]
     if others:
         yield "other runs", (_geometric_means(others), len(others))
-    for block, mean in by_block[own.model, own.foundation].items():
-        if block != own.block:
-            yield block, mean
+    if law_of(own.model).is_foundation:
+        for block, mean in by_block[own.model, own.foundation].items():
+            if block != own.block:
+                yield block, mean
 
 
 def _geometric_means(estimates: list[Estimate]) -> dict[str, float]:

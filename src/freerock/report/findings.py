@@ -235,10 +235,15 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
         rows = _best_known(known, foundation, model)
         names, own = CANDIDATES[model].parameters, _of_each_block(known, rows)
         numbers = listed(
-            [_number(known, u, {**rows, "parameter": name}) for name in names if name not in own]
+            [_number(known, u, {**rows, "parameter": name}, labels) for name in names if name not in own]
         )
         of_blocks = [
-            part for name in own for part in ("; of each block its own ", *_range(known, rows, name))
+            part
+            for name in own
+            for part in (
+                "; of each block its own ",
+                *_of_records(known, u, {**rows, "level": "record", "parameter": name}, labels),
+            )
         ]
         told.append(
             (f"{label}: ", *numbers, f" ({MODEL_LABELS[model]}, ", *_over(known, rows), ")", *of_blocks, ".")
@@ -276,21 +281,31 @@ def _of_each_block(known: Tables, rows: Where) -> list[str]:
     return [name for name in names if name in OF_RECORD] if several else []
 
 
-def _range(known: Tables, rows: Where, parameter: str) -> Sentence:
-    """A parameter from record to record."""
-    where = {**rows, "level": "record", "parameter": parameter}
-    unit = unit_text(known.rows("populations", where)["unit"].iloc[0])
-    return f"{SYMBOLS[parameter]} = ", *known.ends("populations", "mean", where), f" {unit}".rstrip()
+def _of_records(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
+    """A parameter of each of a few records, or its range over more."""
+    own, symbol = known.rows("populations", where), f"{SYMBOLS[str(where['parameter'])]} = "
+    if len(own) > MOST:
+        return (
+            symbol,
+            *known.ends("populations", "mean", where),
+            f" {unit_text(own['unit'].iloc[0])}".rstrip(),
+        )
+    names = own["block"] if own["block"].is_unique else own["test"]
+    each: list[Sentence] = [
+        (known.value("populations", "mean", {**where, "test": test}, u), f" ({labels.get(name, name)})")
+        for test, name in zip(own["test"], names, strict=True)
+    ]
+    return symbol, *listed(each)
 
 
-def _number(known: Tables, u: str, where: Where) -> Sentence:
-    """A parameter of one record or of a foundation; its range over records that have each their own."""
+def _number(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
+    """A parameter of one record or of a foundation; that of each record where these have their own."""
     own, parameter = known.rows("populations", where), str(where["parameter"])
     if own.empty:
         return (f"{SYMBOLS[parameter]} unknown",)
     if len(own) == 1:
         return f"{SYMBOLS[parameter]} = ", known.value("populations", "mean", where, u)
-    return _range(known, where, parameter)
+    return _of_records(known, u, where, labels)
 
 
 def _over(known: Tables, rows: Where) -> Sentence:
@@ -299,7 +314,9 @@ def _over(known: Tables, rows: Where) -> Sentence:
         first = known.rows("populations", rows)["parameter"].iloc[0]
         return "mean of ", known.value("populations", "n_records", {**rows, "parameter": first}), " records"
     records = known.count("populations", rows, "test")
-    return ("one record",) if records.text == "1" else ("range over ", records, " records")
+    if records.text == "1":
+        return ("one record",)
+    return "range over " * (int(records.text) > MOST), records, " records"
 
 
 def _shared(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list[Sentence]:

@@ -24,7 +24,9 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
     shared = known["foundations"][known["foundations"]["model"].isin(soft)]["shared"]
     explained = [each for each in found if each.explained]
     rigid_too = any(len({law_of(model).is_foundation for model in each.possible}) == 2 for each in explained)
-    housner = choice[(choice["model"] == "housner") & (choice["status"] != "not_fitted")]
+    housner = choice[
+        (choice["model"] == "housner") & (choice["status"] != "not_fitted") & ~choice["explains"]
+    ]
     single = choice.groupby("test")["run"].nunique() == 1
     told = [
         (

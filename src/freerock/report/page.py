@@ -19,9 +19,10 @@ from freerock.config.history import Change
 from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
+from freerock.models.laws import law_of
 from freerock.report import tables as made
 from freerock.report.evidence import explained, scenes_of, together
-from freerock.report.findings import findings
+from freerock.report.findings import findings, laws_of_foundations
 from freerock.report.key_figure import key_figure
 from freerock.report.methods import bib, markdown, methods
 from freerock.report.methods import html as html_of
@@ -153,8 +154,10 @@ def _content(
         "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
     }
+    laws = set(laws_of_foundations(tables["choice"]).values())
     return {
         "config": config,
+        "rigid": bool(laws) and all(law and not law_of(law).is_foundation for law in laws),
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],
