@@ -112,6 +112,11 @@ class Truth:
         z, theta, _, _ = self.path[:, [0, *self._tops]]
         return _seen(theta, z, self.scene, self.laser)
 
+    @property
+    def block_peaks(self) -> Floats:
+        """The same angles, of the block itself [rad]."""
+        return np.asarray(self.path[1, [0, *self._tops]])
+
     @cached_property
     def energies(self) -> Floats:
         """Of the block above rest when the finger has left it, and at its tops [J]."""

@@ -22,7 +22,8 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
 from freerock.models.block import Block
-from freerock.populations.impact_energy import impact_energy
+from freerock.populations.impact_energy import block_peaks, impact_energy
+from freerock.rotation.laboratory import Laboratory
 from freerock_bench.analysed import Measured, measured
 from freerock_bench.document import publish
 from freerock_bench.integrated import RATE_HZ, Truth, candidate_of, laser_of, names_of, truth_of
@@ -40,6 +41,7 @@ NUMBERS = {
     "release": "release",
     "theta0": "release angle",
     "restitution": "r of an impact",
+    "block": "r of the block",
     "by energy": "by energy",
     "k": "k",
     "c": "c",
@@ -179,6 +181,12 @@ def _of_fit(truth: Truth, found: Measured, i: int) -> Iterator[Number]:
         for j, at in _alike(truth, of_energy.time_s + run.release_s):
             off = of_energy.restitution[j] - math.sqrt(truth.energies[at + 1] / truth.energies[at])
             yield "by energy", at + 1, off, of_energy.stderr[j]
+        laboratory = Laboratory(block, {"laser": laser_of(i)})
+        of_block = block_peaks(fit, impacts, run.release_s, laboratory)
+        energies = np.array([_rigid_energy(peak, block) for peak in truth.block_peaks])
+        for j, at in _alike(truth, impacts.time_s):
+            off = of_block.restitution[j] - math.sqrt(energies[at + 1] / energies[at])
+            yield "block", at + 1, off, of_block.u_total[j]
 
 
 def _alike(truth: Truth, found_s: Floats) -> list[tuple[int, int]]:

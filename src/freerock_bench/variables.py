@@ -36,6 +36,7 @@ WHERE: dict[str, dict[str, str]] = {  # heading: names by the dimensions they ha
     "fits/TEST.nc, group run_N/choice": {
         "candidate": "candidate status reason explains n_freed epsilon_theta epsilon_holdout "
         "epsilon_holdout_runs bic noise_p noise_ratio noise_low_hz noise_high_hz added_damping",
+        "impact": "peak_before_block peak_after_block restitution_block restitution_block_u",
     },
     "misfit_map.nc": {
         "c or lambda, k": "epsilon_theta",

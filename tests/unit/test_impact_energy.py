@@ -15,10 +15,12 @@ from freerock.identification.settings import FitSettings
 from freerock.models.block import GRAVITY
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.published import TABLE_2
-from freerock.populations.impact_energy import impact_energy
+from freerock.models.simulate import simulate
+from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.rotation.sensor import Laser
+from freerock.rotation.view import view_of
 from freerock.runs.impacts import find_impacts
 from freerock.runs.motion import Motion
 from freerock.virtual_lab.palermo import CONFIGURATIONS
@@ -174,3 +176,47 @@ def test_a_release_that_is_held_as_in_the_paper_has_energies():
     n = len(restitution)
     np.testing.assert_allclose(found.restitution[:n], restitution, atol=1e-3)
     assert np.all(np.isfinite(found.stderr[:n]))
+
+
+@pytest.mark.parametrize("position_m", [0.2, 0.1])
+def test_peaks_of_the_block_itself(position_m):
+    """What a beam shows of a block whose corner sinks, turned back: r within its error, as r seen is not."""
+    law = TABLE_2["aerstop"]["hunt_crossley"]
+    laser = replace(CONFIGURATIONS["config2"][2], position_m=position_m)
+    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
+    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
+    laboratory, view = Laboratory(BLOCK, {"laser": laser}), view_of([laser], BLOCK)
+    foundation = Foundation.of(law)
+    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, foundation)
+    noise = SIGMA / 10 * np.random.default_rng(4).standard_normal(len(seen))
+    run = Motion(time_s, seen + noise, SIGMA / 10, float(seen[0]), SIGMA / 300, 2e-4, view=view)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    impacts = find_impacts(time_s, run.theta, SIGMA / 10, BLOCK, theta0=run.theta0, theta0_stderr=SIGMA / 300)
+    found = block_peaks(fit, impacts, 0.0, laboratory)
+    true = find_impacts(time_s, motion.theta, 0.0, BLOCK, theta0=THETA0)
+    assert found.peak_before[0] == pytest.approx(THETA0, abs=3e-6)
+    for i in range(2):
+        off = abs(found.restitution[i] - true.restitution[i])
+        assert off < 3 * found.u_total[i]
+        assert abs(impacts.restitution[i] - true.restitution[i]) > 3 * off
+        assert found.peak_after[i] == pytest.approx(true.peak_after_rad[i], abs=5e-5)
+
+
+def test_inputs_reach_the_restitution_of_the_block_itself():
+    """A beam 1 mm higher: by as much as reading the record anew with that beam."""
+    law, laser = TABLE_2["aerstop"]["hunt_crossley"], CONFIGURATIONS["config2"][2]
+    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
+    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
+    view, foundation = view_of([laser], BLOCK), Foundation.of(law)
+    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, foundation)
+    run = Motion(time_s, seen, SIGMA, float(seen[0]), SIGMA / 30, 2e-4, view=view)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    impacts = find_impacts(time_s, run.theta, 0.0, BLOCK, theta0=run.theta0)
+    source = Input("laser", "position_m", 1e-3, True)
+    laboratory = Laboratory(BLOCK, {"laser": laser}, (source,))
+    exact = replace(fit, stderr=np.zeros(len(fit.stderr)), discrepancy=np.zeros(len(fit.stderr)))
+    held = Contributions.held((source,), np.zeros((len(fit.value), 1)))
+    found = block_peaks(replace(exact, contributions=held), impacts, 0.0, laboratory)
+    higher = laboratory.moved(source, 1.0)
+    moved = block_peaks(exact, impacts, 0.0, higher, read_by=laboratory)
+    assert found.u_total[:2] == pytest.approx(abs(moved.restitution - found.restitution)[:2], rel=0.05)

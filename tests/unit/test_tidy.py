@@ -148,7 +148,7 @@ def test_restitution_of_experiment_and_models_since_release(datasets):
     table = restitution_table(*datasets)
     assert ",".join(table) == (
         "campaign,test,run,source,impact,time_s,r,r_stderr,r_u,block,foundation,peak_before_deg,"
-        "peak_before_u_deg,r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s"
+        "peak_before_u_deg,r_energy,r_energy_stderr,r_energy_u,impact_speed_m_s,r_block,r_block_u,peak_before_block_deg"
     )
     first = table[(table["test"] == "b1_marble") & (table["run"] == 2) & (table["impact"] == 1)]
     assert first["r_stderr"].tolist() == [0.002, 0.0, 0.0, 0.0]

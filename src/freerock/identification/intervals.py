@@ -225,9 +225,10 @@ def covariance(
     correlation = centred[1:] @ centred[:-1] / (centred @ centred)
     coloured = bool(abs(correlation) > 4 / np.sqrt(n))
     best, dof = _of_noise(residual, influence, lengths, noises, theta)
-    uneven = np.sqrt(np.maximum(_unevenness(residual, influence), 1.0))
-    best *= np.outer(uneven, uneven)
-    if not is_noise:
+    if is_noise:
+        uneven = np.sqrt(np.maximum(_unevenness(residual, influence), 1.0))
+        best *= np.outer(uneven, uneven)
+    else:
         others = [residual @ residual / (n - n_parameters) * inverse]
         others += [_long_run(influence * residual[:, None], lengths)] if coloured else []
         for other in others:

@@ -11,15 +11,15 @@ import lmfit
 from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
-from freerock.populations.impact_energy import impact_energy
+from freerock.populations.impact_energy import BlockPeaks, block_peaks, impact_energy
 from freerock.populations.sensitivity import contributions
-from freerock.products.groups import NotFitted
+from freerock.products.groups import NotFitted, runs_of
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
-from freerock.products.runs import OVER_TIME, measured_in, runs_in
+from freerock.products.runs import OVER_TIME, impacts_in, measured_in, runs_in
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import view_of
-from freerock.runs.impacts import find_impacts
+from freerock.runs.impacts import Impacts, find_impacts
 from freerock.runs.limits import ImpactLimits
 from freerock.runs.motion import Motion
 from freerock.runs.noise import Noise, Rests, noise_of
@@ -67,7 +67,7 @@ def make_fits(
     passing : bool
         Written to be looked at once: not compressed and without energies.
     """
-    runs, motions, attrs = _read(record_file, hear)
+    runs, impacts, motions, attrs = _read(record_file, hear)
     block = Block(**settings["block"])
     hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
@@ -103,19 +103,30 @@ def make_fits(
     for number, own in doubts.items():
         for doubt in own:
             log.info("run %d: %s", number, doubt.text)
-    write_fits(output, fits, attributes, choices, doubts, not passing)
+    peaks = dict[int, BlockPeaks]()
+    for number, choice in choices.items():
+        named = fits[number].get(choice.selected)
+        if choice.explained and named is not None and named.energies is not None:
+            at = _as_found(named, laboratory)
+            rule = hypotheses.settings(named.model).debonding
+            peaks[number] = block_peaks(
+                named, impacts[number], runs[number].release_s, at, read_by=laboratory, debonding=rule
+            )
+    write_fits(output, fits, attributes, choices, doubts, not passing, peaks)
 
 
 def _read(
     record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
-) -> tuple[dict[int, Run], dict[int, Motion], Mapping[Any, Any]]:
-    """Runs, the motions that a law here can describe, and the record's attributes; its samples are let go."""
+) -> tuple[dict[int, Run], dict[int, Impacts], dict[int, Motion], Mapping[Any, Any]]:
+    """Runs with their impacts, the motions that a law here can describe, and the record's attributes; its
+    samples are let go."""
     record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     measured = measured_in(record, samples_in(record_file, OVER_TIME))
     motions = measured.with_noise(hear)
     rocks = {number for number, run in runs.items() if not {*NO_LAW} & {*run.verdict.names}}
-    return runs, {number: each for number, each in motions.items() if number in rocks}, record.attrs
+    impacts = {number: impacts_in(group) for number, group in runs_of(record).items()}
+    return runs, impacts, {number: each for number, each in motions.items() if number in rocks}, record.attrs
 
 
 def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:
@@ -154,8 +165,14 @@ def _with_energies(
         return fit
     debonding = hypotheses.settings(fit.model).debonding
     times, view = fit.impacts.time_s, motion.view
-    if fit.contributions is not None and fit.contributions.moved.any():
-        laboratory = laboratory.at(fit.contributions.inputs, fit.contributions.moved)
-        block, view = laboratory.block, view_of([*laboratory.lasers.values()], laboratory.block)
+    if (at := _as_found(fit, laboratory)) is not laboratory:
+        laboratory, block, view = at, at.block, view_of([*at.lasers.values()], at.block)
     found = impact_energy(fit, block, times, debonding=debonding, view=view, laboratory=laboratory)
     return replace(fit, energies=found)
+
+
+def _as_found(fit: Fit, laboratory: Laboratory) -> Laboratory:
+    """The laboratory with its inputs as a fit found them; as stated where it moved none."""
+    if fit.contributions is None or not fit.contributions.moved.any():
+        return laboratory
+    return laboratory.at(fit.contributions.inputs, fit.contributions.moved)

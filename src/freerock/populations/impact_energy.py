@@ -1,13 +1,15 @@
-"""Restitution of each impact as a ratio of true mechanical energies, under a fitted law.
+"""Impacts under a fitted law: restitution as a ratio of true energies, and peaks of the block itself.
 
 On a compliant base a tilted block has sunk, moves up and down and has pressed the foundation: its height
-alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies.
+alone is not its energy, and the restitution from two peaks of a rigid block is not the ratio of energies. Nor
+is the rotation that a beam shows that of the block: `block_peaks` takes off what the corner sinks.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +19,14 @@ from freerock.identification.fit import Fit, ImpactEnergy
 from freerock.identification.model_discrepancy import model_discrepancy
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, energy
-from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, law_of
-from freerock.models.simulate import Solver, simulate
+from freerock.models.laws import CANDIDATES, GEOMETRIC, MODELS, Rules, law_of
+from freerock.models.simulate import Response, Solver, simulate
 from freerock.rotation.laboratory import Laboratory
-from freerock.rotation.view import View
+from freerock.rotation.view import View, view_of
+from freerock.runs.impacts import Impacts
 from freerock.runs.limits import OF_RUNS
 from freerock.runs.release import lowered
+from freerock.runs.total import restitution_of
 
 
 @dataclass(frozen=True)
@@ -114,16 +118,104 @@ def impact_energy(
     total = variance + _discrepancy(fit, gradient * known) ** 2
     if laboratory is not None and fit.contributions is not None:
         for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
-            moved = {
-                name: max(value + ENERGY.share * by, ENERGY.least * value)
-                if name in MODELS[fit.model]
-                else value + ENERGY.share * by
-                for (name, value), by in zip(fit.values.items(), shift, strict=True)
-            }
-            there = law.of(laboratory.moved(source, ENERGY.share).block, moved)
+            there = law.of(laboratory.moved(source, ENERGY.share).block, _shifted(fit, ENERGY.share * shift))
             total += ((there[2] - nominal[2]) / ENERGY.share) ** 2
     total += (nominal[2] * (nominal[3] == 0) * _taken(block, fit.values.get("theta0", law.theta0))) ** 2
     return ImpactEnergy(*nominal[:3], np.sqrt(variance), np.sqrt(total))
+
+
+@dataclass(frozen=True)
+class BlockPeaks:
+    """Peaks of the block itself about each measured impact, under a law; NaN where the law has no such top.
+
+    Parameters
+    ----------
+    peak_before, peak_after : ndarray, shape (n_impacts,)
+        Signed, of the block about its corner, sunk or not [rad].
+    restitution, u_total : ndarray, shape (n_impacts,)
+        From these two (`runs.impacts.restitution_from_peaks`), and its total standard uncertainty.
+    """
+
+    peak_before: Floats
+    peak_after: Floats
+    restitution: Floats
+    u_total: Floats
+
+
+def block_peaks(
+    fit: Fit,
+    impacts: Impacts,
+    release_s: float,
+    laboratory: Laboratory,
+    *,
+    read_by: Laboratory | None = None,
+    debonding: str = GEOMETRIC.debonding,
+) -> BlockPeaks:
+    """Peaks and restitutions of a block whose corner sinks, from those that a beam shows.
+
+    To each peak comes what the law's own motion hides there: its rotation less the rotation seen (F32). How that depends on numbers and inputs is taken from a block at rest at the peak.
+
+    Parameters
+    ----------
+    fit : Fit
+        Of the run, by a law of the foundation, to be used.
+    impacts : Impacts
+        Of the measured run.
+    release_s : float
+        On the clock of the impacts [s].
+    laboratory : Laboratory
+        With the inputs as the fit found them.
+    read_by : Laboratory, optional
+        With which the impacts were found, where it is another.
+    debonding : str
+        The rule of the fit.
+    """
+    read_by, n = read_by or laboratory, len(impacts.time_s)
+    seen = np.concatenate([impacts.peak_before_rad, impacts.peak_after_rad])
+    view = view_of([*laboratory.lasers.values()], laboratory.block)
+    law = _Law(fit.model, debonding, view, impacts.time_s - release_s, float(fit.theta_model[0]))
+    turned = read_by.reread(seen, laboratory) + law.hidden(laboratory.block, fit.values)
+
+    def numbers(there: Laboratory, values: Mapping[str, float]) -> Floats:
+        before, after = np.split(_at_rest(read_by.reread(seen, there), there, values), 2)
+        return restitution_of(before, after, there)
+
+    total = impacts.restitution_stderr**2
+    for name, stderr, law_s in zip(fit.parameters, fit.stderr, fit.discrepancy, strict=True):
+        if np.isfinite(stderr) and name in (*MODELS[fit.model], "width"):
+            step = ENERGY.relative * abs(fit.values[name])
+            up, down = (
+                numbers(laboratory, {**fit.values, name: fit.values[name] + by}) for by in (step, -step)
+            )
+            total = total + ((up - down) / (2 * step)) ** 2 * (stderr**2 + law_s**2)
+    if fit.contributions is not None:
+        for source, shift in zip(fit.contributions.inputs, fit.contributions.values.T, strict=True):
+            up, down = (
+                numbers(laboratory.moved(source, by), _shifted(fit, by * shift))
+                for by in (ENERGY.share, -ENERGY.share)
+            )
+            total = total + ((up - down) / (2 * ENERGY.share)) ** 2
+    before, after = np.split(turned, 2)
+    return BlockPeaks(before, after, restitution_of(before, after, laboratory), np.sqrt(total[:n]))
+
+
+def _shifted(fit: Fit, shift: Floats) -> dict[str, float]:
+    """The numbers of a fit, shifted; a force that the motion hardly determines stays above 0."""
+    return {
+        name: max(value + by, ENERGY.least * value) if name in MODELS[fit.model] else value + by
+        for (name, value), by in zip(fit.values.items(), shift.tolist(), strict=True)
+    }
+
+
+def _at_rest(seen: Floats, laboratory: Laboratory, values: Mapping[str, float]) -> Floats:
+    """Rotation of a block at rest on the foundation that is seen at some angles [rad]."""
+    view, block = view_of([*laboratory.lasers.values()], laboratory.block), laboratory.block.as_found(values)
+    if view is None:
+        return seen
+    foundation, turned = Foundation.of(values), seen.copy()
+    for i in np.flatnonzero(np.abs(seen) < laboratory.block.theta_cr):
+        turned[i] = view.released(float(seen[i]), block, foundation)
+    return turned
 
 
 def _taken(block: Block, theta0: float) -> float:
@@ -160,6 +252,57 @@ class _Law:
         nothing = np.full(self.asked.size, np.nan)
         if not self.asked.size:
             return nothing, nothing, nothing, nothing
+        moved = self._moved(block, values)
+        motion, impacts = moved.motion, moved.impacts
+        speeds = np.abs(np.interp(impacts, motion.time, motion.theta_rate))
+        left, right = (
+            np.asarray(
+                energy(
+                    moved.block,
+                    moved.foundation,
+                    motion.z_cb[i],
+                    motion.z_cb_rate[i],
+                    motion.theta[i],
+                    motion.theta_rate[i],
+                    moved.rules,
+                )
+            )
+            for i in (moved.tops, moved.tops + 1)
+        )
+        at_tops = left + moved.share * (right - left)
+        if len(at_tops) < 2:
+            return nothing, nothing, nothing, nothing
+        restitution = np.full(len(speeds), np.nan)
+        restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
+        nearest = self._nearest(moved, values)
+        before = nearest.astype(float)
+        times = impacts[nearest] + values.get("t0", 0.0)
+        return times, 2 * moved.block.b * speeds[nearest], restitution[nearest], before
+
+    def hidden(self, block: Block, values: Mapping[str, float]) -> Floats:
+        """Rotation less what the sensor shows of it [rad], shape (2 n_impacts,).
+
+        At the tops before the impacts requested, then at those after them.
+        """
+        if not self.asked.size or self.view is None:
+            return np.zeros(2 * self.asked.size)
+        moved = self._moved(block, values)
+        motion, n_tops = moved.motion, len(moved.tops)
+        at = motion.time[moved.tops] + moved.share * ENERGY.step_s
+        beside = at + self.view.moments[0][:, None]
+        theta, z_cb = (np.interp(beside, motion.time, each) for each in (motion.theta, motion.z_cb))
+        seen = self.view.seen(theta, z_cb, moved.block, moved.foundation)
+        hidden = np.append(np.interp(at, motion.time, motion.theta) - seen, np.nan)
+        nearest = self._nearest(moved, values)
+        return np.asarray(hidden[np.minimum(np.concatenate([nearest, nearest + 1]), n_tops)])
+
+    def _nearest(self, moved: "_Moved", values: Mapping[str, float]) -> NDArray[np.intp]:
+        """The impact of the law nearest to each that is requested."""
+        return np.asarray(
+            np.argmin(np.abs(moved.impacts[:, None] + values.get("t0", 0.0) - self.asked), axis=0)
+        )
+
+    def _moved(self, block: Block, values: Mapping[str, float]) -> "_Moved":
         candidate, turning = CANDIDATES[self.model], block.as_found(values)
         rules, foundation = candidate.rules(self.debonding), Foundation.of(values)
         theta0, t0 = values.get("theta0", self.theta0), values.get("t0", 0.0)
@@ -173,30 +316,20 @@ class _Law:
             candidate.law, turning, law, time, theta0=theta0, rules=rules, solver=Solver(ENERGY.rtol)
         )
         impacts = motion.impacts[motion.impacts < time[-1]]
-        speeds = np.abs(np.interp(impacts, time, motion.theta_rate))
-        at, share = _tops(impacts, time, motion.theta_rate)
-        left, right = (
-            np.asarray(
-                energy(
-                    turning,
-                    foundation,
-                    motion.z_cb[i],
-                    motion.z_cb_rate[i],
-                    motion.theta[i],
-                    motion.theta_rate[i],
-                    rules,
-                )
-            )
-            for i in (at, at + 1)
-        )
-        at_tops = left + share * (right - left)
-        if len(at_tops) < 2:
-            return nothing, nothing, nothing, nothing
-        restitution = np.full(len(speeds), np.nan)
-        restitution[: len(at_tops) - 1] = np.sqrt(at_tops[1:] / at_tops[:-1])
-        nearest = np.argmin(np.abs(impacts[:, None] + t0 - self.asked), axis=0)
-        before = nearest.astype(float)
-        return impacts[nearest] + t0, 2 * turning.b * speeds[nearest], restitution[nearest], before
+        return _Moved(turning, foundation, rules, motion, impacts, *_tops(impacts, time, motion.theta_rate))
+
+
+class _Moved(NamedTuple):
+    """A motion of a law: what turned on what, its impacts [s], and the samples before its tops with the share
+    of the step from there."""
+
+    block: Block
+    foundation: Foundation
+    rules: Rules
+    motion: Response
+    impacts: Floats
+    tops: NDArray[np.intp]
+    share: Floats
 
 
 def _tops(impacts: Floats, time: Floats, rate: Floats) -> tuple[NDArray[np.intp], Floats]:

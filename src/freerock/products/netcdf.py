@@ -22,6 +22,7 @@ SINCE_RELEASE = {"long_name": "time since the release"}
 
 if TYPE_CHECKING:
     from freerock.identification.fit import Fit
+    from freerock.populations.impact_energy import BlockPeaks
     from freerock.runs.impacts import Impacts
     from freerock.runs.segment import Run
     from freerock.runs.total import MeasuredTotal
@@ -106,6 +107,7 @@ def write_fits(
     choices: Mapping[int, "Choice"] | None = None,
     doubts: Mapping[int, Sequence[Reason]] | None = None,
     packed: bool = True,
+    peaks: "Mapping[int, BlockPeaks] | None" = None,
 ) -> None:
     """Write identified models: a group per run, with a group per model in each.
 
@@ -123,6 +125,8 @@ def write_fits(
         What the fits of a run say against it, by run number.
     packed : bool
         Compress what runs over time.
+    peaks : mapping of int to BlockPeaks, optional
+        Of the measured impacts of a run, under the candidate named.
 
     Raises
     ------
@@ -136,7 +140,8 @@ def write_fits(
     for run, choice in (choices or {}).items():
         group = f"run_{run}"
         if group in groups:
-            groups[f"{group}/{GROUP}"] = choice_dataset(choice)
+            of_block = _block_peaks(peaks[run]) if peaks and run in peaks else {}
+            groups[f"{group}/{GROUP}"] = choice_dataset(choice).assign(of_block)
     write_groups(path, groups, packed)
 
 
@@ -188,6 +193,15 @@ def _impacts(impacts: "Impacts") -> dict[str, Any]:
     return {
         name: ((), impacts.theta_uplift) if field == "theta_uplift" else ("impact", getattr(impacts, field))
         for field, name in IMPACTS.items()
+    }
+
+
+def _block_peaks(peaks: "BlockPeaks") -> dict[str, Any]:
+    return {
+        "peak_before_block": ("impact", peaks.peak_before),
+        "peak_after_block": ("impact", peaks.peak_after),
+        "restitution_block": ("impact", peaks.restitution),
+        "restitution_block_u": ("impact", peaks.u_total),
     }
 
 

@@ -127,8 +127,14 @@ def _numbers(angles: Floats, laboratory: Laboratory, moved: Laboratory) -> Float
 
 def _with_restitution(angles: Floats, laboratory: Laboratory) -> Floats:
     """Angles and the restitutions from the peaks among them."""
-    before, after = (_energy(peaks, laboratory) for peaks in np.split(angles[1:], 2))
-    return np.concatenate([angles, np.sqrt(after / before)])
+    before, after = np.split(angles[1:], 2)
+    return np.concatenate([angles, restitution_of(before, after, laboratory)])
+
+
+def restitution_of(before: Floats, after: Floats, laboratory: Laboratory) -> Floats:
+    """Restitutions from peaks before and after impacts [rad]: see `impacts.restitution_from_peaks`."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.sqrt(_energy(after, laboratory) / _energy(before, laboratory)))
 
 
 def _energy(peaks: Floats, laboratory: Laboratory) -> Floats:

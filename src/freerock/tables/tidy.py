@@ -55,7 +55,7 @@ RESTITUTION += [
     "r_energy_stderr",
     "r_energy_u",
 ]
-RESTITUTION += ["impact_speed_m_s"]
+RESTITUTION += ["impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
 
 ENERGIES = {
     "r_energy": "restitution_energy",
@@ -63,6 +63,7 @@ ENERGIES = {
     "r_energy_u": "restitution_energy_u",
     "impact_speed_m_s": "impact_speed",
 }
+BLOCK = ("restitution_block", "restitution_block_u", "peak_before_block")
 NUMBERS_OF_FIT = ("value", "stderr", "ci95_low", "ci95_high", "discrepancy")
 Trees = Iterable[xr.DataTree]
 
@@ -372,12 +373,23 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
         release [s], r the restitution from the peaks before and after the impact, peak_before_deg the peak
         |θ| before it; of those measured r_u and peak_before_u_deg are the total uncertainties. Of a
         foundation's law r_energy is the root of the ratio of its true energies, r_energy_u its total
-        uncertainty, impact_speed_m_s that of the corner that comes down.
+        uncertainty, impact_speed_m_s that of the corner that comes down. r and peaks are of the rotation
+        seen; those of a measured run named r_block and peak_before_block_deg are of the block itself, whose
+        corner sinks under the law that explains the run.
     """
-    parts: list[tuple[xr.DataTree, int, str, xr.Dataset, float]] = []
+    fits, parts = list(fits), list[tuple[xr.DataTree, int, str, xr.Dataset, float]]()
+    of_block = {
+        (tree.attrs["test"], run): choice
+        for tree in fits
+        for run, choice in choices_of(tree)
+        if "restitution_block" in choice
+    }
     for tree in records:
         for number, group in runs_of(tree).items():
             measured = group.dataset
+            known = of_block.get((tree.attrs["test"], number))
+            if known is not None:
+                measured = measured.assign(known[[*BLOCK]])
             parts.append((tree, number, "experiment", measured, measured["release"].item()))
     for tree in fits:
         parts += [(tree, run, model, fit, 0.0) for run, model, fit in fits_of(tree)]
@@ -394,6 +406,9 @@ def restitution_table(records: Trees, fits: Trees) -> pd.DataFrame:
                 "peak_before_deg": np.degrees(np.abs(node["peak_before"].values)),
                 "peak_before_u_deg": np.degrees(_of_impacts(node, "peak_before_u")),
                 **{column: _of_impacts(node, name) for column, name in ENERGIES.items()},
+                "r_block": _of_impacts(node, "restitution_block"),
+                "r_block_u": _of_impacts(node, "restitution_block_u"),
+                "peak_before_block_deg": np.degrees(np.abs(_of_impacts(node, "peak_before_block"))),
             }
         )
         for tree, run, source, node, release in parts
