@@ -14,8 +14,8 @@ from freerock.tables.swings import named_swings
 
 FIGURE = {
     "title": "Restitution of each impact",
-    "caption": "Restitution r of each impact, from the peaks seen before and after it, against the peak before it "
-    "over the critical angle α. Bars: one standard error. Dotted: a rigid block on a rigid base, "
+    "caption": "Restitution r of each impact, from the peaks seen before and after it, against the peak "
+    "before it over the critical angle α. Bars: one standard error. Dotted: a rigid block on a rigid base, "
     "1 − 1.5 sin²α of a rectangle (Housner 1963).",
     "reading": "Compare the points with the dotted line, which is Housner's r of that block on a rigid "
     "base. A constant r would be a horizontal row; a slope means that r depends on amplitude. "

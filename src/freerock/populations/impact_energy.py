@@ -153,7 +153,8 @@ def block_peaks(
 ) -> BlockPeaks:
     """Peaks and restitutions of a block whose corner sinks, from those that a beam shows.
 
-    To each peak comes what the law's own motion hides there: its rotation less the rotation seen (F32). How that depends on numbers and inputs is taken from a block at rest at the peak.
+    To each peak comes what the law's own motion hides there: its rotation less the rotation seen (F32). How
+    that depends on numbers and inputs is taken from a block at rest at the peak.
 
     Parameters
     ----------
