@@ -32,10 +32,9 @@ from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, freerock
 from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
 from freerock_bench.methods.problem import Problem, Solution, solution
+from freerock_bench.scenes import NOISE_RAD, SAMPLING_HZ
 from freerock_bench.timing import interleaved
 
-SIGMA_RAD = math.radians(0.01)  # noise of a sample of θ
-SAMPLING_HZ = 2000.0
 EVERY_S = 0.01  # between the instants compared
 SPAN_S = {"full": 3.0, "small": 0.6}
 ROUNDS = {"full": 5, "small": 1}
@@ -241,7 +240,7 @@ class Scale:
         """The solution, its derivatives at tight tolerance, and the runs of a fit."""
         self.problem, self.time = problem, time
         self.true = self._golden()
-        self.floor = SIGMA_RAD**2 * time.size / float(self.true @ self.true)
+        self.floor = NOISE_RAD**2 * time.size / float(self.true @ self.true)
         self.names = (*MODELS[problem.model], "theta0")
         columns = []
         for name in self.names:
@@ -267,7 +266,7 @@ class Scale:
         """Shift of the first parameter, to first order, by an error of the simulation, in standard errors."""
         inverse = np.linalg.pinv(self.jacobian)
         # the samples compared are fewer than those of a record
-        stderr = SIGMA_RAD * math.sqrt(1 / (EVERY_S * SAMPLING_HZ)) * float(np.linalg.norm(inverse[0]))
+        stderr = NOISE_RAD * math.sqrt(1 / (EVERY_S * SAMPLING_HZ)) * float(np.linalg.norm(inverse[0]))
         return abs(float(inverse[0] @ error)) / stderr
 
     def _theta(self, other: Mapping[str, float], later_s: float) -> Floats:
@@ -289,8 +288,8 @@ class Scale:
         problem = self.problem
         time = np.arange(0.0, self.time[-1], 1 / SAMPLING_HZ)
         theta = freerock(problem, time, 1e-10).theta
-        theta = theta + np.random.default_rng(1).normal(0, SIGMA_RAD, time.size)
-        motion = Motion(time, theta, SIGMA_RAD, problem.theta0, theta0_stderr=SIGMA_RAD)
+        theta = theta + np.random.default_rng(1).normal(0, NOISE_RAD, time.size)
+        motion = Motion(time, theta, NOISE_RAD, problem.theta0, theta0_stderr=NOISE_RAD)
         fit = partial(fit_run, problem.model, problem.block, motion)
         kept, runs, rest_s = simulate.simulate_theta, 0.0, math.inf
         for _ in range(3):

@@ -1,11 +1,13 @@
 """The problems of the studies of speed: the blocks and laws of the paper's tables."""
 
+import math
 from importlib.util import find_spec
 
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock_bench.methods.problem import Problem
 
 SAMPLING_HZ = 2000.0
+NOISE_RAD = math.radians(0.01)  # of a sample of a laser
 SPAN_S = {"full": 5.0, "small": 1.0}
 ROUNDS = {"full": 7, "small": 2}
 

@@ -9,7 +9,7 @@ import pandas as pd
 from freerock.arrays import Floats
 from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS, Method, freerock
 from freerock_bench.methods.problem import Problem
-from freerock_bench.scenes import ROUNDS, SAMPLING_HZ, SPAN_S, cyrk_installed, scenes
+from freerock_bench.scenes import NOISE_RAD, ROUNDS, SAMPLING_HZ, SPAN_S, cyrk_installed, scenes
 from freerock_bench.timing import interleaved
 
 TOLERANCES = {"full": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12), "small": (1e-4, 1e-7)}
@@ -32,7 +32,7 @@ def run(size: str = "full") -> pd.DataFrame:
     pandas.DataFrame
         Columns block, foundation, model, method, setting ("rtol", "step_s" or "" where there is none),
         value, time_s, repeats, evaluations, epsilon, max_error_rad, outcome; reference_epsilon and
-        reference_max_rad, the disagreement of the two references.
+        reference_max_rad, the disagreement of the two references; noise_epsilon, ε of the noise of a laser.
     """
     sampled = np.arange(0.0, SPAN_S[size], 1 / SAMPLING_HZ)
     rows = []
@@ -65,6 +65,7 @@ def run(size: str = "full") -> pd.DataFrame:
                     "outcome": solution.outcome,
                     "reference_epsilon": apart[0],
                     "reference_max_rad": apart[1],
+                    "noise_epsilon": NOISE_RAD**2 / float(np.mean(reference**2)),
                 }
             )
     return pd.DataFrame(rows)

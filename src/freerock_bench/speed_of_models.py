@@ -30,6 +30,7 @@ from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.foundation import rates
 from freerock_bench.methods.housner import housner_overturns
 from freerock_bench.methods.problem import Problem
+from freerock_bench.scenes import NOISE_RAD
 from freerock_bench.speed_accuracy import errors
 from freerock_bench.timing import interleaved
 
@@ -38,7 +39,6 @@ MARBLE = FOUNDATIONS["marble"]
 HC = Problem("hunt_crossley", BLOCK, MARBLE, THETA0)
 TIME = np.arange(0.0, 5.0, 1 / 2000)
 ERROR = 1e-10  # ε at which methods are compared
-NOISE = math.radians(0.01)  # of a laser
 LADDER = [10**-e for e in np.arange(2.0, 9.1, 0.25)]
 
 
@@ -120,7 +120,7 @@ def cyrk():
     rounds, start = 10_000, np.array(HC.start)
     ((_, seconds, _),) = interleaved([partial(_rates, start, np.array(HC.law), rounds)], 20, in_a_row=3)
     row("an evaluation as CyRK asks for it", "", f"{1e9 * seconds / rounds:.0f} ns")
-    for error in (ERROR, NOISE**2 / float(np.mean(reference**2))):
+    for error in (ERROR, NOISE_RAD**2 / float(np.mean(reference**2))):
         at = {name: loosest(call, reference, error) for name, call in calls.items()}
         runs = [partial(call, at[name], HC, time) for name, call in calls.items() for time in (TIME, few)]
         seconds = [best for _, best, _ in interleaved(runs, 20, in_a_row=3)]

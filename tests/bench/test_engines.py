@@ -100,9 +100,9 @@ def test_a_tool_that_fails_is_told(own):
 
 
 def test_the_figures_are_drawn(own):
-    pages, rows = engines_figure.draw(own)
-    assert len(pages) == 3
-    assert len(rows) == len(own)
+    figure, rows = engines_figure.draw(own)
+    assert len(figure.axes) == 3 and len(rows) == len(own)
+    assert "pale: a cheaper setting errs less" in [text.get_text() for text in figure.legends[0].texts]
     figure, rows = numerics_figure.draw(numerics.run("small"))
     assert len(figure.axes) == 4
     assert set(rows["part"]) == set(numerics.X)
@@ -132,7 +132,7 @@ def test_what_an_engine_cannot_do_stands_within_its_panel():
         ]
         columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
         columns += ["error_stderr", "fit_s", "note"]
-        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0][0]
+        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
         figure.draw_without_rendering()
         for ax in figure.axes:
             (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]

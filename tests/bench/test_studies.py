@@ -12,8 +12,18 @@ from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 from freerock.figures.style import save
 from freerock.models.block import Block
-from freerock.models.laws import LAWS, PAPER_MODELS
-from freerock_bench import confusion, coverage, figures, harness, shared, speed_accuracy, stability, success
+from freerock.models.laws import CANDIDATES, LAWS, PAPER_MODELS
+from freerock_bench import (
+    confusion,
+    cost,
+    coverage,
+    figures,
+    harness,
+    shared,
+    speed_accuracy,
+    stability,
+    success,
+)
 from freerock_bench.atlas.cells import COLUMNS, STATES, attempt, judge
 from freerock_bench.methods.by_name import freerock
 from freerock_bench.methods.problem import Problem, Solution
@@ -107,7 +117,7 @@ def test_refusals_are_cells_too():
 def test_the_figure_of_speed_against_accuracy(speeds, tmp_path):
     drawn, data = figures.speed_accuracy.draw(speeds)
     _saved(drawn, data, tmp_path, "speed_accuracy")
-    assert len(data) == len(speeds)
+    assert set(data["model"]) == {"hunt_crossley", "winkler"} and len(drawn.axes) == 2
 
 
 def test_each_page_of_the_atlas_is_a_figure(cells, tmp_path):
@@ -241,3 +251,31 @@ def test_a_cell_of_the_atlas_and_its_figure(tmp_path):
     save(pages, data, tmp_path / "confusion")
     assert len(pages) == 3
     assert data["n"].sum() == len(frame) and (data["share"] == 1).all()
+    wrong = frame["law"].eq("hunt_crossley") & (frame["n_runs"] == 1)
+    missed = frame.assign(right=frame["right"] & ~wrong)
+    (who, noises, _), _ = figures.confusion.draw(missed)
+    assert [len(figure.axes[0].get_yticks()) for figure in (who, noises)] == [1, 1]  # one truth of two
+    assert [text.get_text() for text in noises.axes[0].texts] == ["100"]
+
+
+def test_a_rigid_block_needs_one_parameter():
+    frame = cost.run("small")
+    assert frame["named"].sum() == 1 and list(frame["model"]) == list(CANDIDATES)
+    named = frame[frame["named"]].iloc[0]
+    assert (named["model"], named["n_parameters"]) == ("housner", 1)
+    assert 0.9 < named["over_noise"] < 1.15
+    assert frame.groupby("n_parameters")["epsilon_theta"].min().tolist() == (
+        frame[frame["least"]]
+        .drop_duplicates("n_parameters")
+        .set_index("n_parameters")["epsilon_theta"]
+        .sort_index()
+        .tolist()
+    )
+    figure, data = figures.cost.draw(frame)
+    (ring,) = [line for line in figure.axes[0].lines if line.get_markersize() > 10]
+    assert len(data) == len(frame) and ring.get_ydata() == [named["over_noise"]]
+
+
+def test_each_block_of_the_study_of_cost_needs_another_law():
+    needed = {truth.model for truth in cost.truths().values()}
+    assert needed == {"housner", "hunt_crossley", "hunt_crossley_pivoting_width"}

@@ -11,6 +11,7 @@ STUDIES = [
     "success",
     "coverage",
     "confusion",
+    "cost",
     "drawn",
     "faults",
     "kinds",

@@ -9,10 +9,12 @@ from freerock.figures.style import Axes, Labels, headed, styled
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, Candidate
 
 FIGURE = {
-    "caption": "Confusion atlas: which candidate is named for which truth, how often under each noise, and "
-    "how wrong the stiffness is where another one is named. All runs are simulated.",
+    "caption": "Confusion atlas: which candidate is named for which truth, how often the truth is missed "
+    "under each noise, and how wrong the stiffness is then. Truths that are always found are left out. All "
+    "runs are simulated.",
 }
 
+Truths = list[tuple[str, str, float]]
 NOBODY = "none explains"  # also where one is named as the best of those that do not
 SHARES = LinearSegmentedColormap.from_list("shares", ["white", "#0072b2"])
 TRUTH = ["law", "kinematics", "width_fraction"]
@@ -76,51 +78,54 @@ def _confident(frame: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _who(frame: pd.DataFrame, truths: list[tuple[str, str, float]]) -> Figure:
-    """Matrix of truth and named candidate, all noises together."""
-    own = [Candidate(law, kinematics, width != 1).name for law, kinematics, width in truths]
-    named = [name for name in dict.fromkeys([*own, *CANDIDATES, NOBODY]) if name in {*own, *frame["named"]}]
+def _who(frame: pd.DataFrame, truths: Truths) -> Figure:
+    """Matrix of truth and named candidate, all noises together, of truths that were not always named."""
+    missed = frame[~frame["right"]].groupby(TRUTH).size()
+    shown = [truth for truth in truths if truth in missed.index] or truths[:1]
+    own = [Candidate(law, kinematics, width != 1).name for law, kinematics, width in shown]
     counts = frame.groupby([*TRUTH, "named"]).size()
-    matrix = np.array([[counts.get((*truth, name), 0) for name in named] for truth in truths], dtype=float)
-    figure = Figure(figsize=(7.0, 1.9 + 0.2 * len(truths)))
+    here = {name for *truth, name in counts.index if tuple(truth) in shown}
+    named = [name for name in dict.fromkeys([*own, *CANDIDATES, NOBODY]) if name in {*own, *here}]
+    matrix = np.array([[counts.get((*truth, name), 0) for name in named] for truth in shown], dtype=float)
+    figure = Figure(figsize=(7.0, 1.9 + 0.2 * len(shown)))
     ax = figure.subplots()
-    _matrix(ax, matrix / matrix.sum(axis=1, keepdims=True), truths, matrix.astype(int).astype(str))
+    _matrix(ax, matrix / matrix.sum(axis=1, keepdims=True), shown, matrix.astype(int).astype(str))
     ax.set_xticks(
         range(len(named)), [MODEL_LABELS.get(name, name) for name in named], rotation=60, ha="right"
     )
     for row, name in enumerate(own):
         _frame(ax, named.index(name), row)
-    ax.set_title(
-        "truth (rows), named (columns), number of records; the truth's own place is framed", loc="left"
-    )
+    others = f"; {len(truths) - len(shown)} other truths: all right" if len(shown) < len(truths) else ""
+    ax.set_title(f"records by truth (row) and name; framed: right{others}", loc="left")
     headed(figure)
     return figure
 
 
-def _noises(frame: pd.DataFrame, truths: list[tuple[str, str, float]]) -> Figure:
-    """How often the truth is named, and how often it is in the set, by noise and number of runs."""
-    columns = list(
-        dict.fromkeys(
-            frame[["n_runs", "noise"]].sort_values("n_runs", kind="stable").itertuples(index=False, name=None)
-        )
-    )
-    figure = Figure(figsize=(7.0, 1.5 + 0.2 * len(truths)))
+def _noises(frame: pd.DataFrame, truths: Truths) -> Figure:
+    """How often the truth is not named, and not in the set, by noise and number of runs."""
+    by_runs = frame[["n_runs", "noise"]].sort_values("n_runs", kind="stable")
+    columns = list(dict.fromkeys(by_runs.itertuples(index=False, name=None)))
+    shares = frame.groupby([*TRUTH, "n_runs", "noise"])[["right", "held"]].mean()
+    missed = shares[(shares < 1).any(axis=1)].index
+    shown = [truth for truth in truths if any(truth == found[:3] for found in missed)] or truths[:1]
+    columns = [where for where in columns if any(where == found[3:] for found in missed)] or columns[:1]
+    figure = Figure(figsize=(7.0, 1.5 + 0.2 * len(shown)))
     axes = figure.subplots(1, 2, sharey=True)
     for ax, column, title in zip(
-        axes, ("right", "held"), ("the truth is named", "the truth is in the set"), strict=True
+        axes, ("right", "held"), ("the truth is not named", "nor is it in the set"), strict=True
     ):
-        shares = frame.groupby([*TRUTH, "n_runs", "noise"])[column].mean()
-        matrix = np.array([[shares.get((*truth, *where), np.nan) for where in columns] for truth in truths])
-        text = np.where(np.isnan(matrix), "", np.char.mod("%.0f", 100 * np.nan_to_num(matrix)))
-        _matrix(ax, matrix, truths, text)
+        own = shares[column]
+        matrix = np.array([[1 - own.get((*truth, *where), 1.0) for where in columns] for truth in shown])
+        text = np.where(matrix > 0, np.char.mod("%.0f", 100 * matrix), "")
+        _matrix(ax, matrix, shown, text)
         ax.set_xticks(range(len(columns)), [f"{noise}, {n}" for n, noise in columns], rotation=60, ha="right")
-        ax.set_title(f"{title} / %", loc="left")
+        ax.set_title(f"{title} / % of the records", loc="left")
         ax.set_xlabel("noise, runs")
     headed(figure)
     return figure
 
 
-def _matrix(ax: Axes, shares: np.ndarray, truths: list[tuple[str, str, float]], text: np.ndarray) -> None:
+def _matrix(ax: Axes, shares: np.ndarray, truths: Truths, text: np.ndarray) -> None:
     """Shares as shades of cells, with a text in each that is not empty."""
     ax.imshow(shares, cmap=SHARES, vmin=0, vmax=1, aspect="auto")
     for (row, column), share in np.ndenumerate(shares):
