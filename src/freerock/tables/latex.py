@@ -64,6 +64,7 @@ FITS = [
     for font, size_pt in (("small", 9.0), ("footnotesize", 8.0), ("scriptsize", 7.0))
 ]
 SEPARATION_PT, NARROWEST_PT = 2.5, 60.0
+MOST_ROWS = 40  # of a page, above notes
 WIDE = 0.56  # width of a character over the size of its font, in Computer Modern, at most on the mean
 _NUMBER = re.compile(  # with a standard error, a power of ten or both; others are set as they are
     r"\(−?[\d.]+ ± [\d.]+\)·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?<![\d.(])−?[\d.]+·10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+|−?[\d.]+ ± [\d.]+"
@@ -75,7 +76,8 @@ _ITALIC = re.compile(r"^(r|k|c|p|R|m|h/b|2h|2b)(?= / |$)|(?<= )(r)(?= \(Housner\
 def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: str = "") -> str:
     """A printed table as LaTeX; the document needs the packages booktabs and siunitx.
 
-    It is as wide as a column where it fits, else as a page in two columns.
+    It is as wide as a column where it fits, else as a page in two columns. One that is higher than a page
+    continues in further tables of the same number.
 
     Parameters
     ----------
@@ -106,24 +108,39 @@ def latex(text: pd.DataFrame, caption: str, notes: Sequence[str] = (), label: st
         else " & ".join(map(_cell, row, columns)) + r" \\"
         for row, alone in zip(cells, across, strict=True)
     ]
-    return "\n".join(
-        [
+    pages = _pages(across[1:])
+    written = []
+    for part in pages:
+        again = part != pages[0]
+        written += [
             rf"\begin{{{fit.environment}}}",
             rf"\centering\{fit.font}\setlength{{\tabcolsep}}{{{SEPARATION_PT}pt}}",
-            rf"\caption{{{_tex(caption)}}}",
-            *([rf"\label{{{label}}}"] if label else []),
+            *([r"\addtocounter{table}{-1}"] if again else []),
+            rf"\caption{{{_tex(caption)}{' (continued)' * again}}}",
+            *([rf"\label{{{label}}}"] if label and not again else []),
             rf"\begin{{tabular}}{{@{{}}{''.join(columns)}@{{}}}}",
             r"\toprule",
             rows[0],
             r"\midrule",
-            *rows[1:],
+            *rows[1:][part],
             r"\bottomrule",
             r"\end{tabular}",
-            *(rf"\par\footnotesize {_tex(note)}" for note in notes),
+            *(rf"\par\footnotesize {_tex(note)}" for note in notes if part == pages[-1]),
             rf"\end{{{fit.environment}}}",
             "",
         ]
-    )
+    return "\n".join(written)
+
+
+def _pages(across: Sequence[bool]) -> list[slice]:
+    """The rows that stand on a page each, from heading to heading where there are any."""
+    pages, start = list[slice](), 0
+    while len(across) - start > MOST_ROWS:
+        end = start + MOST_ROWS
+        end = next((i for i in range(end, start, -1) if across[i]), end)
+        pages.append(slice(start, end))
+        start = end
+    return [*pages, slice(start, len(across))]
 
 
 def _cell(text: str, column: str) -> str:
