@@ -8,9 +8,9 @@ from freerock.report.scene import unexplained
 from freerock.tables.candidates import candidates_table
 
 BLOCKS = {"b1": Block(0.28, 0.07, 5.84)}
-SMALLEST = "it leaves no more than the sensor shows at rest, with as few numbers as the data allow."
+SMALLEST = "its residual is the noise of the sensor at rest, and no smaller law does as well."
 TABLE2 = "These runs give no reason to quote k and λ of the other laws."
-ALONE = "No other candidate that was fitted explains as much with as few numbers."
+ALONE = "No other candidate that was fitted explains as much with as few parameters."
 GUIDED = "k of Hunt–Crossley holds for a base whose centre moves up and down only (guided)"
 HUNT = "Hunt–Crossley, k = 6.88·10⁶ N m⁻², λ = 1.30·10⁸ N s m⁻³"
 
@@ -67,7 +67,7 @@ def test_a_guided_foundation_where_pivoting_was_asked():
         ALONE,
         "A rigid block with worn corners does not explain it.",
         f"{GUIDED}. A block that turns about the corner that stays down (pivoting) does not explain as "
-        "much with as few numbers.",
+        "much with as few parameters.",
     ]
     left_out = "Not fitted, as a smaller candidate explains the runs: General; "
     assert found["left_out"].startswith(left_out)
@@ -98,7 +98,7 @@ def test_a_quick_fit_is_asked_too():
     """It frees as many numbers as the one that explains the run, and has no full fit."""
     found = told(paper() | {"hunt_crossley": NAMED})
     assert "Winkler, pivoting" in [row[0].text for row in found["rows"]]
-    assert found["sentences"][-1].endswith("(pivoting) does not explain as much with as few numbers.")
+    assert found["sentences"][-1].endswith("(pivoting) does not explain as much with as few parameters.")
 
 
 def test_a_pivoting_foundation_is_not_that_of_table_2():

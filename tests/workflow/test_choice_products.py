@@ -30,6 +30,6 @@ def test_the_choice_of_each_run_is_the_same_in_every_product(finished):
 
 def test_the_report_says_what_explains_each_scene(finished):
     page = (finished / "results/small/report.html").read_text(encoding="utf-8")
-    assert page.count("Hunt–Crossley explains the run: it leaves no more than the sensor shows at rest") == 1
+    assert page.count("Hunt–Crossley explains the run: its residual is the noise of the sensor at rest") == 1
     assert page.count('<table class="evidence">') == 1 and page.count('<tbody id="evidence-') == 2
     assert "No candidate explains" not in page

@@ -76,7 +76,9 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
             ),
         )
     if far:
-        why = " These laws are rejected here: numbers of a wrong law depend on how much of a run is fitted."
+        why = (
+            " These laws are rejected here; parameters of a wrong law depend on how much of a run is fitted."
+        )
         yield (
             False,
             (
@@ -90,7 +92,7 @@ def _parameters(known: Tables, labels: Labels) -> Iterator[Told]:
 
 def _in_brackets(told: Sequence[tuple[str, Sentence]]) -> str:
     """Where the published values stand, and what is compared of r."""
-    return f", in brackets{' (of r: of what an impact takes)' if 'r' in dict(told) else ''}"
+    return f" (in brackets{'; r by its difference from one' if 'r' in dict(told) else ''})"
 
 
 def _differ(row: Any) -> float:
@@ -126,7 +128,9 @@ def _noise_alone(known: Tables, test: str, model: str) -> Sentence:
     row = known.rows("table3", {"test": test, "model": model}).iloc[0]
     if not (simulated and row["selected"]):
         return (": it depends on the final time, which both must share.",)
-    return (": a simulated record follows one law exactly and leaves noise alone, a laboratory's does not.",)
+    return (
+        ": a simulated record follows one law exactly, so that only noise remains; a laboratory's does not.",
+    )
 
 
 def _durations(known: Tables, longest: Mapping[str, str], labels: Labels) -> Iterator[Told]:
@@ -172,8 +176,8 @@ def _reversed(known: Tables, block: str, foundations: tuple[str, str], labels: L
     simulated = "simulated" in set(known["runs"]["origin"])
     if simulated and (known["foundations"]["shared"] == True).any():  # noqa: E712
         told += (
-            " No block of these simulated records differs from the others in k and damping. The published "
-            "order is the reverse: there the blocks differed, or something that no law here holds, such as "
-            "sliding or bouncing, acted on this one.",
+            " The simulated blocks share k and damping. The published order is the reverse: the blocks of "
+            "the laboratory differed, or an effect outside these laws, such as sliding or bouncing, acted "
+            "on this one.",
         )
     return told

@@ -103,7 +103,7 @@ def _explains(scene: Scene) -> list[str]:
     if rest:
         others = "".join(f", {name} {times} of {n}" for name, times in rest)
         return [f"No one candidate is the smallest for all runs: {first} explains {count} of {n}{others}."]
-    why = "it leaves no more than the sensor shows at rest, with as few numbers as the data allow"
+    why = "its residual is the noise of the sensor at rest, and no smaller law does as well"
     return [f"{first} explains {_runs(count, n)}: {why}."]
 
 
@@ -133,7 +133,7 @@ def _others(scene: Scene) -> list[str]:
     names = [f"{MODEL_LABELS[model]}{_in(counted[model], n)}" for model in CANDIDATES if counted[model]]
     if names:
         return [f"The data can't tell it from {_listed(names, 'or')}."]
-    return ["No other candidate that was fitted explains as much with as few numbers."]
+    return ["No other candidate that was fitted explains as much with as few parameters."]
 
 
 def _rigid_or_compliant(scene: Scene) -> list[str]:
@@ -216,7 +216,7 @@ def _guided_or_pivoting(scene: Scene) -> list[str]:
         return []
     other = "was not fitted; its k would be another"
     if scene.asked & {*PIVOTING}:
-        other = "does not explain as much with as few numbers"
+        other = "does not explain as much with as few parameters"
     return [
         f"k of {MODEL_LABELS[guided[0]]} holds for a base whose centre moves up and down only (guided). "
         f"A block that turns about the corner that stays down (pivoting) {other}."

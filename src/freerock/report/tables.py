@@ -87,9 +87,9 @@ def compared(frame: pd.DataFrame, labels: Labels) -> Sortable:
         rows.append([Cell(str(test), anchor=f"record-{test}"), *scene, *cells])
     heads = ["Record", "Block", "Foundation", *(MODEL_LABELS[model] for model in models)]
     note = (
-        "†: rejected by most of the runs. In round brackets: a fit that may not be used. In full: appendix."
+        "†: rejected by most of the runs. Round brackets: a fit that may not be used. All values: appendix."
     )
-    note += " In square brackets: as published." if frame["published"].notna().any() else ""
+    note += " Square brackets: as published." if frame["published"].notna().any() else ""
     return Sortable(heads, rows, "Discrepancy ε_θ of each law in per cent, median of the runs", [note])
 
 
@@ -133,7 +133,7 @@ def overview(runs: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortab
     heads = ["Record", "Run", "Block", "Foundation", "Verdict", "θ₀ / °", "Release / s", "Duration / s"]
     note = "Each row leads to its run. σ: standard deviation of the noise of θ. "
     note += "Impacts: those seen; with r: those of them with a restitution. "
-    note += "Model: what explains the run with as few numbers as the data allow."
+    note += "Model: the one that explains the run with the fewest parameters."
     return Sortable([*heads, "Impacts", "with r", "σ / °", "Model"], rows, "Runs and verdicts", [note])
 
 
@@ -215,9 +215,9 @@ def budget(frame: pd.DataFrame, choice: pd.DataFrame, labels: Labels) -> Sortabl
         )
     heads = ["Foundation", "Model", "Parameter", "Mean", "u / %", "Largest shares of its square"]
     note = (
-        "u: total standard uncertainty (k = 1). Runs: noise and what differs from run to run, or from record "
-        "to record. Law: what the law does not explain; see docs/uncertainty.md. (d): a default, as "
-        "the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
+        "u: total standard uncertainty (one standard deviation). Runs: noise, and differences between runs "
+        "and between records. Law: misfit of the law; see docs/uncertainty.md. (d): a default, "
+        "as the laboratory stated none; see config/README.md. Every share: tables/budget.csv."
     )
     return Sortable(heads, rows, "Uncertainty budget", [note])
 

@@ -11,7 +11,7 @@ from freerock.tables.text import quantity, with_unit
 
 NOTE = (
     "Number of runs in which a candidate is named (of those that leave no more than the noise at rest and "
-    "that the data can't tell apart, the one with the fewest numbers; where there is none, the nearest), "
+    "that the data can't tell apart, the one with the fewest parameters; where there is none, the nearest), "
     "also possible, rejected, or not fitted. ε_θ: median of the runs to which it was fitted; parameters: of "
     "those in which it is named or possible."
 )

@@ -13,26 +13,25 @@ from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.text import SIMULATED_NOTE as SIMULATED_NOTE
 from freerock.tables.text import between, fixed, quantity, with_unit
 
+U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
-    "Mean of the runs with its total standard uncertainty (k = 1): scatter between runs, noise, what is "
-    "known of block, sensor and clock, and what the law does not explain (table of the budget); τ: spread "
-    "between runs without their noise, below a bound (<) where noise alone may scatter them as much; next "
-    "run: where it lies with 95 %; neither is shown of a law that is rejected."
+    f"Identified: mean of the runs. {U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread "
+    "between the runs beyond their noise; < where noise alone may explain it. Next run: its 95 % interval. "
+    "Neither is shown for a law that is rejected."
 )
 ONE_RUN_NOTE = (
-    "One run: its own value with its total standard uncertainty (k = 1), of noise, of what is known of "
-    "block, sensor and clock, and of what the law does not explain; how much runs differ can't be known from "
-    "it."
+    f"Identified: of one run, which does not show how much runs differ. {U_NOTE} noise, block, sensor, clock "
+    "and law."
 )
 REJECTED = " †"
 REJECTED_NOTE = (
-    "† Rejected by most of the runs: more than noise is left, and the numbers describe the fit, not the "
-    "foundation. What explains the runs: table of candidates."
+    "† Rejected by most of the runs: the residual exceeds the noise, and the parameters describe the fit, "
+    "not the foundation. What explains the runs: table of candidates."
 )
 SELECTED = " ‡"
 SELECTED_NOTE = (
-    "‡ The one chosen for most of the runs: it explains them with as few numbers as the data allow, or comes "
-    "nearest where none does."
+    "‡ Named for most of the runs: it explains them with the fewest parameters, or comes nearest where none "
+    "explains them."
 )
 STOPS_NOTE = (
     "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
