@@ -7,6 +7,7 @@ A study is a module, and in it one function, `run(size)`, which gives the study'
 __all__ = [
     "analysed",
     "atlas",
+    "bouncing",
     "bounds",
     "confusion",
     "coverage",
@@ -42,9 +43,7 @@ __all__ = [
     "scenes",
     "shared",
     "speed_accuracy",
-    "speed_of_identification",
     "speed_of_models",
-    "speed_of_records",
     "speed_of_signals",
     "springs",
     "stability",

@@ -7,8 +7,8 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
-from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.housner import housner_motion, housner_swings
+from freerock_bench.bouncing import RIGHT, bounce, standing_on
 
 SLENDER = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 SQUARE = Block(height_m=0.06, width_m=0.06, mass_kg=0.05)

@@ -97,8 +97,3 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.dampings)):
         what = "the tensionless rule is not worked out for both dampings at once"
         raise FreerockError("debonding", what, "use geometric")
-
-
-def no_bounce(what: str, remedy: str) -> FreerockError:
-    """The error of a motion that `bouncing.bounce` refuses; it stands here, as its file holds a kernel."""
-    return FreerockError("bouncing", what, remedy)

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
-from freerock.models.checks import no_bounce
 from freerock.models.compiled import compiled
 
 FLIGHT, STICK, SLIDE, FLAT = 0, 1, 2, 3
@@ -93,16 +93,16 @@ def bounce(
     """
     if not (0 <= restitution < 1 and friction >= 0):
         what = f"restitution {restitution:g} with friction {friction:g}"
-        raise no_bounce(what, "give 0 <= restitution < 1 and friction >= 0")
+        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and friction >= 0")
     time = np.ascontiguousarray(time_s, float)
     state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
     shape = block.b, block.h, block.inertia_cm / block.mass_kg, QUIET * math.sqrt(GRAVITY * block.R), block.e
     if min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape)) < -1e-9:
-        raise no_bounce("a corner starts below the ground", "start higher")
+        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
     longest = 1 / (STEPS * block.p)
     n = _move(shape, restitution, friction, np.array(start, float), time, longest, state, impacts)
     if n >= max_impacts:
-        raise no_bounce(f"more than {max_impacts} impacts", "shorten the motion or lower e")
+        raise FreerockError("bouncing", f"more than {max_impacts} impacts", "shorten the motion or lower e")
     return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy())
 
 
