@@ -20,7 +20,7 @@ from freerock.errors import FreerockError
 from freerock.identification.fit import fit_run
 from freerock.identification.levels import NORMAL_95
 from freerock_bench.analysed import measured
-from freerock_bench.document import publish
+from freerock_bench.document import in_markdown, publish
 from freerock_bench.integrated import RATE_HZ, candidate_of, laser_of, names_of, truth_of
 from freerock_bench.virtual_run import SEED, Row, rows_of_all
 
@@ -91,21 +91,14 @@ def told(frame: pd.DataFrame) -> pd.DataFrame:
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per noise and converter."""
-    lines = [
-        "| noise [mV] | bits | a step [σ] | records | ok | failed | σ within 5 % | fit is noise | k inside |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
+    rows = []
     for row in told(frame).to_dict("records"):
         shares = [f"{row[name]:.0f} %" for name in ("ok", "failed", "sigma", "explained", "k")]
         cells = [f"{row['sigma_mv']:g}", int(row["bits"]), f"{row['steps']:.2g}", int(row["records"])]
-        lines.append(f"| {' | '.join(map(str, [*cells, *shares]))} |")
-    return "\n".join(lines) + "\n"
-
-
-def main(product: str, size: str, document: str = "") -> None:
-    """Measure, write the product, and renew the table of a document."""
-    publish(run(size), product, document, MARK, markdown)
+        rows.append([*cells, *shares])
+    heads = ["noise [mV]", "bits", "a step [σ]", "records", "ok", "failed"]
+    return in_markdown([*heads, "σ within 5 %", "fit is noise", "k inside"], rows) + "\n"
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    publish(run, MARK, markdown, *sys.argv[1:])

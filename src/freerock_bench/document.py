@@ -1,6 +1,6 @@
 """The product of a study, and its table where the documentation has it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -9,16 +9,24 @@ from freerock.tables.csvfile import write_csv
 
 
 def publish(
-    frame: pd.DataFrame,
-    product: str,
-    document: str,
+    run: Callable[[str], pd.DataFrame],
     mark: tuple[str, str],
     markdown: Callable[[pd.DataFrame], str],
+    product: str,
+    size: str,
+    document: str = "",
 ) -> None:
-    """Write what a study measured, and renew its table in a document, where one is named."""
+    """Run a study, write what it measured, and renew its table in a document, where one is named."""
+    frame = run(size)
     write_csv(frame, Path(product))
     if document:
         renew(document, mark, markdown(frame))
+
+
+def in_markdown(heads: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
+    """Cells as Markdown, below their heads."""
+    lines = [f"| {' | '.join(map(str, cells))} |" for cells in (heads, *rows)]
+    return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]])
 
 
 def renew(document: str | Path, mark: tuple[str, str], table: str) -> None:

@@ -35,7 +35,7 @@ from freerock.selection.choice import Choice
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
-from freerock_bench.document import publish
+from freerock_bench.document import in_markdown, publish
 from freerock_bench.integrated import Scene, Truth, recorded
 from freerock_bench.truths import place
 from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
@@ -279,11 +279,9 @@ def told(frame: pd.DataFrame) -> pd.DataFrame:
 
 def markdown(frame: pd.DataFrame) -> str:
     """What is named and covered by part, and the pulls by input."""
-    lines = [
-        "| part | instruments | kinematics | records | truth named | in the set | none explains "
-        "| truth excluded: warned | ok | cause named | k | c, λ | r | r.m.s. z |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    heads = ["part", "instruments", "kinematics", "records", "truth named", "in the set", "none explains"]
+    heads += ["truth excluded: warned", "ok", "cause named", "k", "c, λ", "r", "r.m.s. z"]
+    named, pulled = list[list[object]](), list[list[object]]()
     for row in told(frame).to_dict("records"):
         cells = [row["part"], row["instruments"], row["kinematics"], row["n"]]
         cells += [f"{100 * row[name]:.0f} %" for name in OUTCOMES]
@@ -293,22 +291,16 @@ def markdown(frame: pd.DataFrame) -> str:
             cells.append(f"{inside} of {n}" if n else "")
         n = sum(row[f"{name}_n"] for name in NAMES)
         rms = math.sqrt(sum(row[f"{name}_square"] for name in NAMES) / n) if n else math.nan
-        lines.append(f"| {' | '.join(map(str, [*cells, f'{rms:.2f}']))} |")
-    lines += ["", "| pull of | n | mean | s.d. | beyond 2 | beyond 3 |", "|---|---|---|---|---|---|"]
+        named.append([*cells, f"{rms:.2f}"])
     drawn = frame[frame["part"] == "drawn"]
     columns = {name: drawn[f"pull_{name}"].astype(float).dropna().to_numpy() for name in INPUTS}
     for name, pulls in (columns | {"all": pulls_of(frame)}).items():
         if len(pulls):
             beyond = [f"{100 * np.mean(np.abs(pulls) > limit):.1f} %" for limit in (2, 3)]
-            cells = [name, len(pulls), f"{np.mean(pulls):+.2f}", f"{np.std(pulls):.2f}", *beyond]
-            lines.append(f"| {' | '.join(map(str, cells))} |")
-    return "\n".join(["", *lines, "", ""])
-
-
-def main(product: str, size: str, document: str = "") -> None:
-    """Measure, write the product, and renew the tables of a document."""
-    publish(run(size), product, document, MARK, markdown)
+            pulled.append([name, len(pulls), f"{np.mean(pulls):+.2f}", f"{np.std(pulls):.2f}", *beyond])
+    of_pulls = in_markdown(["pull of", "n", "mean", "s.d.", "beyond 2", "beyond 3"], pulled)
+    return "\n".join(["", in_markdown(heads, named), "", of_pulls, "", ""])
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    publish(run, MARK, markdown, *sys.argv[1:])

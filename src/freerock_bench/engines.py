@@ -26,7 +26,7 @@ from freerock.models.simulate import Solver
 from freerock.runs.motion import Motion
 from freerock.tables.csvfile import read_csv
 from freerock_bench import peers
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 from freerock_bench.golden.files import read_golden
 from freerock_bench.methods.by_name import METHODS, TIME_STEPPING, freerock
 from freerock_bench.methods.foundation import ode45
@@ -43,10 +43,8 @@ RTOLS = {"full": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12), "small": (1
 RTOLS_SLOW = {"full": (1e-3, 1e-5, 1e-7, 1e-9), "small": (1e-4,)}
 COLUMNS = ["model", "debonding", "method", "kind", "setting", "time_s", "epsilon", "max_error_rad", "outcome"]
 COLUMNS += ["floor_epsilon", "parameter", "error_stderr", "runs_of_fit", "fit_s", "note"]
-HEAD = (
-    "| law | tool | setting | a run of 3 s | ε_θ | against the noise | error / standard errors |"
-    " an identification |\n|---|---|---|---|---|---|---|---|"
-)
+HEADS = ["law", "tool", "setting", "a run of 3 s", "ε_θ", "against the noise", "error / standard errors"]
+HEADS += ["an identification"]
 UNITS = ((3600.0, "h"), (60.0, "min"), (1.0, "s"), (1e-3, "ms"))
 MARK = ("<!-- engines -->\n\n", "\n\n<!-- engines end -->")
 Row = dict[str, Any]
@@ -344,7 +342,7 @@ def table(frame: pd.DataFrame) -> str:
     for (model, method), rows in by_law.groupby(["model", "method"], sort=False):
         done = rows[rows["outcome"] == "completed"]
         if done.empty:
-            lines.append(f"| {MODEL_LABELS[model]} | {method} | none: {rows['outcome'].iloc[0]} | | | | | |")
+            lines.append([MODEL_LABELS[model], method, f"none: {rows['outcome'].iloc[0]}", *[""] * 5])
             continue
         enough = done[done["epsilon"] < done["floor_epsilon"]]
         row = (enough.sort_values("time_s") if len(enough) else done.sort_values("epsilon")).iloc[0]
@@ -359,8 +357,8 @@ def table(frame: pd.DataFrame) -> str:
             f"{row['error_stderr']:.2g} of {row['parameter']}",
             _seconds(row["fit_s"]),
         ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join([HEAD, *lines])
+        lines.append(cells)
+    return in_markdown(HEADS, lines)
 
 
 def _seconds(value: float) -> str:

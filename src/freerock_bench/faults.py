@@ -29,7 +29,7 @@ from freerock.virtual_lab import faults as spoil
 from freerock.virtual_lab.noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records
 NOISE_V, MAINS_V = 2e-3, 5e-3
@@ -208,24 +208,20 @@ def _clean(motions: Sequence[Original], n_records: int, bits: int = 0) -> Iterat
 
 def markdown(frame: pd.DataFrame) -> str:
     """The matrix as a table: a row per fault, a column per severity."""
-    lines = [
-        "| fault | varied | light | medium | heavy | another named besides |",
-        "|---|---|---|---|---|---|",
-    ]
-    for fault, rows in frame[frame["severity"].notna() & (frame["severity"] != "")].groupby(
-        "fault", sort=False
-    ):
+    lines = []
+    graded = frame[frame["severity"].notna() & (frame["severity"] != "")]
+    for fault, rows in graded.groupby("fault", sort=False):
         cells = [f"{row.value:g}: {row.rate:.1%}" for row in rows.itertuples()]
         others = rows["others"].sum() / rows["records"].sum()
         quantity = rows["quantity"].iloc[0]
-        lines.append(f"| {fault.replace('_', ' ')} | {quantity} | {' | '.join(cells)} | {others:.1%} |")
+        lines.append([fault.replace("_", " "), quantity, *cells, f"{others:.1%}"])
     for row in frame[frame["fault"].str.startswith("none")].to_dict("records"):
         fault = row["fault"]
         text = "a run missed, invented or not ok" if fault.endswith("runs") else "any fault named"
-        lines.append(
-            f"| {fault.removesuffix(', runs')} | {text} | {row['rate']:.1%} of {row['records']} |  |  |  |"
-        )
-    return "\n".join(lines) + "\n"
+        found = f"{row['rate']:.1%} of {row['records']}"
+        lines.append([fault.removesuffix(", runs"), text, found, "", "", ""])
+    heads = ["fault", "varied", "light", "medium", "heavy", "another named besides"]
+    return in_markdown(heads, lines) + "\n"
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from freerock.products.groups import runs_of
 from freerock.products.netcdf import open_fits, open_record
 from freerock.products.verdicts import verdict_of_run
 from freerock.tables.csvfile import read_csv, write_csv
-from freerock_bench.document import renew
+from freerock_bench.document import in_markdown, renew
 from freerock_bench.virtual_run import Row
 
 TRUTHS = Path("benchmarks/foreign/truths.json")
@@ -181,11 +181,9 @@ def _restitution(measured: pd.DataFrame, release_s: float, run: Mapping[str, Any
 
 def table(frame: pd.DataFrame) -> str:
     """Rows of Markdown: one per record, of its two runs."""
-    lines = [
-        "| record | what it is | verdicts | rightly named | choice | k [%] (standard errors) | λ "
-        "| r_i inside, median error | release [ms] | prediction ε_θ |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
+    heads = ["record", "what it is", "verdicts", "rightly named", "choice", "k [%] (standard errors)", "λ"]
+    heads += ["r_i inside, median error", "release [ms]", "prediction ε_θ"]
+    records = []
     for test, rows in frame.groupby("test", sort=False):
         warned = rows[rows["verdict"] != "ok"]
         cells = [
@@ -200,8 +198,8 @@ def table(frame: pd.DataFrame) -> str:
             ", ".join(f"{x:+.1f}" for x in rows["release_error_ms"].dropna()),
             ", ".join(f"{x:.1g}" for x in rows["prediction_epsilon"].dropna()),
         ]
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines)
+        records.append(cells)
+    return in_markdown(heads, records)
 
 
 def _chosen(model: str, choice: str) -> str:

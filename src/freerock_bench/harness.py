@@ -15,7 +15,7 @@ import pandas as pd
 from freerock.identification.fit import Fit
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
-from freerock_bench.document import publish
+from freerock_bench.document import in_markdown, publish
 from freerock_bench.virtual_run import Row, rows_of_all
 
 NUMBERS = ["case", "parameter", "truth", "value", "stderr", "u", "inside_stderr", "inside"]
@@ -60,24 +60,24 @@ class Study:
 
     def main(self, product: str, size: str, document: str = "") -> None:
         """Measure, write the product, and renew the table of a document where one is named."""
-        publish(self.run(size), product, document, self.mark, self.markdown)
+        publish(self.run, self.mark, self.markdown, product, size, document)
 
     def markdown(self, frame: pd.DataFrame) -> str:
         """A row per case and parameter, then means over the cases by each of the halves."""
         head = ["case", "number", "n", "error", "stderr", "u", "inside ± 1.96 stderr", "inside ± 1.96 u"]
-        lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+        lines = list[list[object]]()
         for row in coverage(frame).itertuples():
             cells = [row.case, SYMBOLS.get(row.parameter, row.parameter), row.n]
             cells += [f"{value:.2g} %" for value in (row.error, row.stderr, row.u)]
             cells += [f"{value:.0f} %" for value in (row.inside_stderr, row.inside)]
-            lines.append(f"| {' | '.join(map(str, cells))} |")
+            lines.append(cells)
         for key, own in frame.groupby([*self.halves, "parameter"], sort=False) if self.halves else ():
             known = coverage(own)
             words = [f"{name}: {value}" for name, value in zip(self.halves, map(str, key[:-1]), strict=True)]
             cells = [f"**{', '.join(words)}**", SYMBOLS.get(key[-1], key[-1]), known["n"].sum(), "", "", ""]
             cells += [f"{known[name].mean():.0f} %" for name in ("inside_stderr", "inside") if len(known)]
-            lines.append(f"| {' | '.join(map(str, cells))} |")
-        return "\n".join(lines)
+            lines.append(cells)
+        return in_markdown(head, lines)
 
 
 def number_row(

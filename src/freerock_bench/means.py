@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from freerock.populations.means import LAW, Mean, Shifts, over_records, over_runs
-from freerock_bench.document import publish
+from freerock_bench.document import in_markdown, publish
 from freerock_bench.virtual_run import SEED, Row
 
 DRAWS = {"full": 60, "small": 4}  # campaigns of each kind
@@ -113,28 +113,21 @@ def _shifts(kind: Kind, number: int) -> Shifts:
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per number of records, scatter and inputs, one per way of sharing, and one of all campaigns."""
-    lines = [
-        "| campaigns | drawn | mean inside its 95 % | next record inside | no τ is seen | u² ≤ best u² + τ² "
-        "| u over the best record's | half the 95 % interval over u |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
+    heads = ["campaigns", "drawn", "mean inside its 95 %", "next record inside", "no τ is seen"]
+    heads += ["u² ≤ best u² + τ²", "u over the best record's", "half the 95 % interval over u"]
 
-    def line(name: str, rows: pd.DataFrame) -> str:
+    def line(name: str, rows: pd.DataFrame) -> list[object]:
         shares = [f"{100 * rows[share].mean():.1f} %" for share in SHARES]
         ratios = [f"{(rows[a] / rows[b]).median():.2f}" for a, b in (("u", "best_u"), ("half95", "u"))]
-        return f"| {' | '.join([name, str(len(rows)), *shares, *ratios])} |"
+        return [name, len(rows), *shares, *ratios]
 
-    for (n, scatter, inputs), rows in frame.groupby(["n_records", "scatter", "inputs"], sort=False):
-        lines.append(line(f"{n} records, scatter {100 * scatter:g} %, {inputs} u", rows))
+    lines = [
+        line(f"{n} records, scatter {100 * scatter:g} %, {inputs} u", rows)
+        for (n, scatter, inputs), rows in frame.groupby(["n_records", "scatter", "inputs"], sort=False)
+    ]
     lines += [line(str(sharing), rows) for sharing, rows in frame.groupby("sharing", sort=False)]
-    lines.append(line("**all**", frame))
-    return "\n".join(lines)
-
-
-def main(product: str, size: str, document: str = "") -> None:
-    """Measure, write the product, and renew the table of a document."""
-    publish(run(size), product, document, MARK, markdown)
+    return in_markdown(heads, [*lines, line("**all**", frame)])
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    publish(run, MARK, markdown, *sys.argv[1:])

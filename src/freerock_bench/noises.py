@@ -25,7 +25,7 @@ from freerock.models.block import Block
 from freerock.populations.impact_energy import block_peaks, impact_energy
 from freerock.rotation.laboratory import Laboratory
 from freerock_bench.analysed import Measured, measured
-from freerock_bench.document import publish
+from freerock_bench.document import in_markdown, publish
 from freerock_bench.integrated import RATE_HZ, Truth, candidate_of, laser_of, names_of, truth_of
 from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
 
@@ -203,27 +203,20 @@ def _rigid_energy(peak: float, block: Block) -> float:
 
 def markdown(frame: pd.DataFrame) -> str:
     """A row per noise: how many records and verdicts, and how often each interval holds the truth."""
-    lines = [
-        f"| noise | records | failed | warned | fits in doubt | {' | '.join(NUMBERS.values())} |",
-        "|---" * (5 + len(NUMBERS)) + "|",
-    ]
+    rows = []
     for noise, own in frame.groupby("noise", sort=False):
         levels = own.drop_duplicates("record")["level"]
-        by = {number: rows for number, rows in own[own["level"] != "fail"].groupby("number")}
+        by = {number: each for number, each in own[own["level"] != "fail"].groupby("number")}
         doubted = int(by["noise"]["error"].sum()) if "noise" in by else 0
         cells = [str(noise), len(levels), (levels == "fail").sum(), (levels == "warn").sum()]
         cells.append(doubted + len(by.get("none", ())))
         cells += [
             f"{100 * by[key]['inside'].astype(float).mean():.0f} %" if key in by else "" for key in NUMBERS
         ]
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    return "\n".join(lines) + "\n"
-
-
-def main(product: str, size: str, document: str = "") -> None:
-    """Measure, write the product, and renew the table of a document."""
-    publish(run(size), product, document, MARK, markdown)
+        rows.append(cells)
+    heads = ["noise", "records", "failed", "warned", "fits in doubt", *NUMBERS.values()]
+    return in_markdown(heads, rows) + "\n"
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    publish(run, MARK, markdown, *sys.argv[1:])
