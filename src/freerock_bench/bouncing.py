@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.compiled import compiled
 
@@ -88,21 +87,21 @@ def bounce(
 
     Raises
     ------
-    FreerockError
+    ValueError
         A corner below the ground, e or μ out of range, or more than `max_impacts` impacts.
     """
     if not (0 <= restitution < 1 and friction >= 0):
         what = f"restitution {restitution:g} with friction {friction:g}"
-        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and friction >= 0")
+        raise ValueError(f"{what}: give 0 <= restitution < 1 and friction >= 0")
     time = np.ascontiguousarray(time_s, float)
     state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
     shape = block.b, block.h, block.inertia_cm / block.mass_kg, QUIET * math.sqrt(GRAVITY * block.R), block.e
     if min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape)) < -1e-9:
-        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
+        raise ValueError("a corner starts below the ground: start higher")
     longest = 1 / (STEPS * block.p)
     n = _move(shape, restitution, friction, np.array(start, float), time, longest, state, impacts)
     if n >= max_impacts:
-        raise FreerockError("bouncing", f"more than {max_impacts} impacts", "shorten the motion or lower e")
+        raise ValueError(f"more than {max_impacts} impacts: shorten the motion or lower e")
     return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy())
 
 
