@@ -24,6 +24,7 @@ include: "workflow/rules/start.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/campaign.smk"
+include: "workflow/rules/response.smk"
 
 
 if find_spec("freerock_bench"):  # a wheel holds no studies

@@ -154,7 +154,10 @@ rule report:
     input:
         records=products("records"),
         fits=products("fits"),
-        tables=csv_tables(*REPORTED),
+        tables=lambda w: [
+            f"results/{w.campaign}/tables/{name}.csv"
+            for name in (*REPORTED, *(["fragility"] if campaign(w).ground_motions else []))
+        ],
         figures=lambda w: reported(w, "png"),
         captions=lambda w: reported(w, "txt"),
         pages=lambda w: expand(

@@ -2,6 +2,7 @@ import logging
 import os
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 from freerock.config import step_settings as settings
@@ -104,6 +105,22 @@ def tests_of(wildcards):
 def scenes_of(records):
     """What block stood on what foundation in each of these records, as one word that can be compared."""
     return [f"{each.block} on {each.foundation}" for each in records]
+
+
+@cache
+def ground_motions_of(name):
+    """Accelerograms of a campaign, by the number of the job that takes them."""
+    section = CAMPAIGNS[name].ground_motions
+    if section is None:
+        return {}
+    from freerock.response.motions import motion_files  # with what reads records, half a second
+
+    try:
+        files = [str(path) for path in motion_files(section.folder)]
+    except FreerockError as error:
+        sys.exit(f"config/campaigns/{name}.yaml: ground_motions.folder: {error}")
+    n = section.motions_per_job
+    return {str(i): files[i * n : (i + 1) * n] for i in range(-(-len(files) // n))}
 
 
 def changes_of(wildcards):

@@ -156,6 +156,11 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             except FreerockError as error:
                 unread.add(laser.calibration)
                 yield _at(source.where("lasers", name, "calibration"), error)
+    if source.campaign and source.campaign.ground_motions:
+        from freerock.response.motions import motions_in
+
+        wrong = motions_in(source.campaign.ground_motions.folder)[1]
+        yield from (_at(source.where("ground_motions", "folder"), each) for each in wrong)
     if source.campaign and source.campaign.truth:
         try:
             read_truth(Path(source.raw, source.campaign.truth))

@@ -49,6 +49,9 @@ def run(chosen: Namespace) -> None:
         raise FreerockError(chosen.motions, f"{len(wrong)} files are refused", "correct or remove them")
     choice, populations = (pd.read_csv(tables / f"{name}.csv") for name in ("choice", "populations"))
     laws = known_laws(choice, populations, chosen.of)
+    if not laws:
+        what = "no record names a law that explains its runs"
+        raise FreerockError(tables / "choice.csv", what, "name one by fits.models, or test again")
     blocks, into = geometries(campaign), Path(chosen.into or tables.parent / "response")
     debonding = campaign.fits.debonding
     responses = make_responses(laws, blocks, motions, chosen.scales, chosen.draws, debonding)

@@ -16,6 +16,7 @@ from freerock.config.keys import (
     BlockSection,
     FitsSection,
     FoundationSection,
+    GroundMotionsSection,
     PlanSection,
     ProcessingSection,
     PublishedSection,
@@ -58,6 +59,7 @@ Figure = Literal[  # in the order of the report; each is a module of freerock.fi
     "budget",
     "parts",
     "pulls",
+    "overturning",
 ]
 FIGURES: tuple[Figure, ...] = get_args(Figure)
 OPTIONS = ("campaigns", "studies", "verify")  # of snakemake --config
@@ -92,8 +94,12 @@ class CampaignFile(Section):
     records_per_job: Whole = Field(
         4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
     )
+    ground_motions: GroundMotionsSection | None = Field(
+        None, description="the ground motions under which the report says whether the blocks fall"
+    )
     figures: tuple[Figure, ...] = Field(
         FIGURES[:9],
+        validate_default=True,
         description="the figures of the report; any other is drawn if it is the target of snakemake",
     )
     figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
@@ -115,8 +121,11 @@ class CampaignFile(Section):
 
     @field_validator("figures")
     @classmethod
-    def _in_order(cls, names: Any) -> Any:
-        return tuple(sorted(names, key=FIGURES.index))
+    def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
+        moved = info.data.get("ground_motions") is not None
+        if "overturning" in names and not moved:
+            raise Invalid("overturning has no ground motions", "give ground_motions, or remove the figure")
+        return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
     @classmethod

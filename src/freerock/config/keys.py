@@ -24,6 +24,7 @@ from freerock.config.values import (
     Positive,
     Section,
     Whole,
+    check_braces,
     check_name,
 )
 from freerock.models.block import Block
@@ -352,6 +353,34 @@ class SensorSection(Section):
                 f"has {' and '.join(given) or 'no noise'}", "give one of noise_v, noise_m, noise_deg"
             )
         return self
+
+
+class GroundMotionsSection(Section):
+    """Ground motions under which the identified law of each record is simulated."""
+
+    folder: str = Field(min_length=1, description="the folder of the accelerograms, as .at2 or tables")
+    scales: tuple[Positive, ...] = Field((1.0,), description="factors on each motion, one or more")
+    draws: Whole = Field(
+        20, ge=1, le=10_000, description="sets of parameters for each motion, the means among them"
+    )
+    of: Literal["next", "mean"] = Field(
+        "next", description="what is drawn: parameters of the next run, or their mean"
+    )
+    motions_per_job: Whole = Field(
+        10, ge=1, description="motions per job, at most; jobs run side by side, also on a cluster"
+    )
+
+    @field_validator("folder")
+    @classmethod
+    def _folder_is_no_pattern(cls, folder: str) -> str:
+        return check_braces(folder)
+
+    @field_validator("scales")
+    @classmethod
+    def _some_scales(cls, scales: Any) -> Any:
+        if not scales:
+            raise Invalid("is empty", "give one or more factors, or leave it out")
+        return scales
 
 
 class PlanSection(Section):

@@ -165,6 +165,11 @@ def geometries(campaign: Campaign) -> Settings:
     return {name: plain(each, *NOT_OF_BLOCK) for name, each in campaign.blocks.items()}
 
 
+def ensemble(campaign: Campaign) -> Settings:
+    """Scales, draws and what is drawn, of a campaign with ground motions."""
+    return plain(campaign.ground_motions, "folder", "motions_per_job") if campaign.ground_motions else {}
+
+
 def release_angles(campaign: Campaign) -> dict[str, float]:
     """Nominal release angle [degree] of each block that has one."""
     angles = {name: section.release_angle_deg for name, section in campaign.blocks.items()}

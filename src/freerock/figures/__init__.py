@@ -20,6 +20,7 @@ __all__ = [
     "looks",
     "misfit_map",
     "models",
+    "overturning",
     "parameters",
     "parts",
     "phase_portrait",

@@ -12,9 +12,11 @@ from freerock.errors import FreerockError
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.response.draws import Known, drawn
+from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
 from freerock.response.fragility import INTENSITIES, fragility
-from freerock.response.motions import Accelerogram
+from freerock.response.motions import Accelerogram, read_motion
+from freerock.tables.csvfile import read_csv
 
 log = logging.getLogger("freerock")
 SCENE = ["campaign", "test", "block", "foundation", "model"]
@@ -79,9 +81,51 @@ def make_responses(
             table.insert(i, name, scene[name])
         tables.append(table)
     if not tables:
-        what = "no record names a law that explains its runs"
-        raise FreerockError("response", what, "see choice.csv; name one by fits.models, or test again")
+        log.warning("no record names a law that explains its runs")
+        return pd.DataFrame(columns=[*SCENE, *RESPONSES])
     return pd.concat(tables, ignore_index=True)
+
+
+def make_batch(
+    settings: Mapping[str, Any],
+    tables: Mapping[str, str | Path],
+    motions: Sequence[str | Path],
+    output: str | Path,
+) -> None:
+    """Write the responses of a campaign's laws to some ground motions.
+
+    Parameters
+    ----------
+    settings : mapping
+        blocks, debonding, and scales, draws, of: as `config.keys.GroundMotionsSection`.
+    tables : mapping
+        Paths of choice and populations.
+    motions : sequence of path
+        Accelerograms.
+    output : path
+        CSV file: `SCENE` beside the columns of `ensemble.respond`.
+
+    Raises
+    ------
+    FreerockError
+        An accelerogram can't be used.
+    """
+    choice, populations = (read_csv(tables[name]) for name in ("choice", "populations"))
+    laws = known_laws(choice, populations, settings["of"])
+    of_motions = settings["scales"], settings["draws"]
+    read = [read_motion(path) for path in motions]
+    write_table(make_responses(laws, settings["blocks"], read, *of_motions, settings["debonding"]), output)
+
+
+def make_fragility(batches: Sequence[str | Path], output: str | Path) -> None:
+    """Write the fragility of all batches of responses."""
+    texts = dict.fromkeys([*SCENE, "motion"], str)
+    used = [*texts, *INTENSITIES, "overturned"]
+    parts = [
+        pd.read_csv(path, usecols=used, dtype=texts, keep_default_na=False, na_values=[""])
+        for path in batches
+    ]
+    write_table(fragility_table(pd.concat(parts, ignore_index=True)), output)
 
 
 def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INTENSITIES)) -> pd.DataFrame:
@@ -106,6 +150,8 @@ def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INT
             numbers |= {"beta_low": found.beta_low, "beta_high": found.beta_high}
             for kind, curve in (("fitted", found.curve), ("counted", found.counted)):
                 tables.append(curve.assign(**scene, measure=measure, kind=kind, **numbers, **counts))
+    if not tables:
+        return pd.DataFrame(columns=CURVE)
     return pd.concat(tables, ignore_index=True).reindex(columns=CURVE)
 
 

@@ -38,6 +38,7 @@ MOST_LISTED = 120  # runs with rows and fits in the page, up to 6 kB each; all s
 MOST_CHARTED = 24  # runs with charts in the page, about 80 kB each: more would make it slow to open
 MOST_FIGURES = 12  # in the page, about 100 kB each; the others are linked
 CHAPTERS = {name: "results" for name in ("set_up", "models", "residuals")} | {"restitution": "restitution"}
+CHAPTERS |= {"overturning": "overturning"}
 FURTHER = "further"  # chapter of the other figures
 PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
@@ -153,6 +154,7 @@ def _content(
         "choice": made.choices(rows["choice"], labels),
         "budget": made.budget(rows["budget"], rows["choice"], labels),
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
+        **({"fragility": made.overturning(rows["fragility"], labels)} if "fragility" in rows else {}),
     }
     laws = set(laws_of_foundations(tables["choice"]).values())
     return {

@@ -9,11 +9,13 @@ import pandas as pd
 from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.populations.means import LAW
+from freerock.response.fragility import INTENSITIES
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
 from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
 
+OF_RESPONSE = ["test", "model"]
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 
 
@@ -74,6 +76,32 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
     ]
     heads = ["Record", "Block", "Foundation", *(column.head for column in table.columns)]
     return Sortable(heads, rows, table.caption, table.notes)
+
+
+def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
+    """Whether blocks fall under the ground motions of the campaign: a row per record and intensity."""
+    rows = []
+    for row in frame[frame["kind"] != "counted"].drop_duplicates([*OF_RESPONSE, "measure"]).itertuples():
+        known = [row.median, row.median_low, row.median_high, row.beta]
+        never = "always" if row.probability == 1 else "never"
+        told = [fixed(each, 3) for each in known] if row.kind == "fitted" else [never, "", "", ""]
+        cells = [
+            Cell(row.test, anchor=f"record-{row.test}"),
+            *_scene(row, labels),
+            Cell(MODEL_LABELS[row.model]),
+        ]
+        rows.append(
+            [
+                *cells,
+                Cell(INTENSITIES[row.measure]),
+                *map(Cell, told),
+                number(str(row.n_motions), row.n_motions),
+            ]
+        )
+    heads = ["Record", "Block", "Foundation", "Law", "Intensity", "Median", "from", "to", "β", "Motions"]
+    caption = "Intensity at which half of the responses overturn, with its 95 % interval, and dispersion β"
+    notes = ["The law was identified in free rocking; no test here shows that it holds under a shaking base."]
+    return Sortable(heads, rows, caption, notes)
 
 
 def compared(frame: pd.DataFrame, labels: Labels) -> Sortable:

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -59,19 +60,36 @@ class Accelerogram:
 def motions_in(folder: str | Path) -> tuple[list[Accelerogram], list[FreerockError]]:
     """The accelerograms of a folder by name, and a line for each file that is none."""
     found, wrong = list[Accelerogram](), list[FreerockError]()
-    if not Path(folder).is_dir():
-        return [], [FreerockError(folder, "there is no such folder", "give the folder of the ground motions")]
-    for path in sorted(Path(folder).iterdir()):
-        if path.suffix.lower() not in (AT2, *READERS) or path.name == "manifest.csv":
-            continue
+    try:
+        paths = motion_files(folder)
+    except FreerockError as error:
+        return [], [error]
+    for path in paths:
         try:
             found.append(read_motion(path))
         except FreerockError as error:
             wrong.append(error)
-    if not (found or wrong):
-        remedy = "put files as .at2 or .csv there"
-        wrong.append(FreerockError(folder, "holds no ground motion", remedy))
     return found, wrong
+
+
+def motion_files(folder: str | Path) -> list[Path]:
+    """Files of a folder that may be accelerograms, by name; each gives its motion its name.
+
+    Raises
+    ------
+    FreerockError
+        No such folder, no such file, or two files of one name.
+    """
+    if not Path(folder).is_dir():
+        raise FreerockError(folder, "there is no such folder", "give the folder of the ground motions")
+    paths = [path for path in sorted(Path(folder).iterdir()) if path.suffix.lower() in (AT2, *READERS)]
+    paths = [path for path in paths if path.name != "manifest.csv"]
+    if not paths:
+        raise FreerockError(folder, "holds no ground motion", "put files as .at2 or .csv there")
+    for one, other in pairwise(paths):
+        if one.stem == other.stem:
+            raise FreerockError(one, f"{other.name} has the same name", "rename one of the two")
+    return paths
 
 
 def read_motion(path: str | Path, channel: str | None = None) -> Accelerogram:

@@ -1,0 +1,111 @@
+"""Probability that a block overturns against the intensity of the ground motion."""
+
+import math
+
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+from freerock.figures.by_block import foundation_looks
+from freerock.figures.style import (
+    Axes,
+    Labels,
+    Style,
+    footer,
+    label,
+    legend_on_top,
+    nothing_drawn,
+    number_of,
+    panel,
+    printed,
+    size,
+    wrapped,
+)
+from freerock.response.fragility import INTENSITIES
+
+FIGURE = {
+    "title": "Probability of overturning",
+    "caption": "Share of the responses in which the block overturns, against peak acceleration and peak "
+    "velocity of the ground. Signs, as counted in groups of equal size, with Wilson's 95 % interval "
+    "of the number of motions. Lines, lognormal curve of greatest likelihood; band, 95 % of resampled "
+    "motions (Baker 2015).",
+    "reading": "The curve crosses one half at the median intensity. A wide band means few motions, or an "
+    "intensity that says little of the fall. The law was identified in free rocking; the figure does "
+    "not show that it holds under a shaking base.",
+    "reads": ["fragility"],
+}
+
+
+@printed
+def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+    """A row of panels for each block, a panel for each intensity, a curve for each record's law.
+
+    Parameters
+    ----------
+    fragility : pandas.DataFrame
+        Table of the campaign.
+
+    Returns
+    -------
+    figure, data : Figure, pandas.DataFrame
+        The rows drawn.
+    """
+    data = fragility[fragility["kind"] != "none"].reset_index(drop=True)
+    if data.empty:
+        return nothing_drawn("no ensemble has a curve: the blocks always or never overturn", origin), data
+    names, looks = list(dict.fromkeys(data["block"])), foundation_looks(data)
+    figure = Figure(figsize=size(0.7 + 1.9 * len(names)))
+    axes = figure.subplots(len(names), len(INTENSITIES), squeeze=False, sharey=True)
+    for i, name in enumerate(names):
+        for j, (measure, text) in enumerate(INTENSITIES.items()):
+            ax, own = axes[i, j], data[(data["block"] == name) & (data["measure"] == measure)]
+            for (_, foundation), scene in own.groupby(["test", "foundation"], sort=False):
+                _curve(ax, scene, looks[foundation], label(labels, foundation))
+            title = panel(2 * i + j, 2 * len(names), label(labels, name))
+            ax.set_title(wrapped(title, 0.4), loc="left")
+            ax.set(xlabel=text, ylim=(-0.02, 1.02))
+            ax.margins(x=0.04)
+        axes[i, 0].set_ylabel("P(overturning)")
+    legend_on_top(figure)
+    footer(figure, origin)
+    return figure, data
+
+
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+    """How many motions, and how many responses failed or have no curve."""
+    if data.empty:
+        return ""
+    told = f"{number_of(int(data['n_motions'].max()), 'ground motion').capitalize()}."
+    failed = int(data.drop_duplicates("test")["n_failed"].sum())
+    return (
+        f"{told} {number_of(failed, 'response').capitalize()} left out: the integration failed."
+        if failed
+        else told
+    )
+
+
+def _curve(ax: Axes, scene: pd.DataFrame, look: Style, name: str) -> None:
+    """The fitted curve with its band, and the counted shares."""
+    line, counted = scene[scene["kind"] == "fitted"], scene[scene["kind"] == "counted"]
+    style = {key: value for key, value in look.items() if key != "marker"}
+    ax.plot(line["intensity"], line["probability"], label=name, **style)
+    if line["low"].notna().any():
+        ax.fill_between(
+            line["intensity"], line["low"], line["high"], color=look.get("color"), alpha=0.18, lw=0
+        )
+    below, above = counted["probability"] - counted["low"], counted["high"] - counted["probability"]
+    ax.errorbar(
+        counted["intensity"],
+        counted["probability"],
+        yerr=[below.clip(lower=0.0), above.clip(lower=0.0)],
+        linestyle="",
+        marker=look.get("marker"),
+        color=look.get("color"),
+        markersize=3.5,
+        elinewidth=0.7,
+    )
+    if not math.isclose(scene["intensity"].max(), scene["intensity"].min()):
+        ax.set_xscale("log")
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0, 7.0)))
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+        ax.xaxis.set_minor_formatter(NullFormatter())

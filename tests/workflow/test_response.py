@@ -1,0 +1,71 @@
+"""Ground motions of a campaign: batches, fragility, report; a lost batch, a motion that is none."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from small_campaign import CAMPAIGN
+
+pytestmark = pytest.mark.slow
+MOTIONS = "ground_motions: {folder: raw/ground, scales: [0.6, 1.2, 2.0], draws: 3, motions_per_job: 2}\n"
+
+
+def add_motions(checkout, n=5):
+    """Sines of a band under an envelope, as tables [g]."""
+    folder = checkout / "raw/ground"
+    folder.mkdir()
+    t = np.arange(0, 8, 0.01)
+    for i in range(n):
+        draw = np.random.default_rng(i)
+        waves = [np.sin(2 * np.pi * (f * t + phase)) for f, phase in draw.uniform(0.5, 3.0, (8, 2))]
+        a = np.sum(waves, axis=0) * np.exp(-(((t - 3) / 2) ** 2))
+        rows = zip(t, 0.35 * a / np.abs(a).max(), strict=True)
+        text = "time [s],acceleration [g]\n" + "".join(f"{at:.2f},{value:.6f}\n" for at, value in rows)
+        (folder / f"motion_{i}.csv").write_text(text, encoding="utf-8")
+    (checkout / "config/campaigns/small.yaml").write_text(CAMPAIGN + MOTIONS, encoding="utf-8")
+
+
+def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout):
+    add_motions(checkout)
+    done = checkout.snakemake()
+    assert done.returncode == 0, done.stderr
+    folder = checkout / "results/small"
+    batches = sorted(folder.glob("response/*.csv"))
+    assert [path.name for path in batches] == [f"motions_{i}.csv" for i in range(3)]
+    responses = pd.concat(map(pd.read_csv, batches), ignore_index=True)
+    assert responses["motion"].nunique() == 5
+    assert len(responses) == 2 * 5 * 3 * 3  # records, motions, scales, draws
+    assert (responses.loc[responses["overturned"] == 1, "max_theta_ratio"] >= 1).all()
+    shares = responses.groupby("test")["overturned"].mean()
+    assert 0 < shares["tall_mat"] < 1
+    curves = pd.read_csv(folder / "tables/fragility.csv")
+    fitted = curves[(curves["kind"] == "fitted") & (curves["test"] == "tall_mat")]
+    assert fitted.groupby("measure")["probability"].apply(lambda p: p.is_monotonic_increasing).all()
+    assert (curves.loc[curves["kind"] == "counted", "n_motions"] == 5).all()
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Overturning under ground motions" in page
+    assert "Probability of overturning" in page
+    assert (folder / "figures/overturning.pdf").exists()
+    assert checkout.planned() == {}
+
+    whole = batches[1].read_bytes()
+    batches[1].unlink()
+    planned = checkout.planned()
+    assert planned["response"] == 1
+    assert not {"fit", "record", "tables"} & {*planned}
+    assert checkout.snakemake().returncode == 0
+    assert batches[1].read_bytes() == whole
+
+    motion = checkout / "raw/ground/motion_3.csv"
+    motion.write_text(motion.read_text().replace("time [s],acceleration [g]", "time [s],acceleration"))
+    done = checkout.snakemake()
+    assert done.returncode != 0
+    (line,) = {each for each in done.stderr.splitlines() if "states no unit of the acceleration" in each}
+    assert line.startswith("raw/ground/motion_3.csv: ")
+
+
+def test_ground_motions_that_are_not_there_are_one_line(checkout):
+    (checkout / "config/campaigns/small.yaml").write_text(CAMPAIGN + MOTIONS, encoding="utf-8")
+    done = checkout.snakemake("--dry-run")
+    assert done.returncode != 0
+    assert "small.yaml: ground_motions.folder: raw/ground: there is no such folder" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,8 @@
+"""Probability of overturning from the responses of a campaign."""
+
+from freerock.jobs.ledger import at_work
+
+with at_work(snakemake, __file__):
+    from freerock.jobs.respond import make_fragility
+
+    make_fragility(snakemake.input.responses, snakemake.output.curves)
