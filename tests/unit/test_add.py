@@ -309,7 +309,7 @@ def test_there_is_no_such_campaign(capsys):
 def test_what_fails_half_way_is_undone(monkeypatch, at):
     """Of two copies, the manifest and the CSV each fails in turn, and nothing of what came before stays."""
     before, done = everything(), []
-    write_one, copy_one = add._replace, add._copy
+    write_one, copy_one = add._replace, add.take
 
     def failing(step):
         def tried(*arguments):
@@ -320,20 +320,20 @@ def test_what_fails_half_way_is_undone(monkeypatch, at):
 
         return tried
 
-    monkeypatch.setattr(add, "_copy", failing(copy_one))
+    monkeypatch.setattr(add, "take", failing(copy_one))
     monkeypatch.setattr(add, "_replace", failing(write_one))
     assert cli.main(["add", "lab", "stick/second.tdms", "stick/third-1.tdms", "--block", "tall"]) == 1
     assert everything() == before
 
 
 def test_a_csv_that_changes_meanwhile_is_not_overwritten(monkeypatch, capsys):
-    copy_one = add._copy
+    copy_one = add.take
 
     def edited_meanwhile(*arguments):
         CSV.write_text(f"{HEADER}\n{FIRST}wet\n")
         copy_one(*arguments)
 
-    monkeypatch.setattr(add, "_copy", edited_meanwhile)
+    monkeypatch.setattr(add, "take", edited_meanwhile)
     manifest = MANIFEST.read_bytes()
     assert cli.main(["add", "lab", "stick/second.tdms", "--block", "tall"]) == 1
     assert capsys.readouterr().err == f"{CSV.resolve()}: was changed meanwhile; run the same command again\n"

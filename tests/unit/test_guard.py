@@ -2,6 +2,7 @@
 
 import fcntl
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -13,7 +14,17 @@ from threading import Thread
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.jobs.guard import JOBS, RUNS, check_clock, check_folder, check_room, hold, job_runs, run_starts
+from freerock.jobs.guard import (
+    JOBS,
+    NOTES_BYTES,
+    RUNS,
+    check_clock,
+    check_folder,
+    check_room,
+    hold,
+    job_runs,
+    run_starts,
+)
 
 
 @pytest.fixture
@@ -154,7 +165,7 @@ def test_a_file_in_the_place_of_the_results_is_refused(tmp_path):
             check(tmp_path / folder)
         assert str(told.value) == (
             f"{tmp_path}/results: can't be written (Not a directory); "
-            "give yourself the right to write there, or use --directory"
+            "free some space, give yourself the right to write there, or use --directory"
         )
 
 
@@ -175,5 +186,21 @@ def test_the_folder_without_rights_is_named(tmp_path, monkeypatch):
         return made(dir=dir)
 
     monkeypatch.setattr(tempfile, "TemporaryFile", refused)
-    with pytest.raises(FreerockError, match=r"lab/records: can't be written \(Permission denied\); give"):
+    with pytest.raises(FreerockError, match=r"lab/records: can't be written \(Permission denied\); free"):
         check_room(tmp_path / "lab")
+
+
+def test_a_run_without_room_for_its_notes_is_refused(tmp_path):
+    check_room(tmp_path, NOTES_BYTES)
+    assert not list(tmp_path.iterdir())
+    most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, most[1]))
+    try:
+        with pytest.raises(FreerockError) as error:
+            check_room(tmp_path / ".snakemake", NOTES_BYTES)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, most)
+    assert str(error.value) == (
+        f"{tmp_path}: can't be written (File too large); "
+        "free some space, give yourself the right to write there, or use --directory"
+    )

@@ -114,8 +114,8 @@ def test_results_that_cannot_be_written(lab):
     (lab / "results").write_text("")
     done = lab.snakemake()
     assert done.returncode == 1
-    told = "results: can't be written (Not a directory); give yourself the right to write there"
-    assert done.stderr.splitlines()[-1] == f"{told}, or use --directory"
+    remedy = "free some space, give yourself the right to write there, or use --directory"
+    assert done.stderr.splitlines()[-1] == f"results: can't be written (Not a directory); {remedy}"
     assert "Traceback" not in done.stderr
 
 
@@ -148,7 +148,8 @@ def test_a_fifo_in_place_of_a_file_is_refused_and_not_waited_for(lab, path):
 def test_notes_of_snakemake_that_cannot_be_written(lab):
     (lab / ".snakemake").write_text("")
     done = lab.snakemake()
-    told = ".snakemake: can't be written; give yourself the right to write there, or use --directory"
+    remedy = "free some space, give yourself the right to write there, or use --directory"
+    told = f".snakemake: can't be written (Not a directory); {remedy}"
     assert (done.returncode, done.stderr.splitlines()[-1]) == (1, told)
     assert "Traceback" not in done.stderr
 

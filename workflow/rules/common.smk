@@ -12,7 +12,7 @@ from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.figures.declared import declared
 from freerock.files import listed_checksums
-from freerock.jobs.guard import check_folder, check_notes
+from freerock.jobs.guard import check_folder
 from freerock.jobs.home import PACKAGE
 from freerock.jobs.log import in_utf8, why_failed
 from freerock.jobs.reruns import code_checksum
@@ -29,7 +29,7 @@ try:
     CAMPAIGNS = load_config("config/config.yaml", given).campaigns
     CHECKSUMS = {name: listed_checksums(section.raw) for name, section in CAMPAIGNS.items()}
     check_folder(Path("results"))
-    check_notes(Path(".snakemake"))
+    check_folder(Path(".snakemake"), writable=True)
 except FreerockError as error:
     sys.exit(str(error))
 

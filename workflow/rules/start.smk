@@ -11,7 +11,7 @@ from functools import cache, partial
 from freerock.cli.check import check_files
 from freerock.config.campaign import read_campaign
 from freerock.jobs.again import newer_than
-from freerock.jobs.guard import check_clock, check_room, hold, job_runs, run_starts
+from freerock.jobs.guard import NOTES_BYTES, check_clock, check_room, hold, job_runs, run_starts, watch_folder
 from freerock.jobs.ledger import entry_path, read_entry
 from freerock.jobs.reruns import note_meanings
 from freerock.jobs.soundness import (
@@ -25,7 +25,6 @@ from freerock.jobs.soundness import (
     some,
     verified,
 )
-from freerock.jobs.watch import check_space, watch_folder
 from freerock.virtual_lab.truth import read_truth
 
 LAST = []  # lines below all that Snakemake tells
@@ -55,7 +54,7 @@ def makes_something():
 def start():
     """Of each run, once."""
     if makes_something():
-        check_space()
+        check_room(Path(".snakemake"), NOTES_BYTES)
         run_starts()
         watch_folder()
     if workflow.is_main_process and "MTIME" not in {each.name for each in workflow.rerun_triggers}:

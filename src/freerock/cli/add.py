@@ -8,17 +8,16 @@ import csv
 import io
 import os
 import re
-import shutil
 from argparse import ArgumentParser, Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from freerock.cli.inspect import ChannelLook, RecordLook, look_into, look_text
+from freerock.cli.inspect import ChannelLook, RecordLook, look_text, look_to_take, take
 from freerock.cli.new_campaign import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
-from freerock.config.values import Invalid, check_inside, did_you_mean
+from freerock.config.values import did_you_mean
 from freerock.errors import FreerockError
 from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
 from freerock.review.csv_edit import parsed
@@ -128,7 +127,8 @@ def _write_all(
     undone: list[tuple[Path, bytes | None]] = []
     try:
         for look, target in copies:
-            _copy(look, target)
+            with atomic(target) as partial:
+                take(look, partial)
             undone.append((target, None))
         for path, before, after in changes:
             if (path.read_bytes() if path.exists() else None) != before:
@@ -192,18 +192,9 @@ def _looks(files: Sequence[str | Path]) -> list[RecordLook]:
     looks: list[RecordLook] = []
     for path in map(Path, files):
         try:
-            check_inside(path.name)
-            look = look_into(path)
-        except Invalid as error:
-            problems.append(FreerockError(path, error.what, error.remedy))
+            looks.append(look_to_take(path))
         except FreerockError as error:
             problems.append(error)
-        else:
-            looks.append(look)
-            if not look.readable:
-                channel = look.channels[0]
-                what, _, remedy = channel.fault.rpartition("; ")
-                problems.append(FreerockError(f"{path}: {channel.name}", what, remedy))
     _raise(problems)
     return looks
 
@@ -318,13 +309,6 @@ def _checked(
         what = "the new lines would not be read as they are meant"
         raise FreerockError(source.path.with_suffix(".csv"), what, "move the column test to the front")
     return tuple((line, row) for row, (line, _) in zip(rows, new, strict=True))
-
-
-def _copy(look: RecordLook, target: Path) -> None:
-    with atomic(target) as partial:
-        shutil.copyfile(look.path, partial)
-        if sha256(partial) != look.sha256:
-            raise FreerockError(look.path, "changed while it was copied", "copy it when it is complete")
 
 
 def _replace(path: Path, content: bytes) -> None:

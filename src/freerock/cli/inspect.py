@@ -1,6 +1,7 @@
 """What is in a record file, channel by channel, before anything is known about it."""
 
 import math
+import shutil
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from freerock.arrays import Floats
+from freerock.config.values import Invalid, check_inside
 from freerock.errors import FreerockError, printable
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
@@ -117,6 +119,33 @@ def look_into(path: str | Path) -> RecordLook:
         kind = record.attrs["format"]
         channels.append(_in_short(name, record))
     return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
+
+
+def look_to_take(path: Path) -> RecordLook:
+    """A record file that a campaign may take.
+
+    Raises
+    ------
+    FreerockError
+        As `look_into`; its name can't be one in a raw folder, or none of its channels can be read.
+    """
+    try:
+        check_inside(path.name)
+    except Invalid as error:
+        raise FreerockError(path, error.what, error.remedy) from None
+    look = look_into(path)
+    if not look.readable:
+        channel = look.channels[0]
+        what, _, remedy = channel.fault.rpartition("; ")
+        raise FreerockError(f"{path}: {channel.name}", what, remedy)
+    return look
+
+
+def take(look: RecordLook, copy: Path) -> None:
+    """Copy a record file; refused where it is no longer as it was looked into."""
+    shutil.copyfile(look.path, copy)
+    if sha256(copy) != look.sha256:
+        raise FreerockError(look.path, "changed while it was copied", "copy it when it is complete")
 
 
 def _in_short(name: str, record: "xr.Dataset") -> ChannelLook:

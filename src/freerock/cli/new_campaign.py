@@ -19,13 +19,13 @@ from pathlib import Path
 
 from freerock import bounds
 from freerock.cli.init import NO_CAMPAIGN
-from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_into, look_text
+from freerock.cli.inspect import ChannelLook, RecordLook, draw_looks, look_text, look_to_take, take
 from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
-from freerock.config.values import Invalid, check_inside, name_fault
+from freerock.config.values import name_fault
 from freerock.errors import FreerockError, printable
-from freerock.files import MANIFEST, sha256, write_manifest, write_text
+from freerock.files import MANIFEST, write_manifest, write_text
 from freerock.jobs.soundness import QUICK_LOOK
 from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
@@ -152,20 +152,9 @@ def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
         if path.suffix.lower() not in READERS or path.name == MANIFEST or not path.is_file():
             continue
         try:
-            check_inside(path.name)
-            look = look_into(path)
-        except Invalid as error:
-            refused.append(FreerockError(path, error.what, error.remedy))
-            continue
+            looks.append(look_to_take(path))
         except FreerockError as error:
             refused.append(error)
-            continue
-        if look.readable:
-            looks.append(look)
-        else:
-            channel = look.channels[0]
-            what, _, remedy = channel.fault.rpartition("; ")
-            refused.append(FreerockError(f"{path}: {channel.name}", what, remedy))
     return looks, refused
 
 
@@ -186,10 +175,7 @@ def _copy(looks: Sequence[RecordLook], raw: Path) -> None:
     partial = Path(tempfile.mkdtemp(prefix=f".{raw.name}.partial", dir=raw.parent))
     try:
         for look in looks:
-            copy = partial / look.path.name
-            shutil.copyfile(look.path, copy)
-            if sha256(copy) != look.sha256:
-                raise FreerockError(look.path, "changed while it was copied", "copy it when it is complete")
+            take(look, partial / look.path.name)
         partial.chmod(0o755)
         os.replace(partial, raw)
     except OSError as error:

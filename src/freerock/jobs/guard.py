@@ -1,9 +1,10 @@
-"""What a run may find: leavings and jobs of a killed run, another run, no room to write, a wrong clock."""
+"""What a run may find: leavings and jobs of a killed run, another run, no room, a wrong clock, no folder."""
 
 import errno
 import os
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterable
 from contextlib import suppress
@@ -13,7 +14,8 @@ from freerock.errors import FreerockError
 from freerock.files import PARTIAL
 from freerock.jobs.contents import look
 
-ROOM = "give yourself the right to write there, or use --directory"
+ROOM = "free some space, give yourself the right to write there, or use --directory"
+NOTES_BYTES = 1 << 16  # of Snakemake's locks and notes, of whose lack it says nothing in a line
 RUNS, JOBS = Path("results/.runs"), Path("results/.jobs")
 
 
@@ -78,45 +80,36 @@ def hold(folder: Path) -> None:
             raise FreerockError(folder, "another run is at work on it", "wait until it has ended") from None
 
 
-def check_folder(folder: Path) -> None:
-    """Refuse a file in the place of the folder of products; only looks.
+def check_folder(folder: Path, writable: bool = False) -> None:
+    """Refuse a file in the place of a folder, or a folder without the right to write; only looks.
 
     Raises
     ------
     FreerockError
-        It is there and no folder.
+        It is there and no folder, or read-only where it must be writable.
     """
     if folder.exists() and not folder.is_dir():
         raise FreerockError(folder, f"can't be written ({os.strerror(errno.ENOTDIR)})", ROOM)
-
-
-def check_notes(folder: Path) -> None:
-    """Refuse a folder of Snakemake's notes that can't be written, before Snakemake does in a traceback.
-
-    Raises
-    ------
-    FreerockError
-        It is there, and read-only or no folder.
-    """
-    if folder.exists() and not (folder.is_dir() and os.access(folder, os.W_OK)):
+    if writable and folder.exists() and not os.access(folder, os.W_OK):
         raise FreerockError(folder, "can't be written", ROOM)
 
 
-def check_room(folder: Path) -> None:
-    """Refuse a folder of products that can't be written, or the nearest above it that exists.
+def check_room(folder: Path, n_bytes: int = 0) -> None:
+    """Refuse a folder that can't be written, or the nearest above it that exists.
 
     Tried with a file in it and in the folders directly below: what rights say does not hold for everyone.
 
     Raises
     ------
     FreerockError
-        No file can be made in one of them.
+        No file of so many bytes can be made in one of them.
     """
     above = next(each for each in (folder, *folder.parents) if each.exists())
     for where in [above, *(each for each in folder.glob("*") if each.is_dir())]:
         try:
-            with tempfile.TemporaryFile(dir=where):
-                pass
+            with tempfile.TemporaryFile(dir=where) as file:
+                file.write(bytes(n_bytes))
+                file.flush()
         except OSError as error:
             raise FreerockError(where, f"can't be written ({error.strerror})", ROOM) from None
 
@@ -144,3 +137,29 @@ def check_clock(products: Iterable[Path], inputs: Iterable[Path], tolerance_s: f
         for path in products:
             if (seen := look(path)) and seen[1] > (now + tolerance_s) * 1e9:
                 os.utime(path, (now, now))
+
+
+def watch_folder(every_s: float = 1.0, misses: int = 3) -> None:
+    """End this process, in a line, when its working folder has been deleted or renamed.
+
+    Snakemake would go on without its notes, or wait for a job for ever.
+    """
+    here = os.getcwd()
+
+    def look() -> None:
+        missed = 0
+        while missed < misses:
+            time.sleep(every_s)
+            try:
+                os.stat(here)
+                missed = 0
+            except FileNotFoundError:
+                missed += 1
+            except OSError:  # a share that does not answer
+                continue
+        print(
+            f"{here}: is no longer there; put it back, then run the same command", file=sys.stderr, flush=True
+        )
+        os._exit(1)
+
+    threading.Thread(target=look, daemon=True).start()

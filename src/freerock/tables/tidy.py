@@ -1,7 +1,7 @@
 """Tidy tables: one row per run, parameter, fit, candidate or impact, from the record and fit datasets."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -167,23 +167,21 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
         be used.
     """
     rows = []
-    for tree in fits:
-        for run, model, fit in fits_of(tree):
-            numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
-            numbers["u_total"] = total_uncertainty(fit)
-            for i, parameter in enumerate(fit["parameter"].values.astype(str)):
-                rows.append(
-                    {
-                        **_identity(tree, run),
-                        "model": model,
-                        "parameter": parameter,
-                        **{key: column[i] for key, column in numbers.items()},
-                        "unit": unit_of(parameter),
-                        "given": _given(fit, i),
-                        "in_phase": fit.attrs.get("in_phase_r", math.nan) if parameter == "r" else math.nan,
-                        "success": bool(fit["success"].item()),
-                    }
-                )
+    for of_fit, fit in _each_fit(fits):
+        numbers = {key: fit[key].values for key in NUMBERS_OF_FIT}
+        numbers["u_total"] = total_uncertainty(fit)
+        for i, parameter in enumerate(fit["parameter"].values.astype(str)):
+            rows.append(
+                {
+                    **of_fit,
+                    "parameter": parameter,
+                    **{key: column[i] for key, column in numbers.items()},
+                    "unit": unit_of(parameter),
+                    "given": _given(fit, i),
+                    "in_phase": fit.attrs.get("in_phase_r", math.nan) if parameter == "r" else math.nan,
+                    "success": bool(fit["success"].item()),
+                }
+            )
     return pd.DataFrame(rows, columns=PARAMETERS).astype({"success": bool})
 
 
@@ -210,25 +208,23 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
         input `law` that all fits of the law share.
     """
     rows = []
-    for tree in fits:
-        for run, model, fit in fits_of(tree):
-            if "contribution" not in fit:
-                continue
-            inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
-            inputs.append((LAW, model, math.nan, "", pd.NA))
-            shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
-            for i, parameter in enumerate(fit["parameter"].values.astype(str)):
-                for j, source in enumerate(inputs):
-                    rows.append(
-                        {
-                            **_identity(tree, run),
-                            "model": model,
-                            "parameter": parameter,
-                            "value": fit["value"].values[i],
-                            **dict(zip(OF_INPUT, source, strict=True)),
-                            "contribution": shifts[i, j],
-                        }
-                    )
+    for of_fit, fit in _each_fit(fits):
+        if "contribution" not in fit:
+            continue
+        inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
+        inputs.append((LAW, of_fit["model"], math.nan, "", pd.NA))
+        shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
+        for i, parameter in enumerate(fit["parameter"].values.astype(str)):
+            for j, source in enumerate(inputs):
+                rows.append(
+                    {
+                        **of_fit,
+                        "parameter": parameter,
+                        "value": fit["value"].values[i],
+                        **dict(zip(OF_INPUT, source, strict=True)),
+                        "contribution": shifts[i, j],
+                    }
+                )
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
@@ -249,21 +245,20 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
         a parameter for one remaining standard uncertainty of the input, in per cent, NaN of other laws.
     """
     rows = []
-    for tree in fits:
-        for run, model, fit in fits_of(tree):
-            if "input_moved" not in fit or not np.any(fit["input_moved"].values):
-                continue
-            shifts = 100 * fit["impact_of_input"].values / fit["value"].values[:, None]
-            columns = {name: fit[name].values.tolist() for name in MOVED}
-            columns |= {
-                f"impact_{name}_percent": shifts[i].tolist()
-                for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
-                if name in MODELS[model]
-            }
-            rows += [
-                {**_identity(tree, run), "model": model, **dict(zip(columns, each, strict=True))}
-                for each in zip(*columns.values(), strict=True)
-            ]
+    for of_fit, fit in _each_fit(fits):
+        if "input_moved" not in fit or not np.any(fit["input_moved"].values):
+            continue
+        shifts = 100 * fit["impact_of_input"].values / fit["value"].values[:, None]
+        columns = {name: fit[name].values.tolist() for name in MOVED}
+        columns |= {
+            f"impact_{name}_percent": shifts[i].tolist()
+            for i, name in enumerate(fit["parameter"].values.astype(str).tolist())
+            if name in MODELS[of_fit["model"]]
+        }
+        rows += [
+            {**of_fit, **dict(zip(columns, each, strict=True))}
+            for each in zip(*columns.values(), strict=True)
+        ]
     return pd.DataFrame(rows, columns=PULLS)
 
 
@@ -282,18 +277,17 @@ def parts_table(fits: Trees) -> pd.DataFrame:
         (`freerock.identification.model_discrepancy`).
     """
     rows = []
-    for tree in fits:
-        for run, model, fit in fits_of(tree):
-            if "part_value" not in fit:
-                continue
-            spans = list(zip(fit["part_start"].values.tolist(), fit["part_end"].values.tolist(), strict=True))
-            names = fit["parameter"].values.astype(str).tolist()
-            for name in MODELS[model]:
-                at = names.index(name)
-                of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
-                for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
-                    known = model, name, unit_of(name), i + 1, *span, value, stderr
-                    rows.append({**_identity(tree, run), **dict(zip(PARTS[5:], known, strict=True))})
+    for of_fit, fit in _each_fit(fits):
+        if "part_value" not in fit:
+            continue
+        spans = list(zip(fit["part_start"].values.tolist(), fit["part_end"].values.tolist(), strict=True))
+        names = fit["parameter"].values.astype(str).tolist()
+        for name in MODELS[of_fit["model"]]:
+            at = names.index(name)
+            of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
+            for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
+                known = name, unit_of(name), i + 1, *span, value, stderr
+                rows.append({**of_fit, **dict(zip(PARTS[len(of_fit) :], known, strict=True))})
     return pd.DataFrame(rows, columns=PARTS)
 
 
@@ -313,15 +307,14 @@ def epsilon_table(fits: Sequence[xr.DataTree]) -> pd.DataFrame:
         block that stops rocking at the minimum, is that of the local one that keeps the phase.
     """
     rows = []
-    for tree in fits:
-        for run, model, fit in fits_of(tree):
-            scalars = ("epsilon_theta", "final_time", "aic", "bic", "n_parameters")
-            row = {key: fit[key].item() for key in scalars}
-            row["final_time_s"] = row.pop("final_time")
-            row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
-            row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
-            row["success"] = bool(fit["success"].item())
-            rows.append({**_identity(tree, run), "model": model, **row})
+    for of_fit, fit in _each_fit(fits):
+        scalars = ("epsilon_theta", "final_time", "aic", "bic", "n_parameters")
+        row = {key: fit[key].item() for key in scalars}
+        row["final_time_s"] = row.pop("final_time")
+        row["epsilon_holdout"] = fit["epsilon_holdout"].item() if "epsilon_holdout" in fit else math.nan
+        row["epsilon_in_phase"] = fit.attrs.get("in_phase_epsilon_theta", math.nan)
+        row["success"] = bool(fit["success"].item())
+        rows.append(of_fit | row)
     columns = [column for column in EPSILON if column != "selected"]
     frame = pd.DataFrame(rows, columns=columns).astype({"n_parameters": "Int64", "success": bool})
     choice = choice_table(fits)
@@ -484,6 +477,13 @@ def tidy_tables(records: Sequence[xr.DataTree], fits: Sequence[xr.DataTree]) -> 
 
 def _keys(frame: pd.DataFrame) -> Iterable[tuple[str, object, str]]:
     return zip(frame["test"], frame["run"], frame["model"], strict=True)
+
+
+def _each_fit(fits: Trees) -> Iterator[tuple[dict[str, Any], xr.Dataset]]:
+    """What each fit is of, and the fit."""
+    for tree in fits:
+        for run, model, fit in fits_of(tree):
+            yield {**_identity(tree, run), "model": model}, fit
 
 
 def _identity(tree: xr.DataTree, run: object) -> dict[str, Any]:
