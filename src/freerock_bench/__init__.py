@@ -13,6 +13,7 @@ __all__ = [
     "coverage",
     "damage",
     "desk",
+    "disturbances",
     "document",
     "drawn",
     "engines",

@@ -1,7 +1,7 @@
 """Faults matrix: how surely each fault of a signal is named, and how often one is invented.
 
 Records of the virtual laboratory (`freerock.virtual_lab.record`), without mains interference or drift,
-get the noise of a laser and one fault (`freerock.virtual_lab.faults`) each; `find_rotation` must name it,
+get the noise of a laser and one fault (`disturbances`) each; `find_rotation` must name it,
 at the time it lasts. Clean records must be left without any name, and their runs without a warning.
 
     python -m freerock_bench.faults results/studies/faults.csv docs/validation.md
@@ -25,10 +25,10 @@ from freerock.rotation.faults import listed_faults, signal_quality
 from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.runs.segment import find_runs
-from freerock.virtual_lab import faults as spoil
 from freerock.virtual_lab.noise import Disturbance, Noise
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock.virtual_lab.record import Recording, Release, VirtualRecord, simulate_record
+from freerock_bench import disturbances as spoil
 from freerock_bench.document import in_markdown, renew
 
 SIZES = {"full": (24, 200, 1000), "small": (2, 4, 12)}  # motions, records of each cell, clean records

@@ -27,9 +27,9 @@ from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.hypotheses import BY_DEFAULT
-from freerock.virtual_lab import faults
 from freerock.virtual_lab.noise import Disturbance
 from freerock.virtual_lab.palermo import CONFIGURATIONS
+from freerock_bench import disturbances as faults
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.harness import Study, number_row
 from freerock_bench.springs import Motion, Scene, read
@@ -77,7 +77,7 @@ class Kind:
     pivoting : bool, optional
     differs : callable
         (block, draw) → fields of `Scene`; `block` of its own; `incline` of the beam; `volts`, faults of
-        `virtual_lab.faults`; `off`, by which inputs are besides; `lost`, samples; `bits`; `slow`.
+        `disturbances`; `off`, by which inputs are besides; `lost`, samples; `bits`; `slow`.
     names : collection of str
         Reasons and inputs that name it rightly; none of a clean one.
     """

@@ -329,7 +329,7 @@ def test_gaps_are_dropouts():
 
 
 def test_an_ac_coupled_channel_is_refused():
-    from freerock.virtual_lab.faults import ac_coupled
+    from freerock_bench.disturbances import ac_coupled
 
     for cutoff in (0.02, 0.1, 0.5):
         signal = ac_coupled(cutoff)(TIME, volts(), None)

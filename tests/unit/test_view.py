@@ -18,9 +18,9 @@ from freerock.rotation.rotation import find_rotation
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import View, attributes, view_in, view_of
 from freerock.runs.segment import find_runs
-from freerock.virtual_lab import faults
 from freerock.virtual_lab.noise import Noise
 from freerock.virtual_lab.record import Recording, Release, simulate_record
+from freerock_bench import disturbances as faults
 
 QUIET = Recording(noise=Noise(mains_v=0.0, drift_v=0.0))
 BLOCK = Block(0.28, 0.07, 5.84)

@@ -3,7 +3,7 @@
 import functools
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
@@ -241,14 +241,6 @@ def nothing_drawn(why: str, origin: str) -> Figure:
     figure.suptitle(why, fontsize="medium")
     footer(figure, origin)
     return figure
-
-
-def panel_per_model(figure: Figure, frame: pd.DataFrame) -> Iterator[tuple[Axes, str, pd.DataFrame]]:
-    """A row of panels, one for each model of a table: the panel, the model, its rows."""
-    models = list(frame["model"].unique())
-    axes = figure.subplots(1, len(models), squeeze=False)[0]
-    for ax, model in zip(axes, models, strict=True):
-        yield ax, model, frame[frame["model"] == model]
 
 
 NARROWEST_IN = 1.7  # of a panel of a scene

@@ -22,7 +22,6 @@ log = logging.getLogger("freerock")
 SCENE = ["campaign", "test", "block", "foundation", "model"]
 CURVE = [*SCENE, "measure", "kind", "intensity", "probability", "low", "high", "n", "median", "median_low"]
 CURVE += ["median_high", "beta", "beta_low", "beta_high", "n_motions", "n_failed"]
-OF = ("mean", "next")  # what is drawn: the mean of the runs, or the next run
 
 
 def known_laws(

@@ -36,7 +36,6 @@ from freerock.review.signals import Json, Signals, signals_of
 
 OPEN = 3  # records that stay open
 LARGE_BYTES = 100_000_000  # of a record: then it alone
-AHEAD_S = 1.0  # of a run shown before its hold
 
 
 class Saved(NamedTuple):

@@ -21,7 +21,6 @@ from freerock.runs.sums import covariance_of_sums, stderr_of_mean, unsure_of_sum
 from freerock.runs.whitening import Slow, transposed, whiten
 
 FALL, FALL_MOST = 0.25, 0.8  # of θ0: the early motion is fitted until the block has fallen by this
-EARLY_SAMPLES = 300  # means of the early motion suffice, however fast the converter
 PASSES = 2  # from the guess: the windows of the second are those of the release within a few of its errors
 FEWEST = 6  # means of the early motion that give an instant
 SEARCH_S = 0.005  # medians over this long show when the block falls, whatever stands out of the noise
