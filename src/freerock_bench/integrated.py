@@ -20,6 +20,7 @@ from freerock.models.published import TABLE_2
 from freerock.rotation.sensor import Laser
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.integrated_kernel import bed, rates, rocks, turns
+from freerock_bench.springs import rigid_swings
 from freerock_bench.virtual_run import SEED
 
 RATE_HZ = 2000.0
@@ -258,42 +259,14 @@ def _path(scene: Scene, step_s: float) -> Floats:
 
 def _rigid_path(scene: Scene, step_s: float) -> Floats:
     """The same of a rigid block on a rigid base, from impact to impact."""
-    from scipy.integrate import solve_ivp
-
     given = (*scene.body, scene.b, scene.tilt)
-    side, fade_s = math.copysign(1.0, scene.theta0), scene.fade_s
-    hand = -turns(scene.theta0, side, *given)
+    hand = -turns(scene.theta0, math.copysign(1.0, scene.theta0), *given)
+
+    def turning(side: float, angle: float, rate: float, support: float) -> float:
+        return float(side * (turns(side * angle, side, *given) + support * hand))
+
     time_s = np.arange(0.0, LONGEST_S, step_s)
-    theta, rate = np.zeros((2, len(time_s)))
-    begins, y = 0.0, [scene.theta0, 0.0]
-    while begins < LONGEST_S:
-        held = hand if begins == 0.0 else 0.0
-
-        def moves(t: float, y: Floats, side: float = side, held: float = held) -> list[float]:
-            support = 0.5 * (1 + math.cos(math.pi * min(t / fade_s, 1.0)))
-            return [y[1], turns(y[0], side, *given) + support * held]
-
-        def lands(t: float, y: Floats) -> float:
-            return float(y[0])
-
-        lands.terminal, lands.direction = True, -side  # type: ignore[attr-defined]
-        swing = solve_ivp(
-            moves,
-            (begins, LONGEST_S),
-            y,
-            "DOP853",
-            events=lands,
-            dense_output=True,
-            rtol=1e-11,
-            atol=1e-14,
-            max_step=math.inf if begins else 0.02,
-        )
-        during = slice(*np.searchsorted(time_s, (begins, swing.t[-1])))
-        theta[during], rate[during] = swing.sol(time_s[during])
-        begins, side = float(swing.t[-1]), -side
-        y = [side * 1e-300, scene.r * swing.y[1, -1]]
-        if y[1] ** 2 < abs(turns(0.0, side, *given)) * AT_REST:  # it rises by half of that
-            break
+    theta, rate = rigid_swings(turning, scene.r, (scene.theta0, 0.0), scene.fade_s, time_s)
     down = -scene.b * np.sin(np.abs(theta)), -scene.b * np.cos(theta) * np.sign(theta) * rate
     return np.stack([down[0], theta, down[1], rate])
 

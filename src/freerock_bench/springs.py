@@ -7,6 +7,7 @@ integrates; a rigid block goes from event to event. Of freerock it takes the con
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -21,7 +22,7 @@ from freerock.models.compiled import compiled
 
 CELLS, GAUSS = 128, 3**-0.5
 DULL_RAD_S = 2e-3  # rate over which dry friction turns round
-LEAST_RAD = 2e-5  # a rigid block lies still below
+LEAST_RAD = 1e-5  # a rigid block lies still below
 AT_REST = 2e-5  # [rad]
 RTOL, ATOL, LONGEST_S = 1e-8, 1e-11, 12.0
 N = 12  # coordinates and rates, without what friction and bed remember
@@ -391,6 +392,60 @@ def _down(scene: Scene, theta: float) -> float:
     return -(right if theta > 0 else -left) * abs(math.sin(theta))
 
 
+def rigid_swings(
+    turning: Callable[[float, float, float, float], float],
+    r: float,
+    start: tuple[float, float],
+    fade_s: float,
+    time_s: Floats,
+) -> Floats:
+    """θ and its rate over time of a rigid block, from impact to impact, shape (2, n).
+
+    Parameters
+    ----------
+    turning : callable
+        Side it stands on (1 right, -1 left), angle and rate away from rest, share of the hand's support → the
+        second rate of that angle.
+    r : float
+    start : (float, float)
+        Angle [rad], and rate away from rest [rad/s].
+    fade_s : float
+        Time over which the hand leaves.
+    time_s : ndarray, shape (n,)
+    """
+    side, begins, y = math.copysign(1.0, start[0]), 0.0, [abs(start[0]), start[1]]
+    found = np.zeros((2, len(time_s)))
+    while begins < time_s[-1]:
+
+        def rates(t: float, y: Any, side: float = side) -> list[float]:
+            support = 0.5 * (1 + math.cos(math.pi * t / fade_s)) if t < fade_s else 0.0
+            return [y[1], turning(side, y[0], y[1], support)]
+
+        def lands(_: float, y: Any) -> float:
+            return float(y[0])
+
+        lands.terminal, lands.direction = True, -1  # type: ignore[attr-defined]
+        swing = solve_ivp(
+            rates,
+            (begins, time_s[-1]),
+            y,
+            "DOP853",
+            events=lands,
+            dense_output=True,
+            rtol=1e-11,
+            atol=1e-14,
+            max_step=math.inf if begins else 0.02,
+        )
+        during = slice(*np.searchsorted(time_s, (begins, swing.t[-1])))
+        if during.start < during.stop:
+            found[:, during] = side * swing.sol(time_s[during])
+        begins, side = float(swing.t[-1]), -side
+        y = [1e-300, r * abs(float(swing.y[1, -1]))]
+        if y[1] ** 2 < 2 * abs(turning(side, 0.0, 0.0, 0.0)) * LEAST_RAD:
+            break
+    return found
+
+
 def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
     """Coordinates over time of a rigid block that turns about its corners, shape (6, n)."""
     block, known, (left, right) = scene.block, scene.known, scene.ends
@@ -407,39 +462,13 @@ def _rigid(scene: Scene, rate_hz: float, longest_s: float) -> Floats:
         moment -= known["rub_nm"] * math.tanh(w / DULL_RAD_S) - couple
         return moment / (block.inertia_cm + m * (x1 * x1 + z1 * z1))
 
-    side = math.copysign(1.0, scene.theta0)
-    weigh = turning(side, abs(scene.theta0), 0.0, 0.0)
-    hand = -weigh / (turning(side, abs(scene.theta0), 0.0, 1.0) - weigh)
+    side, held = math.copysign(1.0, scene.theta0), abs(scene.theta0)
+    weigh = turning(side, held, 0.0, 0.0)
+    hand = -weigh / (turning(side, held, 0.0, 1.0) - weigh)
+
+    def moves(side: float, t: float, w: float, support: float) -> float:
+        return turning(side, t, w, hand * support)
+
     time_s = np.arange(0.0, longest_s, 1 / rate_hz)
-    theta, t, y = np.zeros(len(time_s)), 0.0, [abs(scene.theta0), scene.rate]
-    while t < longest_s:
-
-        def rates(at: float, y: Any, side: float = side) -> list[float]:
-            couple = hand * 0.5 * (1 + math.cos(math.pi * at / scene.fade_s)) if at < scene.fade_s else 0.0
-            return [y[1], turning(side, y[0], y[1], couple)]
-
-        def lands(_: float, y: Any) -> float:
-            return float(y[0])
-
-        lands.terminal, lands.direction = True, -1  # type: ignore[attr-defined]
-        step = solve_ivp(
-            rates,
-            (t, longest_s),
-            y,
-            "DOP853",
-            events=lands,
-            dense_output=True,
-            rtol=1e-10,
-            atol=1e-13,
-            max_step=math.inf if t else 0.02,
-        )
-        inside = (time_s >= t) & (time_s < step.t[-1])
-        if inside.any():
-            theta[inside] = side * step.sol(time_s[inside])[0]
-        if not step.t_events[0].size:
-            break
-        t, side = float(step.t[-1]), -side
-        y = [1e-300, scene.law["r"] * abs(float(step.y[1, -1]))]
-        if y[1] ** 2 < 2 * abs(turning(side, 0.0, 0.0, 0.0)) * LEAST_RAD:
-            break
+    theta, _ = rigid_swings(moves, scene.law["r"], (scene.theta0, scene.rate), scene.fade_s, time_s)
     return np.array([_state(scene, _down(scene, each), each)[:6] for each in theta]).T
