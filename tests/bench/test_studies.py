@@ -17,6 +17,7 @@ from freerock_bench import (
     confusion,
     cost,
     coverage,
+    cut,
     figures,
     harness,
     shared,
@@ -279,3 +280,10 @@ def test_a_rigid_block_needs_one_parameter():
 def test_each_block_of_the_study_of_cost_needs_another_law():
     needed = {truth.model for truth in cost.truths().values()}
     assert needed == {"housner", "hunt_crossley", "hunt_crossley_pivoting_width"}
+
+
+def test_runs_cut_in_motion_are_found_and_fitted():
+    frame = cut.STUDY.run("small")
+    assert frame["parameter"].tolist() == ["k", "lambda", "theta_start", "rate_start"] * 4
+    forces = frame[frame["parameter"].isin(["k", "lambda"])]
+    assert (abs(forces["value"] - forces["truth"]) < 4 * forces["stderr"]).all()
