@@ -79,6 +79,13 @@ def test_freed_nuisances_are_named_for_every_model():
     assert get_args(Unit) == ("", *CHANNEL_UNITS)
 
 
+def test_what_is_given_of_parameters_is_what_the_configuration_says_and_no_more():
+    """A default that changes in a later version makes no fit again that does not state it."""
+    stated = {"winkler": {"k": {"max": 6e6}, "c": {"value": 2e4, "vary": False}}}
+    assert FitsSection(parameters=stated).given == stated
+    assert FitsSection().given == {}
+
+
 def test_paper_mode_frees_the_parameters_of_the_models_only():
     assert FitsSection().freed == dict.fromkeys(LAWS, PER_RUN)  # the same freedom for all
     free = {"housner": ["theta0"]}

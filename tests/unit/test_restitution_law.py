@@ -75,3 +75,12 @@ def test_few_impacts_have_no_line_and_a_table_without_impacts_no_row():
     few = swings[swings.groupby(["run", "source"]).cumcount() < 3]
     assert restitution_law(few, epsilon).empty
     assert list(restitution_law(swings[:0], epsilon).columns) == LAW
+
+
+def test_impacts_at_one_speed_have_no_line():
+    """Of two runs one has all its impacts at one speed: the line is that of the other."""
+    swings, epsilon = tables()
+    alike = swings.assign(rigid_speed_m_s=swings["rigid_speed_m_s"].where(swings["run"] == 1, 0.2))
+    found = restitution_law(alike, epsilon).set_index("quantity").loc[PEAKS]
+    alone = restitution_law(swings[swings["run"] == 1], epsilon).set_index("quantity").loc[PEAKS]
+    assert (found["n_runs"], found["slope_s_m"]) == (1, alone["slope_s_m"])
