@@ -5,6 +5,9 @@ import pandas as pd
 import pytest
 from small_campaign import CAMPAIGN
 
+from freerock.config.campaign import load_campaign
+from freerock.jobs import supplement
+
 pytestmark = pytest.mark.slow
 MOTIONS = "ground_motions: {folder: raw/ground, scales: [0.6, 1.2, 2.0], draws: 3, motions_per_job: 2}\n"
 
@@ -24,7 +27,7 @@ def add_motions(checkout, n=5):
     (checkout / "config/campaigns/small.yaml").write_text(CAMPAIGN + MOTIONS, encoding="utf-8")
 
 
-def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout):
+def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout, monkeypatch):
     add_motions(checkout)
     done = checkout.snakemake()
     assert done.returncode == 0, done.stderr
@@ -46,6 +49,9 @@ def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout):
     assert "Probability of overturning" in page
     assert (folder / "figures/overturning.pdf").exists()
     assert checkout.planned() == {}
+    monkeypatch.chdir(checkout.folder)
+    packed = dict(supplement._motions(load_campaign("config/campaigns/small.yaml")))
+    assert [*packed] == [f"raw/ground/motion_{i}.csv" for i in range(5)]
 
     whole = batches[1].read_bytes()
     batches[1].unlink()

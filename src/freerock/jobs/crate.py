@@ -63,7 +63,8 @@ def crate_json(
     """
     results = f"results/{campaign.name}/"
     made = [name for name in sums if name.startswith(results)]
-    used = [name for name in sums if name.startswith((f"{campaign.raw}/", "config/"))]
+    read = [campaign.raw, *([campaign.ground_motions.folder] if campaign.ground_motions else []), "config"]
+    used = [name for name in sums if name.startswith(tuple(f"{folder}/" for folder in read))]
     creators = [_creator(number, name) for number, name in enumerate(creators_of(campaign), 1)]
     software = [_software(name, version) for name, version in made_by["software"].items()]
     root: Json = {

@@ -20,6 +20,7 @@ from freerock.jobs.home import PACKAGE, PACKED
 from freerock.jobs.ledger import FOLDER, read_entry
 from freerock.jobs.metadata import Metadata, citation_cff, datacite_json, readme
 from freerock.products.netcdf import open_fits, open_record
+from freerock.response.motions import motion_files
 
 CODE: tuple[str, ...] = ("Snakefile", "workflow", "profiles/default", "pyproject.toml", "setup.py")
 CODE += ("requirements.lock", "Makefile", "LICENSE", "docs")
@@ -67,7 +68,8 @@ def pack(campaign: Campaign, root: Path, path: Path, metadata: Metadata) -> Pack
     _check_texts(campaign)
     made_by = json.loads(Path("results", campaign.name, "provenance.json").read_text(encoding="utf-8"))
     files: dict[str, Source] = dict(_code(root))
-    files |= dict(_configuration(campaign)) | dict(_records(campaign)) | dict(_products(campaign.name))
+    files |= dict(_configuration(campaign)) | dict(_records(campaign)) | dict(_motions(campaign))
+    files |= dict(_products(campaign.name))
     files[STATE] = f"describe-name: {made_by['git']}\n".encode()
     files["CITATION.cff"] = citation_cff(campaign, metadata).encode()
     files["datacite.json"] = datacite_json(campaign, metadata).encode()
@@ -110,13 +112,7 @@ def _configuration(campaign: Campaign) -> Iterator[tuple[str, Source]]:
 
 def _records(campaign: Campaign) -> Iterator[tuple[str, Source]]:
     """The raw files that the campaign reads, refused where they are not as listed, and their manifest."""
-    raw = PurePosixPath(campaign.raw)
-    if raw.is_absolute() or ".." in raw.parts:
-        what = "the records lie outside of this folder"
-        raise FreerockError(
-            f"{campaign.name}: raw", f"{campaign.raw}: {what}", "move them to raw and analyse again"
-        )
-    folder = Path(raw)
+    folder = _inside(campaign.raw, f"{campaign.name}: raw", "records")
     listed = listed_checksums(folder)
     names = [record.file for record in campaign.records]
     lasers = [campaign.lasers[name] for record in campaign.records for name in record.lasers]
@@ -137,6 +133,23 @@ def _records(campaign: Campaign) -> Iterator[tuple[str, Source]]:
         yield (folder / MANIFEST).as_posix(), "\n".join(["file,sha256,bytes", *rows, ""]).encode()
     for path in sorted(folder.glob("README*")):
         yield path.as_posix(), path
+
+
+def _motions(campaign: Campaign) -> Iterator[tuple[str, Source]]:
+    """The accelerograms that the campaign names."""
+    if campaign.ground_motions:
+        where = f"{campaign.name}: ground_motions.folder"
+        for path in motion_files(_inside(campaign.ground_motions.folder, where, "ground motions")):
+            yield path.as_posix(), path
+
+
+def _inside(folder: str, where: str, of: str) -> Path:
+    """A folder of the configuration, refused where it is not below the current one."""
+    parts = PurePosixPath(folder)
+    if parts.is_absolute() or ".." in parts.parts:
+        what = f"{folder}: the {of} lie outside of this folder"
+        raise FreerockError(where, what, "move them to raw and analyse again")
+    return Path(parts)
 
 
 def _products(name: str) -> Iterator[tuple[str, Source]]:
