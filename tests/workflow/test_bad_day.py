@@ -165,6 +165,22 @@ def test_results_folder_is_read_only(finished, checkout, undisturbed, seen):
     seen["read-only results", "fit"] = SAME
 
 
+@pytest.mark.parametrize("folder", ["results", "results/small", "results/small/records"])
+def test_a_folder_of_products_is_a_mount_point(finished, checkout, undisturbed, folder):
+    """It can neither be removed nor renamed, and no file moves across it: the job does without."""
+    (checkout / RECORD).unlink()
+    shutil.copytree(checkout / folder, checkout / "elsewhere")
+    left = f"! rmdir {folder} 2>&1 && ls -A elsewhere | grep partial"
+    made = run(checkout, RECORD, wrap=private(f"mount --bind elsewhere {folder}", left))
+    assert made.process.returncode == 0, made.told
+    assert "busy" in made.told.lower() and "partial" not in made.told
+    assert not (checkout / RECORD).exists()
+    inside = Path(RECORD).relative_to(folder)
+    assert (checkout / "elsewhere" / inside).read_bytes() == undisturbed[RECORD]
+    shutil.copytree(checkout / "elsewhere", checkout / folder, dirs_exist_ok=True)
+    heals(checkout, undisturbed, finished, RECORD)
+
+
 def test_raw_folder_is_read_only(finished, checkout, undisturbed, seen):
     (checkout / RECORD).unlink()
     rights = "mount --bind raw raw && mount -o remount,bind,ro raw"

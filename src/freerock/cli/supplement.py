@@ -38,8 +38,8 @@ def run(chosen: Namespace) -> None:
     campaign = load_config(campaigns=[name]).campaigns[name]
     creators_of(campaign)
     path = Path(chosen.output or f"{name}_supplement.zip")
-    if path.suffix != ".zip":
-        raise FreerockError(path, "is no name of a zip", f"name it {path.name}.zip")
+    if path.suffix != ".zip" or not path.name.isprintable():  # the folder in the zip has its name
+        raise FreerockError(path, "is no name of a zip", f"name it {name}_supplement.zip")
     told, whole = verification([name])
     if not whole:
         print(told, end="")

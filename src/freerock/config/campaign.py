@@ -369,8 +369,8 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
-    if fault := name_fault(path.stem):
-        problems.append(FreerockError(path, *fault))
+    if fault := name_fault(path.stem):  # no such file can be written either
+        problems = [*(problems if os.path.exists(path) else ()), FreerockError(path, *fault)]
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
     records = (
