@@ -180,14 +180,18 @@ def test_what_is_damaged_is_not_packed(packed, tmp_path, path, told):
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [
-        (["small", "--output", "small.tar"], 1, "small.tar: is no name of a zip; name it small_supplement.zip"),
+        (
+            ["small", "--output", "small.tar"],
+            1,
+            "small.tar: is no name of a zip; name it small_supplement.zip",
+        ),
         (["small", "--output", "a\nb.zip"], 1, "a b.zip: is no name of a zip; name it small_supplement.zip"),
         (["small", "--output", "a\x1bb.zip"], 1, "is no name of a zip; name it small_supplement.zip"),
         (["sm\nall"], 1, r"'sm\nall' is not a name; use letters, digits and _ only"),
         (["smal"], 1, "'smal'"),
         (["small", "--year", "26"], 2, "'26' is no year, as 2026"),
         (["small", "--year", "2026\n"], 2, r"'2026\n' is no year, as 2026"),
-        (["small", "--paper", "10.1000/x\ny"], 2, r"'10.1000/x\ny' is no DOI, as 10.1016/j.proeng.2017.09.024"),
+        (["small", "--paper", "10.1/x\ny"], 2, r"'10.1/x\ny' is no DOI, as 10.1016/j.proeng.2017.09.024"),
         (["small", "--paper", "xyz"], 2, "'xyz' is no DOI, as 10.1016/j.proeng.2017.09.024"),
     ],
 )
