@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from freerock.rotation import still
 from freerock.rotation.still import stationary_phases, stretches
 
 RATE = 1000.0
@@ -144,6 +145,23 @@ def test_record_that_starts_while_rocking():
     time, signal, holds = record(np.random.default_rng(8), [(1.0, 2.0)])
     cut = time > holds[0][1] + 0.5
     assert kinds(stationary_phases(time[cut], signal[cut])) == ["rest"]
+
+
+def test_work_grows_with_the_runs_where_none_of_them_comes_to_rest(monkeypatch):
+    """A hand catches each oscillation and holds the block anew: it stands at rest before the first alone."""
+    looked, time = [], np.arange(0, 6, 0.005)
+    monkeypatch.setattr(still, "_peaks", lambda *each, look=still._peaks: looked.append(1) or look(*each))
+    caught = smooth(time, 4.9, 5.2)
+    one = np.where(time < 2, 1.0, swing(time - 2, 0.2)) * (1 - caught) + caught
+    draw, calls = np.random.default_rng(1), []
+    for n in (80, 160):
+        signal = np.concatenate([np.zeros(600), np.tile(one, n)]) + 0.3
+        looked.clear()
+        signal += 1e-3 * draw.standard_normal(signal.size)
+        first, *others = kinds(stationary_phases(0.005 * np.arange(signal.size), signal))
+        assert first == "rest" and "rest" not in others and others.count("held") > n / 2
+        calls.append(len(looked))
+    assert calls[1] < 2.5 * calls[0]
 
 
 def test_no_release_means_no_hold():

@@ -22,6 +22,7 @@ DECAYED = (
     0.3  # of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6
 )
 NEAR = 10.0  # in units of the stillness limit: levels this close are one level
+AROUND = 32  # phases on either side of an oscillation, among which is the rest it goes about
 MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
 
@@ -210,8 +211,8 @@ def _rocked_about(phases: list[Phase], gaps: list[Floats], limit: float) -> list
     """The phases about whose level an oscillation goes, at that about which it goes most evenly."""
     found = [
         (float(np.median(np.abs(np.diff(np.log(_peaks(gap, phase.level, limit)))))), phase)
-        for phase in phases
-        for gap in gaps
+        for i, phase in enumerate(phases)
+        for gap in gaps[max(0, i - AROUND) : i + AROUND + 1]
         if _rocks(gap, phase.level, limit)
     ]
     if not found:
