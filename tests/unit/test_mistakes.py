@@ -34,6 +34,14 @@ YAML_MISTAKES = {
         ("position_m: 0.1", "position_m: 1e308"),
         "lab.yaml:11: lasers.near.position_m: 1e+308 is no number of a laboratory; give 0, or 1e-12 to 1e+15",
     ),
+    "a stiffness beyond any ground": (
+        (
+            "title",
+            "plan: {expected: {marble: {winkler: {k: 1e308, c: 1}}}, sensors: {a: {noise_v: 1}}}\ntitle",
+        ),
+        "lab.yaml:1: plan.expected.marble.winkler.k: 1e+308 is no number of a laboratory; "
+        "give 0, or 1e-12 to 1e+15",
+    ),
     "a switch for a number": (
         ("title: ", "records_per_job: true\ntitle: "),
         "lab.yaml:1: records_per_job: true is not a number; give a number",
