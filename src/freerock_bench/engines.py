@@ -109,7 +109,7 @@ ENGINES = (
     ),
     Engine(
         "Drake, points, RK3",
-        "drake",
+        "drake_points",
         "hunt_crossley",
         "tensionless",
         {
@@ -120,7 +120,7 @@ ENGINES = (
     ),
     Engine(
         "Drake, points, discrete",
-        "drake",
+        "drake_points",
         "hunt_crossley",
         "tensionless",
         {"full": _grid(points=(100,), step_s=(2e-3, 1e-3, 2e-4)), "small": []},

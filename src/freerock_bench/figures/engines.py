@@ -134,5 +134,5 @@ def _legend(figure: Figure, data: pd.DataFrame) -> None:
     pale: Style = {"color": "0.2", "marker": "o"} | PALE
     handles.append(Line2D([], [], **pale, label="pale: a cheaper setting errs less"))
     figure.legend(
-        handles=handles, loc="outside lower center", ncols=min(5, math.ceil(len(handles) / 2)), fontsize=6.5
+        handles=handles, loc="outside lower center", ncols=min(4, math.ceil(len(handles) / 2)), fontsize=6.5
     )
