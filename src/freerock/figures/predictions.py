@@ -31,8 +31,8 @@ FIGURE = {
     "caption": "Of the laws named for any run: discrepancy ε_θ of each run with the parameters fitted to it, "
     "with those of the other runs of its record, and with those of another block on the same "
     "foundation. Failed fits predict nothing.",
-    "reading": "A run's own fit stands at the left, and every prediction lies to its right. Circles tell "
-    "how well another run of the record foretells this one, crosses how well another block "
+    "reading": "A run's own fit stands at the left, and every prediction lies to its right. Circles show "
+    "how well another run of the record predicts this one, crosses how well another block "
     "does. A prediction above a few per cent loses step with the record before rest.",
     "reads": ["predictions", "epsilon"],
 }
