@@ -436,7 +436,8 @@ def rigid_swings(
             atol=1e-14,
             max_step=math.inf if begins else 0.02,
         )
-        during = slice(*np.searchsorted(time_s, (begins, swing.t[-1])))
+        first, last = np.searchsorted(time_s, (begins, swing.t[-1])).tolist()
+        during = slice(first, last if swing.status else len(time_s))
         if during.start < during.stop:
             found[:, during] = side * swing.sol(time_s[during])
         begins, side = float(swing.t[-1]), -side

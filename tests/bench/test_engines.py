@@ -96,7 +96,13 @@ def test_the_table_has_a_row_for_every_tool(own, tmp_path):
 
 def test_a_tool_that_fails_is_told(own):
     failed = own[own["method"] == "RK4"].assign(outcome="it exploded", method="Engine")
-    assert "| Winkler | Engine | none: it exploded | | | | | |" in table(failed)
+    (line,) = [each for each in table(failed).splitlines() if each.startswith("| Winkler |")]
+    assert [each.strip() for each in line.strip("|").split("|")] == [
+        "Winkler",
+        "Engine",
+        "none: it exploded",
+        *[""] * 5,
+    ]
 
 
 def test_the_figures_are_drawn(own):
