@@ -37,6 +37,7 @@ from freerock.jobs.pages import pages as in_pages
 from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.populations.predict import PREDICTIONS
 from freerock.products.misfit_maps import record_map
+from freerock.response.fragility import INTENSITIES
 from freerock.tables.csvfile import write_csv
 from freerock.tables.latex import figures_tex
 from freerock.tables.tidy import tidy_tables
@@ -329,7 +330,17 @@ def of_many_blocks(tables):
         )
         for each in fitted
     ]
+    curve = [
+        {"test": f"t_{block}", "block": block, "foundation": "mat", "measure": measure, "kind": kind}
+        | {"intensity": 0.1 * i, "probability": 0.1 * i, "low": 0.05 * i, "high": 0.1 * i}
+        | {"n_motions": 9, "n_failed": 0}
+        for block in names
+        for measure in INTENSITIES
+        for kind in ("fitted", "counted")
+        for i in range(1, 9)
+    ]
     return known | {
+        "fragility": pd.DataFrame(curve),
         "predictions": pd.concat(bases, ignore_index=True)[PREDICTIONS],
         "maps": maps,
         "records": records,

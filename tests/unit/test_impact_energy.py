@@ -202,6 +202,22 @@ def test_peaks_of_the_block_itself(position_m):
         assert found.peak_after[i] == pytest.approx(true.peak_after_rad[i], abs=5e-5)
 
 
+def test_an_impact_left_out_by_hand_has_no_peaks_of_the_block_itself():
+    law, laser = TABLE_2["aerstop"]["hunt_crossley"], CONFIGURATIONS["config2"][2]
+    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
+    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
+    view = view_of([laser], BLOCK)
+    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, Foundation.of(law))
+    run = Motion(time_s, seen, SIGMA, float(seen[0]), SIGMA / 30, 2e-4, view=view)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    impacts = find_impacts(time_s, run.theta, 0.0, BLOCK, theta0=run.theta0)
+    whole = block_peaks(fit, impacts, 0.0, Laboratory(BLOCK, {"laser": laser}))
+    gone = replace(impacts, time_s=np.array([impacts.time_s[0], math.nan]))
+    found = block_peaks(fit, gone, 0.0, Laboratory(BLOCK, {"laser": laser}))
+    assert found.restitution[0] == pytest.approx(whole.restitution[0], abs=1e-9)
+    assert math.isnan(found.restitution[1])
+
+
 def test_inputs_reach_the_restitution_of_the_block_itself():
     """A beam 1 mm higher: by as much as reading the record anew with that beam."""
     law, laser = TABLE_2["aerstop"]["hunt_crossley"], CONFIGURATIONS["config2"][2]

@@ -1,12 +1,16 @@
 """Ground motions of a campaign: batches, fragility, report; a lost batch, a motion that is none."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
-from small_campaign import CAMPAIGN
+from small_campaign import CAMPAIGN, ROOT
 
 from freerock.config.campaign import load_campaign
 from freerock.jobs import supplement
+from freerock.jobs.reruns import code
 
 pytestmark = pytest.mark.slow
 MOTIONS = "ground_motions: {folder: raw/ground, scales: [0.6, 1.2, 2.0], draws: 3, motions_per_job: 2}\n"
@@ -29,8 +33,13 @@ def add_motions(checkout, n=5):
 
 def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout, monkeypatch):
     add_motions(checkout)
-    done = checkout.snakemake()
+    path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
+    done = checkout.snakemake(PYTHONPATH=path, TRACE=str(checkout / "trace"))
     assert done.returncode == 0, done.stderr
+    for script in ("response.py", "fragility.py"):
+        (trace, *_) = (checkout / "trace").glob(f"{script}*")
+        imported = {Path(path).relative_to(checkout.folder) for path in trace.read_text().split("\n")}
+        assert imported <= {Path(path).relative_to(ROOT) for path in code(ROOT / "workflow/scripts" / script)}
     folder = checkout / "results/small"
     batches = sorted(folder.glob("response/*.csv"))
     assert [path.name for path in batches] == [f"motions_{i}.csv" for i in range(3)]

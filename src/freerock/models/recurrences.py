@@ -1,11 +1,15 @@
-"""Writes out the recurrences of `series`, order by order: as text that is compiled, not kept in a file."""
+"""Writes out the recurrences of `series`, order by order, into that file.
 
-from collections.abc import Callable, Sequence
-from typing import Any
+python -m freerock.models.recurrences
+"""
 
-from freerock.models.compiled import compiled
+from collections.abc import Sequence
+from pathlib import Path
 
-ORDER = 10
+from freerock.models.series import ORDER
+
+BEGIN, END = "# fmt: off\n", "# fmt: on\n"
+COMPILED = "@compiled(fastmath=FAST, forceinline=True)\n"
 
 
 def _sum(terms: Sequence[str]) -> str:
@@ -126,12 +130,17 @@ def _fill_theta() -> str:
 
 
 def written() -> str:
-    """Text of the functions that `series` computes with."""
-    return "\n\n".join([*map(_written_out, ("corner", "whole", "air")), _both_at(), _fill_theta()])
+    """All that is written into `series`."""
+    functions = [*map(_written_out, ("corner", "whole", "air")), _both_at(), _fill_theta()]
+    return "\n\n".join(COMPILED + function for function in functions)
 
 
-def functions(fastmath: set[str]) -> list[Callable[..., Any]]:
-    """The compiled functions, in the order of their text."""
-    made: dict[str, Callable[..., Any]] = {}
-    exec(compile(written(), __file__, "exec"), {"__name__": __name__}, made)
-    return [compiled(fastmath=fastmath, forceinline=True)(function) for function in made.values()]
+def main() -> None:
+    """Write them into `series`, between `BEGIN` and `END`."""
+    path = Path(__file__).with_name("series.py")
+    before, rest = path.read_text(encoding="utf-8").split(BEGIN)
+    path.write_text(before + BEGIN + written() + END + rest.split(END)[1], encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -285,8 +285,13 @@ class _Law:
 
         At the tops before the impacts requested, then at those after them.
         """
-        if not self.asked.size or self.view is None:
+        known = np.isfinite(self.asked)  # not of an impact left out by hand
+        if self.view is None or not known.any():
             return np.zeros(2 * self.asked.size)
+        if not known.all():
+            found = np.full((2, self.asked.size), np.nan)
+            found[:, known] = replace(self, asked=self.asked[known]).hidden(block, values).reshape(2, -1)
+            return found.ravel()
         moved = self._moved(block, values)
         motion, n_tops = moved.motion, len(moved.tops)
         at = motion.time[moved.tops] + moved.share * ENERGY.step_s
