@@ -14,7 +14,7 @@ from freerock.files import sha256
 from freerock.jobs import reruns as workflow
 from freerock.jobs.reruns import code, code_checksum
 
-SHAKEN = {"response.py", "fragility.py"}  # of a campaign with ground motions: test_response.py
+SHAKEN = {"response.py", "fragility.py"}  # of a campaign with ground motions: test_shaken_campaign.py
 SCRIPTS = {
     path.name for path in (ROOT / "workflow/scripts").glob("*.py") if "study" not in path.name
 } - SHAKEN

@@ -238,9 +238,14 @@ def covariance(
 
 
 def _unevenness(residual: Floats, influence: Floats) -> Floats:
-    """How much louder noise is where samples count for each number, as a ratio of powers."""
+    """How much louder noise is where samples count for each number, as a ratio of powers.
+
+    Without what chance does: the standard deviation of the ratio under white noise.
+    """
     weight, square = influence**2, residual**2
-    return np.asarray(square @ weight / np.maximum(np.sum(weight, axis=0) * square.mean(), NOTHING))
+    total = np.maximum(np.sum(weight, axis=0), NOTHING)
+    chance = np.sqrt(2 * np.sum(weight**2, axis=0)) / total
+    return np.asarray(square @ weight / (total * max(float(square.mean()), NOTHING)) - chance)
 
 
 def _of_noise(
