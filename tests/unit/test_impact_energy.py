@@ -178,22 +178,27 @@ def test_a_release_that_is_held_as_in_the_paper_has_energies():
     assert np.all(np.isfinite(found.stderr[:n]))
 
 
+def under_a_beam(position_m=0.2, sigma=0.0):
+    """Laboratory, true motion of a block whose corner sinks, fit of what a beam shows, and its impacts."""
+    law = TABLE_2["aerstop"]["hunt_crossley"]
+    laser = replace(CONFIGURATIONS["config2"][2], position_m=position_m)
+    time_s, view = np.arange(0, 1.2, 1 / RATE_HZ), view_of([laser], BLOCK)
+    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
+    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, Foundation.of(law))
+    noise, known = sigma * np.random.default_rng(4).standard_normal(len(seen)), sigma or SIGMA
+    run = Motion(time_s, seen + noise, known, float(seen[0]), known / 30, 2e-4, view=view)
+    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
+    at = {"theta0": run.theta0, "theta0_stderr": sigma / 30}
+    impacts = find_impacts(time_s, run.theta, sigma, BLOCK, **at)
+    return Laboratory(BLOCK, {"laser": laser}), motion, fit, impacts
+
+
 @pytest.mark.parametrize("position_m", [0.2, 0.1])
 def test_peaks_of_the_block_itself(position_m):
     """What a beam shows of a block whose corner sinks, turned back: r within its error, as r seen is not."""
-    law = TABLE_2["aerstop"]["hunt_crossley"]
-    laser = replace(CONFIGURATIONS["config2"][2], position_m=position_m)
-    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
-    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
-    laboratory, view = Laboratory(BLOCK, {"laser": laser}), view_of([laser], BLOCK)
-    foundation = Foundation.of(law)
-    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, foundation)
-    noise = SIGMA / 10 * np.random.default_rng(4).standard_normal(len(seen))
-    run = Motion(time_s, seen + noise, SIGMA / 10, float(seen[0]), SIGMA / 300, 2e-4, view=view)
-    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
-    impacts = find_impacts(time_s, run.theta, SIGMA / 10, BLOCK, theta0=run.theta0, theta0_stderr=SIGMA / 300)
+    laboratory, motion, fit, impacts = under_a_beam(position_m, SIGMA / 10)
     found = block_peaks(fit, impacts, 0.0, laboratory)
-    true = find_impacts(time_s, motion.theta, 0.0, BLOCK, theta0=THETA0)
+    true = find_impacts(motion.time, motion.theta, 0.0, BLOCK, theta0=THETA0)
     assert found.peak_before[0] == pytest.approx(THETA0, abs=3e-6)
     for i in range(2):
         off = abs(found.restitution[i] - true.restitution[i])
@@ -203,33 +208,19 @@ def test_peaks_of_the_block_itself(position_m):
 
 
 def test_an_impact_left_out_by_hand_has_no_peaks_of_the_block_itself():
-    law, laser = TABLE_2["aerstop"]["hunt_crossley"], CONFIGURATIONS["config2"][2]
-    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
-    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
-    view = view_of([laser], BLOCK)
-    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, Foundation.of(law))
-    run = Motion(time_s, seen, SIGMA, float(seen[0]), SIGMA / 30, 2e-4, view=view)
-    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
-    impacts = find_impacts(time_s, run.theta, 0.0, BLOCK, theta0=run.theta0)
-    whole = block_peaks(fit, impacts, 0.0, Laboratory(BLOCK, {"laser": laser}))
+    laboratory, _, fit, impacts = under_a_beam()
+    whole = block_peaks(fit, impacts, 0.0, laboratory)
     gone = replace(impacts, time_s=np.array([impacts.time_s[0], math.nan]))
-    found = block_peaks(fit, gone, 0.0, Laboratory(BLOCK, {"laser": laser}))
+    found = block_peaks(fit, gone, 0.0, laboratory)
     assert found.restitution[0] == pytest.approx(whole.restitution[0], abs=1e-9)
     assert math.isnan(found.restitution[1])
 
 
 def test_inputs_reach_the_restitution_of_the_block_itself():
     """A beam 1 mm higher: by as much as reading the record anew with that beam."""
-    law, laser = TABLE_2["aerstop"]["hunt_crossley"], CONFIGURATIONS["config2"][2]
-    time_s = np.arange(0, 1.2, 1 / RATE_HZ)
-    motion = simulate("hunt_crossley", BLOCK, law, time_s, theta0=THETA0)
-    view, foundation = view_of([laser], BLOCK), Foundation.of(law)
-    seen = view.seen(motion.theta[None], motion.z_cb[None], BLOCK, foundation)
-    run = Motion(time_s, seen, SIGMA, float(seen[0]), SIGMA / 30, 2e-4, view=view)
-    fit = fit_record("hunt_crossley", BLOCK, [run], start=list(law.values()))
-    impacts = find_impacts(time_s, run.theta, 0.0, BLOCK, theta0=run.theta0)
+    plain, _, fit, impacts = under_a_beam()
     source = Input("laser", "position_m", 1e-3, True)
-    laboratory = Laboratory(BLOCK, {"laser": laser}, (source,))
+    laboratory = replace(plain, inputs=(source,))
     exact = replace(fit, stderr=np.zeros(len(fit.stderr)), discrepancy=np.zeros(len(fit.stderr)))
     held = Contributions.held((source,), np.zeros((len(fit.value), 1)))
     found = block_peaks(replace(exact, contributions=held), impacts, 0.0, laboratory)

@@ -36,18 +36,17 @@ def run(chosen: Namespace) -> None:
             remedy = f"run snakemake --config campaigns={campaign.name} first"
             raise FreerockError(tables / f"{name}.csv", "is missing", remedy)
 
-    import pandas as pd
-
     from freerock.config.step_settings import geometries
-    from freerock.jobs.respond import fragility_table, known_laws, make_responses, write_table
+    from freerock.jobs.respond import fragility_table, known_laws, make_responses
     from freerock.response.motions import motions_in
+    from freerock.tables.csvfile import read_csv, write_csv
 
     motions, wrong = motions_in(chosen.motions)
     for each in wrong:
         print(each)
     if wrong:
         raise FreerockError(chosen.motions, f"{len(wrong)} files are refused", "correct or remove them")
-    choice, populations = (pd.read_csv(tables / f"{name}.csv") for name in ("choice", "populations"))
+    choice, populations = (read_csv(tables / f"{name}.csv") for name in ("choice", "populations"))
     laws = known_laws(choice, populations, chosen.of)
     if not laws:
         what = "no record names a law that explains its runs"
@@ -57,7 +56,7 @@ def run(chosen: Namespace) -> None:
     responses = make_responses(laws, blocks, motions, chosen.scales, chosen.draws, debonding)
     curves = fragility_table(responses)
     for name, table in (("response", responses), ("fragility", curves)):
-        write_table(table, into / f"{name}.csv")
+        write_csv(table, into / f"{name}.csv")
     for (test, model), own in responses.groupby(["test", "model"], sort=False):
         share = own["overturned"].mean()
         print(f"{test} ({model}): overturns in {share:.1%} of {len(own)} responses, {campaign.origin} runs")

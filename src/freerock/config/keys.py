@@ -55,6 +55,13 @@ def once(names: Any) -> Any:
     return names
 
 
+def one_or_more(values: Any) -> Any:
+    """Numbers, refused where there is none."""
+    if not values:
+        raise Invalid("is empty", "give one or more numbers, or leave it out")
+    return values
+
+
 class BlockSection(Section):
     """A rigid rectangular block."""
 
@@ -377,10 +384,8 @@ class GroundMotionsSection(Section):
 
     @field_validator("scales")
     @classmethod
-    def _some_scales(cls, scales: Any) -> Any:
-        if not scales:
-            raise Invalid("is empty", "give one or more factors, or leave it out")
-        return scales
+    def _one_or_more(cls, values: Any) -> Any:
+        return one_or_more(values)
 
 
 class PlanSection(Section):
@@ -421,9 +426,7 @@ class PlanSection(Section):
     @field_validator("sampling_rates_hz", "durations_s", "n_runs")
     @classmethod
     def _one_or_more(cls, values: Any) -> Any:
-        if not values:
-            raise Invalid("is empty", "give one or more numbers, or leave it out")
-        return values
+        return one_or_more(values)
 
     @field_validator("durations_s")
     @classmethod

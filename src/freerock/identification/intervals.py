@@ -16,7 +16,6 @@ from freerock.identification.problem import Problem
 from freerock.rotation.laboratory import Contributions
 from freerock.runs.noise import Noise, averaged
 
-NOTHING = float(np.finfo(float).tiny)
 SINGULAR = 1e13  # condition of a scaled normal matrix beyond which samples do not separate the parameters
 
 
@@ -242,10 +241,10 @@ def _unevenness(residual: Floats, influence: Floats) -> Floats:
 
     Without what chance does: the standard deviation of the ratio under white noise.
     """
-    weight, square = influence**2, residual**2
-    total = np.maximum(np.sum(weight, axis=0), NOTHING)
+    weight, square, least = influence**2, residual**2, float(np.finfo(float).tiny)
+    total = np.maximum(np.sum(weight, axis=0), least)
     chance = np.sqrt(2 * np.sum(weight**2, axis=0)) / total
-    return np.asarray(square @ weight / (total * max(float(square.mean()), NOTHING)) - chance)
+    return np.asarray(square @ weight / (total * max(float(square.mean()), least)) - chance)
 
 
 def _of_noise(

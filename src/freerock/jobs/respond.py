@@ -9,14 +9,13 @@ import numpy as np
 import pandas as pd
 
 from freerock.errors import FreerockError
-from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.response.draws import Known, drawn
 from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
 from freerock.response.fragility import INTENSITIES, fragility
 from freerock.response.motions import Accelerogram, read_motion
-from freerock.tables.csvfile import read_csv
+from freerock.tables.csvfile import read_csv, write_csv
 
 log = logging.getLogger("freerock")
 SCENE = ["campaign", "test", "block", "foundation", "model"]
@@ -113,18 +112,14 @@ def make_batch(
     laws = known_laws(choice, populations, settings["of"])
     of_motions = settings["scales"], settings["draws"]
     read = [read_motion(path) for path in motions]
-    write_table(make_responses(laws, settings["blocks"], read, *of_motions, settings["debonding"]), output)
+    write_csv(make_responses(laws, settings["blocks"], read, *of_motions, settings["debonding"]), output)
 
 
 def make_fragility(batches: Sequence[str | Path], output: str | Path) -> None:
     """Write the fragility of all batches of responses."""
-    texts = dict.fromkeys([*SCENE, "motion"], str)
-    used = [*texts, *INTENSITIES, "overturned"]
-    parts = [
-        pd.read_csv(path, usecols=used, dtype=texts, keep_default_na=False, na_values=[""])
-        for path in batches
-    ]
-    write_table(fragility_table(pd.concat(parts, ignore_index=True)), output)
+    used = [*SCENE, "motion", *INTENSITIES, "overturned"]
+    parts = [read_csv(path)[used] for path in batches]
+    write_csv(fragility_table(pd.concat(parts, ignore_index=True)), output)
 
 
 def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INTENSITIES)) -> pd.DataFrame:
@@ -152,8 +147,3 @@ def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INT
     if not tables:
         return pd.DataFrame(columns=CURVE)
     return pd.concat(tables, ignore_index=True).reindex(columns=CURVE)
-
-
-def write_table(table: pd.DataFrame, path: str | Path) -> None:
-    """A table as CSV, with ten digits."""
-    write_text(path, table.to_csv(index=False, float_format="%.10g", lineterminator="\n"))

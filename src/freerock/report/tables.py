@@ -15,7 +15,6 @@ from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Labels, Printed, number
 from freerock.tables.text import INPUT_LABELS, fixed, quantity, with_unit
 
-OF_RESPONSE = ["test", "model"]
 SHOWN = 1.0  # per cent of a square of a total uncertainty, from which a contribution is shown
 
 
@@ -81,10 +80,10 @@ def of_records(table: Printed, labels: Labels) -> Sortable:
 def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
     """Whether blocks fall under the ground motions of the campaign: a row per record and intensity."""
     rows = []
-    for row in frame[frame["kind"] != "counted"].drop_duplicates([*OF_RESPONSE, "measure"]).itertuples():
+    for row in frame[frame["kind"] != "counted"].drop_duplicates(["test", "model", "measure"]).itertuples():
         known = [row.median, row.median_low, row.median_high, row.beta]
-        never = "always" if row.probability == 1 else "never"
-        told = [fixed(each, 3) for each in known] if row.kind == "fitted" else [never, "", "", ""]
+        without = {0.0: "never", 1.0: "always"}.get(row.probability, "–")  # all failed
+        told = [fixed(each, 3) for each in known] if row.kind == "fitted" else [without, "", "", ""]
         cells = [
             Cell(row.test, anchor=f"record-{row.test}"),
             *_scene(row, labels),

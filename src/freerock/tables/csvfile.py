@@ -9,7 +9,7 @@ from freerock.errors import DamagedProduct
 from freerock.files import atomic
 
 NAMES = ["campaign", "test", "run", "block", "foundation", "basis", "model"]  # 001 is one too
-NAMES += ["parameter", "unit"]
+NAMES += ["parameter", "unit", "motion"]
 # true or false, which an empty column does not say
 FLAGS = ["success", "excluded", "selected", "explains", "rejected"]
 
