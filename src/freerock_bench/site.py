@@ -32,6 +32,7 @@ OUTSIDE = {  # file of the repository: page of the site
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
+FOLDERS = {"docs/how-to": "how-to/index.md"}  # folder of the repository: page of the site
 CHAPTERS = {  # page of a chapter: its heading and pages
     "how-to/index": (
         "How to",
@@ -42,7 +43,7 @@ CHAPTERS = {  # page of a chapter: its heading and pages
     "explanation": ("Explanation", "physics signals identification uncertainty trust"),
     "reference": (
         "Reference",
-        "configuration command-line datasets verdicts records equations reliability "
+        "questions configuration command-line datasets verdicts records equations reliability "
         "glossary benchmark versions api/index",
     ),
     "project": ("Project", "architecture contributing benchmarks changelog"),
@@ -98,7 +99,7 @@ def linked(found: re.Match[str], source: str, page: str) -> str:
         return found[0]
     path, _, anchor = target.partition("#")
     there = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
-    other = OUTSIDE.get(there, there.removeprefix("docs/") if there.startswith("docs/") else "")
+    other = (OUTSIDE | FOLDERS).get(there, there.removeprefix("docs/") if there.startswith("docs/") else "")
     if not other.endswith(SHOWN):
         return text
     relative = posixpath.relpath(other, posixpath.dirname(page) or ".")
