@@ -155,7 +155,7 @@ def true_record(
         soil["r"] **= damped
     else:
         soil["k"] *= draw.uniform(1 - SCATTER, 1 + SCATTER)
-        soil[LAWS[law].dampings[0]] *= damped
+        soil[LAWS[law].ratios[0]] *= damped
     scene = Scene(
         block,
         b,

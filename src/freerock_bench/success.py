@@ -37,7 +37,7 @@ def demanding(model: str, noises: Sequence[str], generator: np.random.Generator)
     multiply errors; the truth is integrated as exactly as double precision allows.
     """
     truth = draw_truth(model, noises, generator)
-    (damping,) = LAWS[model].dampings
+    (damping,) = LAWS[model].ratios
     k, ratio = truth.parameters["k"], 10 ** generator.uniform(*np.log10(LEAST_TO_MOST[damping]))
     angle = generator.uniform(*RELEASES) * truth.block.theta_cr
     return replace(truth, parameters={"k": k, damping: k * ratio}, theta0=angle, rtol=FINEST)

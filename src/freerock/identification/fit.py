@@ -19,7 +19,7 @@ from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt
 from freerock.identification.likelihood import Likelihood
 from freerock.identification.model_discrepancy import (
     Part,
-    added_damping,
+    added_number,
     failure,
     first_half,
     fitted_parts,
@@ -105,7 +105,7 @@ class Fit:
         widened (largest factor by which a standard error was raised, of a run whose first
         half disagrees with the whole); in_phase_r, in_phase_epsilon_theta (of a rigid block that stops
         rocking at the minimum: the local one that keeps the phase); added_damping (of a law that a wider one
-        extends: how many standard errors the damping that it lacks would be above zero); profile (1 where the
+        extends: how many standard errors a number that it lacks would be above zero); profile (1 where the
         intervals are those of the profile likelihood).
     epsilon_holdout_runs : float
         ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
@@ -319,7 +319,7 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
         known = known.unknown()
     else:
         parts = tuple(fitted_parts(problem, x, best.residual, best.jacobian))
-        lacking = added_damping(problem, x, best.curve, best.whitened, likely)
+        lacking = added_number(problem, x, best.curve, best.whitened, likely)
         diagnostics |= {} if lacking is None else {"added_damping": lacking}
         doubts += [] if lacking is None else [doubt(chance_of(lacking), REJECTS)]
     value, fixed = problem.physical(x), known.stderr == 0

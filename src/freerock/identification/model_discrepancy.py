@@ -196,14 +196,14 @@ def first_half(
     return x, epsilon_theta(motion.time_s[later], theta[later], motion.theta[later])
 
 
-def added_damping(
+def added_number(
     problem: Problem, x: Floats, exact: Floats, linear: Whitened, without: Likelihood
 ) -> float | None:
-    """How many standard errors the damping that the law lacks would be away from zero.
+    """How many standard errors the number that the law lacks would be away from zero; the largest of several.
 
-    By the ratio of likelihoods under the noise at rest, with the derivative by that damping: its root, which
-    is negative where the damping would have to drive the block. None where the law lacks no damping, where
-    debonding is not implemented for two, and of a motion that multiplies errors (`pursuit`).
+    By the ratio of likelihoods under the noise at rest, with the derivative by that number: its root, which
+    is negative where a damping would have to drive the block, or a bed to soften. None where the law lacks
+    none, where debonding is not implemented with it, and of a motion that multiplies errors (`pursuit`).
 
     Parameters
     ----------
@@ -217,20 +217,18 @@ def added_damping(
     without : Likelihood
         Of these.
     """
-    wider = extended_by(problem.model)
-    if wider is None:
-        return None
-    (model, other), samples = wider, problem.samples()
-    if problem.directions is not None or not law_of(model).allows(
-        problem.settings.debonding, len(law_of(model).dampings)
-    ):
-        return None
-    # the trough of the misfit is bent: a larger trace gives no derivative
-    trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
-    column = problem.curve(x, samples, problem.exact_rtol, {other: trace}) - exact
-    found = linear.adding(column)
-    gain = max(without.minus_two_log - found.minus_two_log, 0.0)
-    return float(np.copysign(np.sqrt(gain), found.step[-1]))
+    samples, found = problem.samples(), list[float]()
+    for other, model in extended_by(problem.model).items() if problem.directions is None else ():
+        law = law_of(model)
+        if not law.allows(problem.settings.debonding, len(law.ratios)):
+            continue
+        # the trough of the misfit is bent: a larger trace gives no derivative
+        trace = 1e-3 * PARAMETERS[other].trace * problem.physical(x)[0]
+        column = problem.curve(x, samples, problem.exact_rtol, {other: trace}) - exact
+        added = linear.adding(column)
+        gain = max(without.minus_two_log - added.minus_two_log, 0.0)
+        found.append(float(np.copysign(np.sqrt(gain), added.step[-1])))
+    return max(found, default=None)
 
 
 def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: float) -> str:

@@ -394,7 +394,7 @@ class Problem:
         """Modelled θ of run i at the measured run's clock, as its sensor would have it [rad]; an overturned
         block lies at ±π/2.
 
-        `added` is what neither the law nor the fit has: a damping, or a number of the record [SI]; `rate`, if
+        `added` is what neither the law nor the fit has, of a wider law or of the record [SI]; `rate`, if
         given, receives the rate of what is seen [rad/s].
         """
         value, n_common, n_own = self.physical(x).tolist(), len(self.common), len(self.own)
@@ -402,12 +402,12 @@ class Problem:
         values = {"theta0": self.motions[i].theta0, **dict(zip(self.common, value, strict=False)), **own}
         if self.n_impacts > 1:
             values["r"] = np.array([values["r"], *(own[f"r_{j}"] for j in range(2, self.n_impacts + 1))])
-        wider = extended_by(self.model) if added and not {*OF_RECORD} & {*added} else None
+        model = next((m for each, m in extended_by(self.model).items() if each in (added or {})), self.model)
         laboratory = self.motions[i].laboratory
         if laboratory is not None and laboratory.tilt and "tilt" not in self.common:
             values["tilt"] = laboratory.tilt
         return as_measured(
-            CANDIDATES[wider[0] if wider else self.model].law,
+            CANDIDATES[model].law,
             self.blocks[i],
             {**values, **added} if added else values,
             time_s,

@@ -99,8 +99,8 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         each not in given or given[each].varies for each in law.parameters
     ):
         raise FreerockError(f"fits.parameters.{name}", "nothing is left to fit", "free a number")
-    if not law.allows(settings.debonding, len(law.dampings)):
-        what = "the tensionless rule is not worked out for both dampings at once"
+    if not law.allows(settings.debonding, len(law.ratios)):
+        what = f"the tensionless rule is not worked out for {' and '.join(law.ratios)} at once"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
     if "edge_radius" in settings.free and "edge_radius" not in law.nuisances:
         raise FreerockError(key, "a rigid block has no rounded edges", "remove edge_radius")

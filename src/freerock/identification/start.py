@@ -124,7 +124,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     if not law.is_foundation:
         return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
     if law.cases:
-        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.dampings}
+        traces = {name: fitted(name, PARAMETERS[name].trace) for name in law.ratios}
         return [
             [(traces | dict(zip(MODELS[case], found, strict=True)))[name] for name in law.parameters]
             for case in law.cases
@@ -136,7 +136,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
     middle = [fitted(name, grid[len(grid) // 2]) for name, grid in zip(law.parameters, grids, strict=True)]
     grids[0] = np.sort(np.append(grids[0], _first_swing_k(coarse, horizon_s, middle[1:])))
     beside = {name: each.value for name, each in problem.given.items() if each.value is not None}
-    if {*law.dampings} & {*beside}:
+    if {*law.ratios} & {*beside}:
         grids[1] = np.append(grids[1], np.nan)  # stands for the value that is given
     points = [
         [
@@ -165,7 +165,7 @@ def is_lively(problem: Problem, x: Floats) -> bool:
     law = law_of(problem.model)
     if not law.is_foundation or law.cases:
         return False
-    (name,) = law.dampings
+    (name,) = law.ratios
     i = law.parameters.index(name)
     ratio = x[i] if problem.is_ratio[i] else x[i] - x[0]
     return bool(ratio < fitted(name, PARAMETERS[name].lively))
@@ -184,7 +184,7 @@ def finer_scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         End of the samples that count [s].
     """
     law = law_of(problem.model)
-    (damping,), (stiffness, *_) = law.dampings, law.parameters
+    (damping,), (stiffness, *_) = law.ratios, law.parameters
     highest = PARAMETERS[damping].lively
     grids = (
         np.geomspace(*PARAMETERS[stiffness].grid[:2], START.finer[0]),

@@ -94,6 +94,6 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
     if rules.kinematics not in KINEMATICS:
         what = f"unknown kinematics {rules.kinematics!r}"
         raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
-    if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.dampings)):
-        what = "the tensionless rule is not worked out for both dampings at once"
+    if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.ratios)):
+        what = f"the tensionless rule is not worked out for {' and '.join(law.ratios)} at once"
         raise FreerockError("debonding", what, "use geometric")

@@ -104,6 +104,9 @@ PARAMETERS = {
         lively=6.0,
         ratio_unit="s/m",
     ),
+    "kappa": Parameter(  # k over the thickness of a bed that hardens
+        "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), trace=1.0, ratio_unit="1/m"
+    ),
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
@@ -137,10 +140,10 @@ class Law:
     by_default : bool
         Whether it is fitted where a campaign does not say which models to fit.
     cases : tuple of str
-        Laws that it becomes when one of its dampings is zero. It is fitted only where they leave more than
+        Laws that it becomes when one of its numbers is zero. It is fitted only where they leave more than
         noise, and starts from where their scans end.
     tensionless : bool
-        Whether the tensionless rule of debonding is implemented for all its dampings together.
+        Whether the tensionless rule of debonding is implemented for all its numbers together.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
     note : str
@@ -164,13 +167,13 @@ class Law:
         return "k" in self.parameters
 
     @property
-    def dampings(self) -> tuple[str, ...]:
-        """The parameters that damp."""
+    def ratios(self) -> tuple[str, ...]:
+        """The parameters beside k of a foundation, found as ratios to it; each may be zero."""
         return tuple(name for name in self.parameters if PARAMETERS[name].fitted_as == "ratio")
 
-    def allows(self, debonding: str, dampings: int) -> bool:
-        """Whether a rule of debonding is implemented for as many dampings that are not zero."""
-        return self.tensionless or debonding != "tensionless" or dampings < len(self.dampings)
+    def allows(self, debonding: str, ratios: int) -> bool:
+        """Whether a rule of debonding is implemented for as many of `ratios` that are not zero."""
+        return self.tensionless or debonding != "tensionless" or ratios < len(self.ratios)
 
 
 LAWS = {
@@ -190,6 +193,15 @@ LAWS = {
         cases=("winkler", "hunt_crossley"),
         tensionless=False,
         note="both dampings; fitted only where the others leave more than noise",
+    ),
+    # f = k z/(1 - κ z/k) + λ z ż
+    "hardening": Law(
+        "Hardening",
+        ("k", "lambda", "kappa"),
+        tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
+        cases=("hunt_crossley",),
+        tensionless=False,
+        note="a Hunt–Crossley bed of finite thickness; fitted only where the others leave more than noise",
     ),
 }
 
@@ -289,9 +301,13 @@ def unit_of(name: str) -> str:
     return parameter_of(name).unit
 
 
-def extended_by(model: str) -> tuple[str, str] | None:
-    """The candidate that holds one as a case, and the damping that it adds; None where there is none."""
-    for wider, law in LAWS.items():
-        if CANDIDATES[model].law in law.cases:
-            return alike(model, wider), next(name for name in law.dampings if name not in MODELS[model])
-    return None
+def extended_by(model: str) -> dict[str, str]:
+    """The candidates that hold one as a case, by the number that each adds."""
+    own = CANDIDATES[model].law
+    return {
+        name: alike(model, wider)
+        for wider, law in LAWS.items()
+        if own in law.cases
+        for name in law.ratios
+        if name not in MODELS[model]
+    }

@@ -100,12 +100,12 @@ def simulate(
     Parameters
     ----------
     model : str
-        "housner", "winkler", "hunt_crossley" or "general".
+        "housner", "winkler", "hunt_crossley", "general" or "hardening".
     block : Block
         The block.
     parameters : mapping
-        {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²], {"k": ..., "lambda": ...} [N/m², N·s/m³], or all
-        of "k", "c" and "lambda".
+        {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²], {"k": ..., "lambda": ...} [N/m², N·s/m³], all of
+        "k", "c" and "lambda", or {"k": ..., "lambda": ..., "kappa": ...}, κ in N/m³.
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
     theta0 : float or State
@@ -321,7 +321,7 @@ class _Scene:
         tolerance, max_steps = self.solver.rtol * amplitude, self.solver.max_steps
         # Housner's block always turns about its corners
         constants = foundation.constants(block, pivots or not is_foundation)
-        odd = tensionless or block.edge_radius or block.e
+        odd = tensionless or block.edge_radius or block.e or foundation.kappa
         if is_foundation and not (odd or len(motion.coefficients)):
             return series.integrate(constants, state, time, tolerance, max_steps, theta, rates)
         return kernel.integrate(

@@ -148,7 +148,7 @@ VARIABLES = {
     "noise_ratio": ("1", "quality", "power of the residual over that at rest in the most telling band"),
     "noise_low_hz": ("Hz", "quality", "lower end of that band"),
     "noise_high_hz": ("Hz", "quality", "upper end of that band"),
-    "added_damping": ("1", "quality", "trace of a damping that the law lacks, in standard errors"),
+    "added_damping": ("1", "quality", "trace of a number that the law lacks, in standard errors"),
     "k": ("N m-2", "coordinate", "stiffness of the law"),
     "c": ("N s m-2", "coordinate", "damping of the law, of Winkler's"),
     "lambda": ("N s m-3", "coordinate", "damping of the law, of Hunt–Crossley's"),

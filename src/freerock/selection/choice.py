@@ -93,7 +93,7 @@ class Evidence:
         if not self.pulls_p > REJECTS:
             return f"requires {self.pulled}"
         if self.added_damping > TRACE:
-            return f"a trace of the damping that it lacks, {self.added_damping:.1f} standard errors"
+            return f"a trace of a number that it lacks, {self.added_damping:.1f} standard errors"
         return ""
 
     @property

@@ -50,7 +50,7 @@ class Hypotheses:
     def candidates(self) -> tuple[str, ...]:
         """All candidates, few freed numbers first; laws without an implemented debonding only where
         no other remains."""
-        worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].dampings))]
+        worked_out = [law for law in self.models if LAWS[law].allows(self._rule, len(LAWS[law].ratios))]
         return candidates(worked_out or self.models, self.kinematics, self.free)
 
     @property

@@ -182,8 +182,8 @@ class _Path:
         """Force per width of the law at a place of the base [N/m]."""
         theta, rate, z, z_rate = self.states
         depth, deeper = z + u * np.sin(theta), z_rate + u * rate * np.cos(theta)
-        k, c, lam = (self.values.get(name, 0.0) for name in ("k", "c", "lambda"))
-        return np.where(depth > 0, k * depth + (c + lam * depth) * deeper, 0.0)
+        touching = np.maximum(depth, 0.0)
+        return np.where(depth > 0, Foundation.of(self.values).pressure(touching, deeper), 0.0)
 
     @cached_property
     def held(self) -> tuple[Floats, Floats]:

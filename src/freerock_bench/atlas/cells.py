@@ -37,7 +37,7 @@ RATIO = {
     "winkler": WINKLER_MARBLE["c"] / WINKLER_MARBLE["k"],
     "hunt_crossley": MARBLE["lambda"] / MARBLE["k"],
 }
-DAMPING = {model: LAWS[model].dampings[0] for model in RATIO}
+DAMPING = {model: LAWS[model].ratios[0] for model in RATIO}
 COLUMNS = ["map", "method", "model", "debonding", "x", "x_value", "y", "y_value"]
 COLUMNS += ["state", "cause", "measure", "value", "evaluations", "pipeline"]
 
