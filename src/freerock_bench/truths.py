@@ -25,8 +25,10 @@ def place(i: int) -> tuple[str, str]:
 
 
 def table_2(law: str, foundation: str) -> dict[str, float]:
-    """Parameters of table 2; of a law with cases the last one's stiffness and half of each one's damping, and a
-    bed 20 mm thick of one that hardens."""
+    """Parameters of table 2; of a law with cases the last one's stiffness and half of each one's damping.
+
+    A bed that hardens is 20 mm thick.
+    """
     published = TABLE_2[foundation]
     if not LAWS[law].cases:
         return dict(published[law])

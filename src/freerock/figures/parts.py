@@ -35,6 +35,7 @@ LOOKS: dict[str, Style] = {
     "lambda": {"marker": "D", "color": "#d55e00", "markerfacecolor": "none"},
     "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
     "r": {"marker": "^", "color": "#00805e"},
+    "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
 }
 FIT = ["test", "run", "model"]
 

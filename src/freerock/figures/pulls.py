@@ -31,7 +31,7 @@ FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40
 SPREAD = 0.6  # of a row, over which its runs are drawn
-HATCHES = {"k": "", "c": "////", "lambda": "////", "r": ""}
+HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "...."}
 SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 

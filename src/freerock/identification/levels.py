@@ -1,7 +1,7 @@
 """Levels of the tests on a run, in one place: from how many tests a campaign makes.
 
 A campaign of a hundred clean runs makes three tests of each that may reject the law that is named: the
-residual against the noise at rest, the pulls of its inputs, and the damping that the law lacks. Each law that
+residual against the noise at rest, the pulls of its inputs, and the number that the law lacks. Each law that
 is rejected, and each number that is freed, by chance alone should be seen in one of twenty such campaigns
 (Bonferroni). What a number off zero may turn into (tilt, edges, release) are eight tests of each run.
 """

@@ -111,7 +111,7 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
 
     Housner's r: the lowest minimum inside the range. At its lower end the error may fall further, as the
     block that stops early is out of step for less time. A law with cases starts from the minima of these,
-    with a trace of the damping that each lacks.
+    with a trace of the number that each lacks.
 
     Parameters
     ----------

@@ -236,7 +236,8 @@ def lean(block: Block, foundation: Foundation, tilt_rad: float) -> float:
     right.
 
     The linearised no-uplift equation (1) of Spanos et al. 2017 (doi:10.1016/j.proeng.2017.09.024) at rest:
-    m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)), k of a bed that hardens at the depth at rest.
+    m g (h sin τ + e cos τ) / (2/3 b³ k - m g (h cos τ - e sin τ)); k is the tangent at rest of a bed that
+    hardens.
     """
     s, cos, weight = math.sin(tilt_rad), math.cos(tilt_rad), block.mass_kg * GRAVITY
     turning, falling = weight * block.h * s, weight * block.h * cos
@@ -290,7 +291,9 @@ def energy(
     return kinetic + weight + elastic - k * b * at_rest**2
 
 
-def _stored_beyond(foundation: Foundation, left: "Floats", right: "Floats", s: "Floats", b: float) -> "Floats":
+def _stored_beyond(
+    foundation: Foundation, left: "Floats", right: "Floats", s: "Floats", b: float
+) -> "Floats":
     """Elastic energy of a bed that hardens beyond ∫ k z²/2 du, of the depths of both corners [J].
 
     Per width k H² (-ln(1 - x) - x - x²/2), x = z/H; by Gauss's rule of 48 nodes over the contact.
@@ -305,7 +308,9 @@ def _stored_beyond(foundation: Foundation, left: "Floats", right: "Floats", s: "
     deep = np.maximum(deep, 0.0)
     for node, weight in _gauss(48):
         x = 0.5 * (low + deep + node * (deep - low)) / foundation.thickness_m
-        stored = np.where(x < 0.02, x**3 * (1 / 3 + x * (1 / 4 + x * (1 / 5 + x / 6))), -np.log1p(-x) - x - x**2 / 2)
+        stored = np.where(
+            x < 0.02, x**3 * (1 / 3 + x * (1 / 4 + x * (1 / 5 + x / 6))), -np.log1p(-x) - x - x**2 / 2
+        )
         total = total + 0.5 * weight * stored
     return np.asarray(foundation.k * foundation.thickness_m**2 * length * total)
 
@@ -313,7 +318,7 @@ def _stored_beyond(foundation: Foundation, left: "Floats", right: "Floats", s: "
 def _hardened(foundation: Foundation, state: State, u0: float, u1: float) -> tuple[float, float]:
     """Force [N] and moment/cosθ [N·m] of a bed that hardens beyond those of k z, from u0 to u1.
 
-    With z = depth + slope u, k z²/(H - z) has the integrals k H² P₂(z/H)/slope and, with u = (z - depth)/slope,
+    With z = depth + slope u, k z²/(H - z) has the integrals k H² P₂(z/H)/slope and, by u = (z - depth)/slope,
     k (H³ P₃(z/H) - depth H² P₂(z/H))/slope²; P_n(x) = -ln(1 - x) - x - … - xⁿ/n. Where these lose digits,
     Gauss's rule of 48 nodes.
     """

@@ -355,7 +355,7 @@ def _hardened(regime, z, s, law):
     """What a bed that hardens presses beyond k z: force, moment / cosθ, and their derivatives.
 
     Those by z, by sinθ, and of the moment by sinθ. Gauss's rule of the integrals over the contact of
-    k z²/(H - z) = k z/(1 - z/H) - k z, with H = k/κ; NaN where the bed would be thinner than the block is deep.
+    k z²/(H - z) = k z/(1 - z/H) - k z, with H = k/κ; NaN where the block would be deeper than H.
     """
     f_0 = m_0 = f_z = f_s = m_s = 0.0
     if regime == FLIGHT:
@@ -959,7 +959,7 @@ def _integrate(
     kick = 2 * corner * h / inertia
     least = 0.01 * tolerance * p
     flat, half = (0.0, b) if housner else _upright(k, b, radius, g, kappa)
-    # stiffness of the bed there, of the upright block against turning, and the energy below which it is at rest
+    # stiffness of bed and upright block against turning, and the energy below which it is at rest
     tangent = k / (1 - flat * kappa / k) ** 2 if kappa > 0 else k
     turning = (2 / 3) * tangent * half * half * half - g * h
     rest = 0.5 * turning * (0.03 * tolerance) ** 2 if (c > 0 or lam > 0) and e == 0 else -1.0

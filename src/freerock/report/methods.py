@@ -152,8 +152,9 @@ def _runs(processing: Mapping[str, Any]) -> Iterator[str]:
 def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     named = [f"{LAWS[model].label} {LAWS_CITED.get(model, '')}".rstrip() for model in fits["models"]]
     yield f"Laws fitted: {', '.join(named)}."
-    if "general" in fits["models"]:
-        yield "The general law, with both dampings, was fitted only where the others leave more than noise."
+    if wider := [LAWS[model].label for model in fits["models"] if LAWS[model].cases]:
+        named = f"{' and '.join(wider)} {'were' if len(wider) > 1 else 'was'} fitted only where the others"
+        yield f"{named} leave more than noise."
     yield (
         "The foundation is a bed of independent springs and dashpots under the base, whose centre moves up "
         f"and down only [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in "
@@ -194,7 +195,7 @@ def _choice() -> str:
     return (
         "A candidate explains a run if its residual passes for the noise of the sensor at rest in every "
         "octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F), if it shows no trace of a "
-        f"damping that the law lacks ({TRACE:.1f} standard errors), and if it predicts the second half of "
+        f"number that a wider law adds ({TRACE:.1f} standard errors), and if it predicts the second half of "
         "the run from the first, and the run from the others of its record, with ε_θ below 1. "
         f"A difference of {TELLS:g} in the Bayesian information criterion [@schwarz1978] rules a candidate "
         "out, and so does a candidate that holds it as a case, has the lower criterion and is more likely by "

@@ -49,7 +49,7 @@ class Evidence:
     noise_p, noise_ratio, noise_low_hz, noise_high_hz : float
         The residual against the noise at rest (`freerock.identification.noise.AgainstRest`).
     added_damping : float
-        Standard errors by which the damping that the law lacks would be above zero.
+        Standard errors by which a number that the law lacks would be above zero.
     pulls_p : float
         Chance of so large a pull of any input as the law requires.
     pulled : str
@@ -175,7 +175,7 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     """The smallest candidate that explains a run, and every other one that the data can't tell from it.
 
     A candidate explains a run when its residual is the noise at rest (`noise.against_rest`), holds no trace
-    of a damping that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
+    of a number that the law lacks, and no held-out ε_θ is above 1. Of those, the data tell apart what
     differs by `TELLS` (`Evidence.rules_out`): the wrong one of two candidates of as many numbers is then
     named alone with a chance of Φ(−√TELLS) = 8e-4 at most, however far apart they are, and so is a larger one
     whose further number has one sign. Among the others, the least numbers win, then the lowest BIC. A
