@@ -46,6 +46,13 @@ def test_a_base_off_level_is_named_first():
         assert "off_level" in row["causes"].split()[:2]
 
 
+def test_a_mat_that_hardens_is_named_and_gives_its_law():
+    """From volts, on springs that share nothing with the law; Hunt and Crossley's leaves λ far off."""
+    for row in rows_of(("mat of 12 mm that hardens", 1)):
+        assert row["verdict"] == "ok" and row["candidate"] == "hardening_pivoting"
+        assert abs(row["z_u"]) < 3 and abs(row["error"]) < 0.01
+
+
 def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     def number(name, run, verdict, causes, z, first):
         row = {"case": name, "run": run, "verdict": verdict, "causes": causes, "z_u": z}

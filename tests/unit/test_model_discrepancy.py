@@ -129,10 +129,13 @@ def test_a_restitution_of_each_impact_leaves_the_common_ones_known():
     assert np.isnan(fit.discrepancy[fit.parameters.index("r_2")])
 
 
-def test_a_law_that_lacks_a_damping_is_uncertain_though_only_noise_is_left():
-    truth = Truth("general", BLOCK, {**SOIL, "c": 100.0}, 0.8 * THETA0, SIGMA)
+@pytest.mark.parametrize(
+    ("law", "more", "at"), [("general", {"c": 100.0}, 1), ("hardening", {"kappa": 1e7}, 0)]
+)
+def test_a_law_that_lacks_a_number_is_uncertain_though_only_noise_is_left(law, more, at):
+    truth = Truth(law, BLOCK, {**SOIL, **more}, 0.8 * THETA0, SIGMA)
     motion = virtual_motion(truth, np.random.default_rng(1), still_s=(1.5, 1.5))
     fit = fit_run("hunt_crossley", BLOCK, motion)
     assert fit.diagnostics["noise"] == 1.0 and fit.diagnostics["added_damping"] > 3
-    off = abs(fit.values["lambda"] - SOIL["lambda"])
-    assert off > 10 * fit.stderr[1] and off < 1.96 * fit.discrepancy[1]
+    off = abs(fit.value[at] - truth.parameters[fit.parameters[at]])
+    assert off > 10 * fit.stderr[at] and off < 1.96 * fit.discrepancy[at]

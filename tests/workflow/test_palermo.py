@@ -32,14 +32,15 @@ CONTRACT = {
     "epsilon_holdout epsilon_holdout_runs bic noise_p noise_ratio noise_low_hz noise_high_hz added_damping "
     "reason",
     "candidates": "campaign block foundation model n_freed n_runs n_selected n_also_possible n_rejected "
-    "n_not_fitted n_explains epsilon_theta epsilon_holdout r k_n_m2 c_n_s_m2 lambda_n_s_m3 contact_width_m",
+    "n_not_fitted n_explains epsilon_theta epsilon_holdout r k_n_m2 c_n_s_m2 lambda_n_s_m3 contact_width_m "
+    "kappa_n_m3",
     "restitution": "campaign test run source impact time_s r r_stderr r_u block foundation peak_before_deg "
     "peak_before_u_deg r_energy r_energy_stderr r_energy_u impact_speed_m_s "
     "r_block r_block_u peak_before_block_deg",
     "reasons": "campaign test run block foundation verdict reason value limit unit key sentence",
     "pulls": "campaign test run block foundation model input input_owner input_u input_unit input_stated "
     "input_moved input_remaining input_pull impact_r_percent impact_k_percent impact_c_percent "
-    "impact_lambda_percent",
+    "impact_lambda_percent impact_kappa_percent",
     "parts": "campaign test run block foundation model parameter unit part start_s end_s value stderr",
     "restitution_law": "campaign block foundation quantity n_runs n_impacts speed_low_m_s speed_high_m_s "
     "speed_m_s r r_stderr slope_s_m slope_stderr slope_low slope_high trend",

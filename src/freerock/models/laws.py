@@ -105,7 +105,7 @@ PARAMETERS = {
         ratio_unit="s/m",
     ),
     "kappa": Parameter(  # k over the thickness of a bed that hardens
-        "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), trace=1.0, ratio_unit="1/m"
+        "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), grid=(1.0, 500, 8), trace=1.0, ratio_unit="1/m"
     ),
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)

@@ -20,6 +20,7 @@ LAWS_CITED = {
     "housner": "[@housner1963]",
     "winkler": "[@koh1986]",
     "hunt_crossley": "[@hunt1975; @spanos2017]",
+    "hardening": "[@bandis1983]",
 }
 
 

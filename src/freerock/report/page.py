@@ -163,6 +163,7 @@ def _content(
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],
+        "hardens": any(law and "kappa" in law_of(law).parameters for law in laws),
         "findings": findings(tables, labels, config["published"]["longest"] if config["published"] else {}),
         "verdicts": [
             (each, n)

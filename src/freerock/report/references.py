@@ -59,6 +59,16 @@ REFERENCES = {
         1975,
         "10.1115/1.3423596",
     ),
+    "bandis1983": Reference(
+        "Bandis et al. 1983",
+        "Bandis, S. C. and Lumsden, A. C. and Barton, N. R.",
+        "Fundamentals of rock joint deformation",
+        "International Journal of Rock Mechanics and Mining Sciences and Geomechanics Abstracts",
+        "20",
+        "249--268",
+        1983,
+        "10.1016/0148-9062(83)90595-8",
+    ),
     "spanos2017": Reference(
         "Spanos et al. 2017",
         "Spanos, Pol D. and Di Matteo, Alberto and Pirrotta, Antonina and Di Paola, Mario",
