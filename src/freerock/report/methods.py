@@ -154,8 +154,8 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     named = [f"{LAWS[model].label} {LAWS_CITED.get(model, '')}".rstrip() for model in fits["models"]]
     yield f"Laws fitted: {', '.join(named)}."
     if wider := [LAWS[model].label for model in fits["models"] if LAWS[model].cases]:
-        named = f"{' and '.join(wider)} {'were' if len(wider) > 1 else 'was'} fitted only where the others"
-        yield f"{named} leave more than noise."
+        were = "were" if len(wider) > 1 else "was"
+        yield f"{' and '.join(wider)} {were} fitted only where the others leave more than noise."
     yield (
         "The foundation is a bed of independent springs and dashpots under the base, whose centre moves up "
         f"and down only [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in "
