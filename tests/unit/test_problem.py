@@ -167,7 +167,7 @@ def test_a_restitution_per_impact_is_not_worked_out_on_a_tilted_base():
         (
             "general_pivoting",
             {"debonding": "tensionless"},
-            "fits.debonding: the tensionless rule is not worked out for both dampings at once; "
+            "fits.debonding: the tensionless rule is not worked out for c and lambda at once; "
             "use geometric or remove general from fits.models",
         ),
         (

@@ -36,7 +36,12 @@ BOTH = ("guided", "pivoting")
         ("hunt_crossley_pivoting", ("winkler",), ("guided",), {"winkler"}),
         ("hunt_crossley_pivoting", ("hunt_crossley",), ("pivoting",), {"hunt_crossley"}),
         ("winkler_width", ("housner", "winkler"), ("guided",), {"housner_width", "winkler"}),
-        ("general", LAWS, ("guided",), {"housner_width", "winkler_width", "hunt_crossley_width"}),
+        (
+            "general",
+            LAWS,
+            ("guided",),
+            {"housner_width", "winkler_width", "hunt_crossley_width", "hardening"},
+        ),
     ],
 )
 def test_rivals_free_no_more_and_none_is_a_case_of_another(model, laws, kinematics, rivals):
