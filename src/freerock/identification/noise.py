@@ -37,12 +37,13 @@ class Loudness:
     loudest : float
         Times its power, from which a residual is no noise, however short the rest.
     hopeless : float
-        Times its power: a quick fit beyond it tells that a full one won't do.
+        Times its power: beyond it a quick fit shows that a full one won't do. On 15 records of eleven kinds
+        of laboratories, quick fits of what explains the run left 0.8 to 1.23.
     """
 
     louder: float = 1.1
     loudest: float = 1000.0
-    hopeless: float = 30.0
+    hopeless: float = 5.0
 
 
 LOUDNESS = Loudness()

@@ -323,7 +323,7 @@ class Posterior:
         return np.asarray(self.spread[:n, n:] / np.sqrt(np.diag(self.spread)[n:]))
 
 
-def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
+def settled(problem: Problem, x: Floats, most: float = np.inf, ftol: float = INPUTS.ftol) -> Posterior:
     """The best of a run and its inputs from a start near it, by `lmfit.Minimizer`.
 
     The start itself, without a result, where no input may move, or where the inputs can't be the cause of
@@ -336,6 +336,8 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
         The fitted numbers with the inputs as stated.
     most : float
         Samples that suffice.
+    ftol : float
+        Relative change of the objective at which the search ends.
     """
     nuisances = Nuisances.of(problem)
     samples = problem.samples(most=most)
@@ -347,11 +349,11 @@ def settled(problem: Problem, x: Floats, most: float = np.inf) -> Posterior:
     left, *causes = np.sum(without_own(start.jacobian[:, start.free], both) ** 2, axis=0)
     if left > INPUTS.beyond * (len(samples.time_s) * power + sum(causes)):
         return start
-    end = _minimised(start)
+    end = _minimised(start, ftol)
     rest = end.against_rest
     far = np.any(np.abs(end.z) > INPUTS.near) and np.all(np.abs(end.z) < INPUTS.farthest - INPUTS.near)
     if far or rest.is_noise:
-        end = _minimised(replace(end, noise=rest.noises[0] if rest.is_noise else None))
+        end = _minimised(replace(end, noise=rest.noises[0] if rest.is_noise else None), ftol)
     return end
 
 
@@ -413,7 +415,7 @@ def contributed(nuisances: Nuisances, x: Floats, by_inputs: Floats) -> Contribut
     return Contributions.held(inputs, every.values)
 
 
-def _minimised(start: Posterior) -> Posterior:
+def _minimised(start: Posterior, ftol: float) -> Posterior:
     """Where the objective ends from a linear model near there."""
     nuisances, samples, s, n_z = start.nuisances, start.samples, start.level, len(start.z)
     problem = nuisances.problem
@@ -445,9 +447,7 @@ def _minimised(start: Posterior) -> Posterior:
     both = np.clip(both, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
     names = [name for name, varies in zip(problem.names, varied, strict=True) if varies]
     names += [f"input_{j}_{each.name}" for j, each in enumerate(nuisances.sources)]
-    result = minimised(
-        parameters_of(names, both, (low, high)), residual, jacobian, INPUTS.ftol, most=INPUTS.most
-    )
+    result = minimised(parameters_of(names, both, (low, high)), residual, jacobian, ftol, most=INPUTS.most)
     end = at(nuisances, *parted(numbers_of(result)), samples)
     return replace(end, result=result, noise=start.noise)
 

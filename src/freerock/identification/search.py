@@ -30,6 +30,8 @@ class SearchSettings:
     ----------
     samples : int
         Per run, before the last fit to all of them.
+    ftol : float
+        Relative change of the sum of squares at which a quick fit ends.
     promising : float
         Times the best mean square error, up to which starts are followed on.
     same, alike : float
@@ -44,6 +46,7 @@ class SearchSettings:
     """
 
     samples: int = 1000
+    ftol: float = 1e-3
     promising: float = 5.0
     same: float = 3e-3
     alike: float = 1.1
@@ -331,7 +334,7 @@ def follow(problem: Problem, x: Floats, horizons: Sequence[float], beyond: float
     """Where least squares over each horizon in turn end, at some samples of each; see `approach`."""
     evaluations = 0
     for horizon in horizons:
-        end = least_squares(problem, x, problem.samples(horizon, SEARCH.samples), ftol=1e-3)
+        end = least_squares(problem, x, problem.samples(horizon, SEARCH.samples), ftol=SEARCH.ftol)
         x, evaluations = end.x, evaluations + end.evaluations
         if end.mean_square > beyond:
             break

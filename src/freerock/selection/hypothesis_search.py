@@ -40,6 +40,9 @@ class Effort:
     beaten : float
         Times the mean square of a hypothesis that explains the run, from which another is given up: the BIC
         would differ by thousands, and a quick fit is within a few per cent of a full one.
+    clearly : float
+        Chance of the residual of a full fit as noise, below which no hypothesis that leaves more in its quick
+        fit is fitted in full: a quick fit is within a few per cent of a full one.
     promises : float
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
@@ -53,6 +56,7 @@ class Effort:
 
     contends: float = 1.25
     beaten: float = 4.0
+    clearly: float = 1e-8
     promises: float = 0.5
     widened: int = 2
     edges_m: tuple[float, float] = (5e-4, 2e-3)
@@ -326,10 +330,12 @@ class _Search:
         ends = {each: min(of, key=lambda end: end.mean_square) for each, of in starts.items()}
         self.quick |= ends
         least = min([*explaining, *(end.mean_square for end in ends.values())], default=math.inf)
+        worth = bool(explaining) or least <= hopeless_square
         for each, end in sorted(ends.items(), key=lambda item: item[1].mean_square):
-            if (explaining or least <= hopeless_square) and end.mean_square <= EFFORT.contends * least:
+            if worth and end.mean_square <= EFFORT.contends * least:
                 near = (start for start in starts[each] if start.mean_square <= EFFORT.contends * least)
                 self.fit(each, [start.values for start in near])
+                worth = each not in self.fits or evidence(self.fits[each]).noise_p > EFFORT.clearly
             else:
                 self.left_out[each] = _left_out(end, self.motion, least)
 

@@ -111,7 +111,7 @@ def screen(
     samples, left = problem.samples(most=SEARCH.samples), end.mean_square
     residual = problem.residual(end.x, samples)
     if moves or end.mean_square <= beyond:
-        moved = settled(problem, end.x, SEARCH.samples)
+        moved = settled(problem, end.x, SEARCH.samples, SEARCH.ftol)
         if moved.result is not None:
             residual, square = moved.residual, float(moved.prior[0] @ moved.prior[0])
             left = float(np.mean(residual**2)) + moved.level**2 * square / len(residual)
@@ -200,7 +200,7 @@ def leaves_noise(
 
 def _settled(problem: Problem, x: Floats) -> Posterior:
     """The linear model where least squares of all samples end, with inputs moved where that may help."""
-    return settled(problem, least_squares(problem, x, problem.samples()).x)
+    return settled(problem, least_squares(problem, x, problem.samples()).x, ftol=SEARCH.ftol)
 
 
 def asks_for(best: Posterior) -> tuple[str, ...]:
