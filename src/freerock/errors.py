@@ -26,7 +26,7 @@ def printable(text: str) -> str:
 
 
 class FreerockError(Exception):
-    """Bad input in one line: where it is, what is wrong, what to do.
+    """Bad input in one line: where, what, remedy.
 
     Parameters
     ----------

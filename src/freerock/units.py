@@ -1,4 +1,4 @@
-"""What a channel holds: its quantity and unit."""
+"""Quantity and unit of a channel."""
 
 import math
 from typing import TYPE_CHECKING

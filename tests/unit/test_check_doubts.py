@@ -72,8 +72,8 @@ def test_a_usual_record_is_not_doubted(doubts):
 def test_a_measured_campaign_is_asked_whether_its_base_is_level(doubts):
     measured = ("origin: simulated", "origin: measured")
     assert doubts(measured) == [
-        "config/campaigns/lab.yaml:6: foundations.floor: does not say how well its base is level, and a "
-        "tenth of a degree spoils k; level it in the plane of rocking, and give levelled_deg"
+        "config/campaigns/lab.yaml:6: foundations.floor: has no levelled_deg, and a tilt of a "
+        "tenth of a degree changes k; level its base in the plane of rocking, and state levelled_deg"
     ]
     assert doubts(measured, ("floor: {}", "floor: {levelled_deg: 0.02}")) == []
 
@@ -191,7 +191,7 @@ def test_a_doubt_is_printed_and_no_error(doubts, capsys):
     out = capsys.readouterr().out.splitlines()
     assert out[0].startswith("doubt: config/campaigns/lab.csv:2: a: 0.5 Hz are ")
     found = "lab: 1 record, 1 block, 1 foundation: nothing to correct"
-    assert out[-1] == f"{found}, but see what is doubted"
+    assert out[-1] == f"{found}, but see the doubts"
 
 
 def test_two_records_of_one_signal_are_doubted(doubts):

@@ -40,18 +40,19 @@ def statuses(choice):
         (
             [found("housner", **LOUD), found("winkler", 35.0), found("hunt_crossley", -7.0)],
             "hunt_crossley",
-            "the smallest candidate that leaves only noise (4 numbers)",
+            "the candidate with fewest parameters whose residual passes for noise (4 numbers)",
         ),
         (
             [found("housner", -5.0), found("hunt_crossley", -9.0)],
             "housner",
-            "the smallest candidate that leaves only noise (3 numbers); the data can't tell it from "
+            "the candidate with fewest parameters whose residual passes for noise (3 numbers); the data "
+            "can't tell it from "
             "Hunt–Crossley",
         ),
         (
             [found("hunt_crossley", -5.0, added_damping=4.0), found("general", -9.0)],
             "general",
-            "the smallest candidate that leaves only noise (5 numbers)",
+            "the candidate with fewest parameters whose residual passes for noise (5 numbers)",
         ),
         (
             [found("housner", -9.0, 2e-3, **LOUD), found("winkler", -5.0, 1e-3, **LOUD)],
@@ -79,7 +80,7 @@ def statuses(choice):
 def test_the_selected_candidate_and_why(evidence, selected, reason):
     choice = choose(evidence)
     assert (choice.selected, choice.reason) == (selected, reason)
-    assert choice.explained == reason.startswith("the smallest")
+    assert choice.explained == reason.startswith("the candidate with fewest parameters")
 
 
 def test_each_candidate_with_its_reason():
@@ -95,11 +96,11 @@ def test_each_candidate_with_its_reason():
         ]
     )
     assert [(each.status, each.reason) for each in choice.judged] == [
-        ("rejected", "more than noise is left: 9 times the power at rest, 1 to 2 Hz"),
-        ("also_possible", "leaves only noise; BIC +2.0, which tells nothing"),
+        ("rejected", "the residual exceeds the noise: 9 times the power at rest, 1 to 2 Hz"),
+        ("also_possible", "its residual passes for noise; BIC +2.0, which is not significant"),
         ("rejected", "k lies at its bound"),
-        ("selected", "the smallest that leaves only noise"),
-        ("rejected", "leaves only noise, but the BIC is 20 higher"),
+        ("selected", "the one with fewest parameters whose residual passes for noise"),
+        ("rejected", "its residual passes for noise, but the BIC is 20 higher"),
         ("rejected", "needless: hunt_crossley with 1 more number"),
         ("not_fitted", "a smaller one explains the run"),
     ]
@@ -135,7 +136,7 @@ def test_worn_corners_against_a_compliant_foundation_in_words():
     told = choose([worn, loud]).stories
     assert told.endswith("Only Housner, width free leaves nothing but noise, which rules Hunt–Crossley out.")
     neither = choose([found("housner_width", epsilon_theta=1e-2, **LOUD), loud]).stories
-    assert neither.endswith("Neither explains the run down to its noise.")
+    assert neither.endswith("Neither explains the run.")
     assert choose([found("housner_width", epsilon_theta=0.2, **LOUD), soft]).stories == ""
 
 
@@ -168,7 +169,8 @@ def test_a_larger_candidate_is_told_from_its_case_by_the_likelihood(charged, sel
     choice = choose([law, worn])
     assert choice.selected == selected
     beaten = (
-        choice.judged[0].reason == "leaves only noise, but one that holds it is more likely by 10 in −2 ln L"
+        choice.judged[0].reason
+        == "its residual passes for noise, but a larger candidate is more likely by 10 in −2 ln L"
     )
     assert beaten == (selected != "hunt_crossley")
     assert choose([law, replace(worn, bic=1.0)]).selected == "hunt_crossley"

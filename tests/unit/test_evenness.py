@@ -73,7 +73,9 @@ def test_one_impact_is_seen_and_named(impact):
     r[impact - 1] -= 0.02
     (reason,) = doubt_about_evenness(run(r), BLOCK)
     assert (reason.verdict, reason.name) == ("warn", "outlying_restitution")
-    said = re.match(r"restitution of impact (\d+) is (0\.\d+) below what its neighbours say: ", reason.text)
+    said = re.match(
+        r"restitution of impact (\d+) is (0\.\d+) below the value that its neighbours predict: ", reason.text
+    )
     assert said and int(said[1]) == impact and float(said[2]) == pytest.approx(0.02, abs=0.002)
     assert ";" not in reason.text
 

@@ -60,7 +60,7 @@ def test_a_single_run(tmp_path):
     assert text["Tested"].startswith("1 simulated run in 1 record: Slender on Marble, released at 10.1°.")
     assert text["Explained by"].startswith("Hunt–Crossley explains the only run:")
     assert "one record" in text["Parameters"]
-    assert "one run does not show how much runs differ" in text["Parameters"]
+    assert "one run does not show the scatter between runs" in text["Parameters"]
     assert "Foundation" not in text
     assert text["Shared by blocks"] == "Not tested: each foundation carried one block only."
     assert "How much runs differ" in text["Not to be concluded"]

@@ -333,7 +333,7 @@ def test_the_general_law_has_no_tensionless_rule():
     with pytest.raises(FreerockError) as error:
         fit_run("general", CONFIG2, run, FitSettings(debonding="tensionless"))
     assert str(error.value) == (
-        "fits.debonding: the tensionless rule is not worked out for c and lambda at once; "
+        "fits.debonding: the tensionless rule is not available for c and lambda together; "
         "use geometric or remove general from fits.models"
     )
 

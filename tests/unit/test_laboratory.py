@@ -134,20 +134,21 @@ def test_a_levelled_base_lies_evenly_within_its_bound(tmp_path):
         (
             "5.84",
             "5.84\n    uncertainty: {contact_width_m: 0.001}",
-            "lab.yaml:8: blocks.tall.uncertainty: is of a contact_width_m that is not given; "
+            "lab.yaml:8: blocks.tall.uncertainty: states the uncertainty of a contact_width_m that is "
+            "not given; "
             "give contact_width_m beside, or remove it",
         ),
         (
             "{beam: horizontal, position_m: 0.1, range_m: 0.05}",
             "{units: deg, uncertainty: {position_m: 0.001}}",
-            "lab.yaml:11: lasers.near.uncertainty: is of a position_m that is not given; "
+            "lab.yaml:11: lasers.near.uncertainty: states the uncertainty of a position_m that is not given; "
             "remove it: the channel is the rotation",
         ),
         (
             "5.84",
             "5.84\n    uncertainty: {height_m: -1}",
             "lab.yaml:8: blocks.tall.uncertainty.height_m: -1 is not greater than or equal to 0; "
-            "give the uncertainty of its height in metres; left out, 0.0003, a default (a rule, 1 mm/√12)",
+            "give the uncertainty of its height in metres; by default 0.0003 (a rule, 1 mm/√12)",
         ),
     ],
 )

@@ -161,7 +161,7 @@ def test_mistakes_are_told_in_a_line(given, message):
 
 
 def test_where_nothing_is_left_to_fit_that_is_said():
-    with pytest.raises(FreerockError, match="nothing is left to fit; free a number"):
+    with pytest.raises(FreerockError, match="no parameter is free; free one"):
         fitted("housner", {"r": {"value": 0.9, "vary": False}}, free=())
 
 

@@ -27,20 +27,18 @@ NO_OVERRIDE = (
 YAML_MISTAKES = {
     "a mass that no double's powers hold": (
         ("5.84", "1e-320"),
-        "lab.yaml:7: blocks.tall.mass_kg: 9.99989e-321 is no number of a laboratory; "
-        "give 0, or 1e-12 to 1e+15",
+        "lab.yaml:7: blocks.tall.mass_kg: 9.99989e-321 is out of range; give 0, or 1e-12 to 1e+15",
     ),
     "a beam beyond the laboratory": (
         ("position_m: 0.1", "position_m: 1e308"),
-        "lab.yaml:11: lasers.near.position_m: 1e+308 is no number of a laboratory; give 0, or 1e-12 to 1e+15",
+        "lab.yaml:11: lasers.near.position_m: 1e+308 is out of range; give 0, or 1e-12 to 1e+15",
     ),
     "a stiffness beyond any ground": (
         (
             "title",
             "plan: {expected: {marble: {winkler: {k: 1e308, c: 1}}}, sensors: {a: {noise_v: 1}}}\ntitle",
         ),
-        "lab.yaml:1: plan.expected.marble.winkler.k: 1e+308 is no number of a laboratory; "
-        "give 0, or 1e-12 to 1e+15",
+        "lab.yaml:1: plan.expected.marble.winkler.k: 1e+308 is out of range; give 0, or 1e-12 to 1e+15",
     ),
     "a switch for a number": (
         ("title: ", "records_per_job: true\ntitle: "),
@@ -196,9 +194,8 @@ YAML_MISTAKES = {
     "unit of no channel": (
         ("0.05}", "0.05, units: kg}"),
         "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'kV', 'mA', 'A', 'm', 'cm', 'mm', "
-        "'um', 'rad', 'mrad' or 'deg'; give the unit of the channel: V, mV, kV, mA, A (of the sensor's "
-        "output), m, cm, mm, um (of the displacement), rad, mrad, deg (of the rotation itself); left out, as "
-        "the file states it",
+        "'um', 'rad', 'mrad' or 'deg'; give the unit of the channel: of the output, the displacement or "
+        "the rotation; left out, as the file states it",
     ),
     "unit of no channel, and no beam": (
         ("beam: horizontal, position_m: 0.1, range_m: 0.05", "units: degree"),
@@ -396,8 +393,8 @@ CSV_MISTAKES = {
     ),
     "channel left to fill in": (
         ("a.tdms,,", "a.tdms,FILL_IN,"),
-        "lab.csv:2: channel: is still to be filled in; give the channel of the laser; empty when the file "
-        "has only one; of two lasers, as a;b",
+        "lab.csv:2: channel: is still to be filled in; give the channel of the laser, or of two lasers as "
+        "a;b; empty if the file has only one",
     ),
     "block left to fill in": (
         ("tall", "FILL_IN"),
@@ -405,7 +402,7 @@ CSV_MISTAKES = {
     ),
     "more than two lasers": (
         (",,tall,marble,near", ",a;b;c,tall,marble,near;near;near"),
-        "lab.csv:2: laser: 'near;near;near' are more than two lasers; name one or two",
+        "lab.csv:2: laser: 'near;near;near' names more than two lasers; name one or two",
     ),
     "test name": (
         ("a,a.tdms", "../a,a.tdms"),
@@ -516,8 +513,7 @@ CSV_MISTAKES = {
     ),
     "missing column": (
         (CSV, "test,file,block,foundation\na,a.tdms,tall,marble\n"),
-        "lab.csv:1: laser: column is missing; add it: the name of a laser, or of the two on one record, "
-        "as a;b",
+        "lab.csv:1: laser: column is missing; add it: the name of a laser, or of two lasers as a;b",
     ),
     "column twice": (("note\n", "test\n"), "lab.csv:1: test: column given twice; keep one"),
     "too many cells": (

@@ -253,7 +253,7 @@ def test_a_campaign_without_a_plan_is_refused(tmp_path):
 MISTAKES = {
     "foundation without expectation": (
         lambda keys: keys["plan"]["expected"].pop("aerstop"),
-        "plan: nothing is expected of foundation 'aerstop'; add it to plan.expected",
+        "plan: no parameters are expected of foundation 'aerstop'; add it to plan.expected",
     ),
     "unknown foundation": (
         lambda keys: keys["plan"]["expected"].update(marbel={"housner": {"r": 0.9}}),

@@ -177,7 +177,7 @@ MISTAKES = {
     ),
     "no run": (
         lambda plan: plan.update(n_runs=[0]),
-        "plan.n_runs.0: 0 is not greater than 0; give how many runs of each block, one or more numbers",
+        "plan.n_runs.0: 0 is not greater than 0; give the numbers of runs of each block, one or more",
     ),
     "none": (
         lambda plan: plan.update(n_runs=[]),

@@ -141,8 +141,7 @@ def test_a_restitution_per_impact_is_not_worked_out_on_a_tilted_base():
     with pytest.raises(FreerockError) as error:
         check("housner", [BLOCK], FitSettings(free=("tilt", "r_per_impact")))
     assert str(error.value) == (
-        "fits.free.housner: a restitution per impact is not worked out on a base off level; "
-        "remove r_per_impact or tilt"
+        "fits.free.housner: r_per_impact and tilt cannot be free together; remove r_per_impact or tilt"
     )
 
 
@@ -167,7 +166,7 @@ def test_a_restitution_per_impact_is_not_worked_out_on_a_tilted_base():
         (
             "general_pivoting",
             {"debonding": "tensionless"},
-            "fits.debonding: the tensionless rule is not worked out for c and lambda at once; "
+            "fits.debonding: the tensionless rule is not available for c and lambda together; "
             "use geometric or remove general from fits.models",
         ),
         (

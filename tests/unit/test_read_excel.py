@@ -235,7 +235,12 @@ def changed(path, part, old, new):
 SHEET, STYLES = "xl/worksheets/sheet1.xml", "xl/styles.xml"
 ENTITY = b'<!DOCTYPE worksheet [<!ENTITY a "%s">]><worksheet' % (b"<row><c><v>1</v></c></row>" * 3000)
 WORK = {
-    "entities": (SHEET, b"<worksheet", ENTITY, "the workbook declares entities, as none of Excel's does"),
+    "entities": (
+        SHEET,
+        b"<worksheet",
+        ENTITY,
+        "the workbook declares XML entities, which Excel never writes",
+    ),
     "cells": (
         *(SHEET, b"</sheetData>", b"<row>" + b"<c/>" * 1_100_000 + b"</row></sheetData>"),
         "has more than 1000000 cells, or 100000 other elements",

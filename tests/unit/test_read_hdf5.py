@@ -161,9 +161,7 @@ def test_truncated(tmp_path):
     assert refusal(path).startswith("not a readable HDF5 file (OSError: Unable to synchronously open file")
 
 
-DEADLY = (
-    "the file is damaged: HDF5's library does not survive it; copy it again from the acquisition computer"
-)
+DEADLY = "the file is damaged: HDF5's library crashes on it; copy it again from the acquisition computer"
 
 
 def test_a_collection_of_texts_without_end(tmp_path, monkeypatch):

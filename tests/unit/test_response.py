@@ -62,7 +62,7 @@ def test_peak_velocity_is_that_of_a_sine():
         ("a.at2", AT2.format(n=6, values="1 2 3 4 5"), "has 5 samples and states NPTS= 6"),
         ("a.at2", AT2.format(n=2, values="0.1 x"), "a.at2:5: 'x' is not a number"),
         ("a.at2", AT2.format(n=2, values="0.1 0.2").replace("NPTS", "N"), "states no NPTS and DT"),
-        ("a.at2", AT2.format(n=2, values="0.1 0.2").replace("OF G", "OF CM"), "not said to be in UNITS OF G"),
+        ("a.at2", AT2.format(n=2, values="0.1 0.2").replace("OF G", "OF CM"), "does not state UNITS OF G"),
         ("a.csv", "acceleration [g]\n0.1\n0.2\n0.15\n0.3\n", "time"),
         ("a.csv", "time [s],acceleration\n0,0.1\n0.01,0.2\n0.02,0.1\n0.03,0.1\n", "states no unit"),
         ("a.csv", "time [s],acceleration [mm]\n0,0.1\n0.01,0.2\n0.02,0.1\n0.03,0.1\n", "no unit of an accel"),

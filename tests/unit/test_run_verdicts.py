@@ -9,7 +9,7 @@ from freerock.products.verdicts import verdict_of_run
 
 ATTRS = {"campaign": "c", "test": "a", "block": "b", "foundation": "f", "origin": "simulated"}
 HIT = ["warn", "disturbed", "something acted on the block"]
-UNEVEN = ["warn", "uneven_restitution", "restitution does not go evenly"]
+UNEVEN = ["warn", "uneven_restitution", "restitution does not change smoothly"]
 
 
 def run(*reasons, excluded=0):

@@ -114,15 +114,15 @@ MISTAKES = {
     ),
     "record on a moving ground": (
         ("duration_s: 1\n", "duration_s: 1\nground: {pulse: {period_s: 1}}\n" + LASER),
-        "scene.yaml:6: laser: the ground of a record rests; remove ground, or laser",
+        "scene.yaml:6: laser: a record cannot have a ground motion; remove ground, or laser",
     ),
     "record of two models": (
         ("r: 0.9}}\n", "r: 0.9}, winkler: {k: 1.e+6, c: 1.e+3}}\n" + LASER),
-        "scene.yaml:3: laser: a record is of one model; keep one of the models",
+        "scene.yaml:3: laser: a record needs exactly one model; keep one of the models",
     ),
     "record of no release": (
         ("release_angle_deg: 5\n", LASER),
-        "scene.yaml:3: laser: nothing is released; give release_angle_deg",
+        "scene.yaml:3: laser: no block is released; give release_angle_deg",
     ),
     "record of rotations": (
         ("duration_s: 1\n", "duration_s: 1\nlaser: {units: deg}\n"),

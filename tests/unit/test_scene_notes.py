@@ -75,7 +75,7 @@ def test_a_base_off_level_is_found_with_its_error_and_spares_the_law(foundation,
     assert note.text.startswith(
         f"base off level by {abs(fit.values['tilt']) * 180 / math.pi:.3f} ± 0.001 deg"
     )
-    assert f"lower on the {side}, and fitted so: level it; a centre of mass off" in note.text
+    assert f"lower on the {side}, and fitted so: level it; an off-centre mass" in note.text
 
 
 def test_without_the_tilt_the_law_would_be_far_off():
@@ -311,7 +311,7 @@ def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
     with pytest.raises(FreerockError) as error:
         check("winkler", [BLOCK], FitSettings(("edge_radius",), debonding="tensionless"))
     assert str(error.value) == (
-        "fits.debonding: rounded edges are worked out for the geometric rule only; use geometric or remove "
+        "fits.debonding: rounded edges require the geometric rule; use geometric or remove "
         "edge_radius from fits.free.winkler"
     )
 

@@ -263,8 +263,8 @@ def test_a_braked_block_without_a_clean_peak_after_it_is_warned_of(monkeypatch):
     (text,) = (text for text in run.verdict.texts if "braked" in text)
     assert (run.verdict.level, run.verdict.names[0]) == ("warn", "braked")
     assert re.fullmatch(
-        rf"it fell by \d\.\d\d° and was braked at {release + 0.15:.2f} s, and no clean peak follows: what "
-        "comes before is no free rocking; leave the run out, or set its release by hand",
+        rf"it fell by \d\.\d\d° and was braked at {release + 0.15:.2f} s, and no clean peak follows: the "
+        "motion before is not free rocking; exclude the run, or set its release by hand",
         text,
     )
 
@@ -335,7 +335,9 @@ def test_record_that_ends_during_a_run():
 def test_no_release():
     quiet = record()[0]
     quiet[1] = SIGMA * np.random.default_rng(0).standard_normal(quiet[1].size)
-    with pytest.raises(FreerockError, match=r"^record: no release found: nothing rocks freely to rest"):
+    with pytest.raises(
+        FreerockError, match=r"^record: no release found: after no hold does the block rock freely to rest"
+    ):
         find_runs(*quiet)
     restless = [*quiet]
     restless[1] = np.cumsum(quiet[1] * 100)

@@ -41,7 +41,7 @@ def packed(finished, tmp_path_factory):
     refused = supplement(checkout, "small")
     assert refused.returncode == 1
     assert refused.stderr.splitlines() == [
-        "results/small: not everything is as a run would make it; "
+        "results/small: some products are not as a run would make them; "
         "run snakemake --config campaigns=small, and delete what is foreign"
     ]
     assert "foreign: results/small/figures/stray.pdf" in refused.stdout
@@ -161,8 +161,8 @@ def test_elsewhere_everything_is_whole_and_made_again_to_the_bit(unpacked):
 @pytest.mark.parametrize(
     ("path", "told"),
     [
-        ("results/small/tables/runs.csv", "not everything is as a run would make it"),
-        ("raw/small/tall_mat.tdms", "not everything is as a run would make it"),
+        ("results/small/tables/runs.csv", "some products are not as a run would make them"),
+        ("raw/small/tall_mat.tdms", "some products are not as a run would make them"),
     ],
 )
 def test_what_is_damaged_is_not_packed(packed, tmp_path, path, told):
@@ -183,10 +183,18 @@ def test_what_is_damaged_is_not_packed(packed, tmp_path, path, told):
         (
             ["small", "--output", "small.tar"],
             1,
-            "small.tar: is no name of a zip; name it small_supplement.zip",
+            "small.tar: is not the name of a zip file; name it small_supplement.zip",
         ),
-        (["small", "--output", "a\nb.zip"], 1, "a b.zip: is no name of a zip; name it small_supplement.zip"),
-        (["small", "--output", "a\x1bb.zip"], 1, "is no name of a zip; name it small_supplement.zip"),
+        (
+            ["small", "--output", "a\nb.zip"],
+            1,
+            "a b.zip: is not the name of a zip file; name it small_supplement.zip",
+        ),
+        (
+            ["small", "--output", "a\x1bb.zip"],
+            1,
+            "is not the name of a zip file; name it small_supplement.zip",
+        ),
         (["sm\nall"], 1, r"'sm\nall' is not a name; use letters, digits and _ only"),
         (["smal"], 1, "'smal'"),
         (["small", "--year", "26"], 2, "'26' is no year, as 2026"),

@@ -34,14 +34,15 @@ def add_arguments(parser: ArgumentParser) -> None:
         "\n"
         "Reads the files, copies them to the raw folder, lists their checksums in its manifest.csv, and\n"
         "appends a line for each to the campaign's CSV, whose bytes stay as they are. All files are added,\n"
-        "or none. A test is called as its file. A campaign of one block needs no --block, and so on."
+        "or none. Each test has the name of its file. If the campaign has only one block, foundation\n"
+        "or laser, omit the option."
     )
     parser.add_argument("name", metavar="NAME", help="name of the campaign")
     parser.add_argument("files", metavar="FILE", nargs="+", help="record files")
-    parser.add_argument("--block", default="", help="the block of all these records")
+    parser.add_argument("--block", default="", help="the block of these records")
     parser.add_argument("--foundation", default="", help="their foundation")
-    parser.add_argument("--laser", default="", help="their laser; two as a;b")
-    parser.add_argument("--channel", default="", help="the channel of the laser; of two as a;b")
+    parser.add_argument("--laser", default="", help="their laser, or two lasers as a;b")
+    parser.add_argument("--channel", default="", help="the channel of the laser, or of two lasers as a;b")
 
 
 def run(chosen: Namespace) -> None:
@@ -306,7 +307,7 @@ def _checked(
     known, new = read.records[:n], read.records[n:]
     found = [{column: getattr(record, column) for column in rows[0]} for _, record in new]
     if known != source.records or found != [*rows]:
-        what = "the new lines would not be read as they are meant"
+        what = "the new lines would not be read correctly"
         raise FreerockError(source.path.with_suffix(".csv"), what, "move the column test to the front")
     return tuple((line, row) for row, (line, _) in zip(rows, new, strict=True))
 

@@ -75,16 +75,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock check palermo_virtual\n"
         "\n"
-        "Shows every mistake of the configuration at once, and whether record files, channels, units,\n"
-        "calibrations and checksums are as it says. What can be and hardly is (angles in radians, time in\n"
-        "milliseconds, a signal that sweeps no angle of a rocking block) is printed as a doubt and stops\n"
-        "nothing. Nothing is written."
+        "Lists every mistake of the configuration, and each record file, channel, unit, calibration and\n"
+        "checksum that contradicts it. Improbable values, such as angles in radians or time in "
+        "milliseconds,\n"
+        "are printed as doubts and do not change the exit code. Nothing is written."
     )
     parser.add_argument(
         "campaign",
         metavar="CAMPAIGN",
         nargs="?",
-        help="its name or YAML file; left out, the campaigns of config/config.yaml",
+        help="its name or YAML file; by default the campaigns of config/config.yaml",
     )
 
 
@@ -94,7 +94,7 @@ def run(chosen: Namespace) -> None:
     for doubt in doubts:
         print(f"doubt: {doubt}")
     for line in sound:
-        print(f"{line}: nothing to correct{', but see what is doubted' if doubts else ''}")
+        print(f"{line}: nothing to correct{', but see the doubts' if doubts else ''}")
     if problems:
         raise ConfigError(problems)
 
@@ -263,8 +263,8 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
         yield from _block(source, name, block)
     for name, foundation in campaign.foundations.items():
         if campaign.origin == "measured" and foundation.levelled_deg is None:
-            what = "does not say how well its base is level, and a tenth of a degree spoils k"
-            remedy = "level it in the plane of rocking, and give levelled_deg"
+            what = "has no levelled_deg, and a tilt of a tenth of a degree changes k"
+            remedy = "level its base in the plane of rocking, and state levelled_deg"
             yield FreerockError(source.where("foundations", name), what, remedy)
     csv = source.path.with_suffix(".csv")
     yield from _unnamed(csv, source)

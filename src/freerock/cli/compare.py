@@ -1,4 +1,4 @@
-"""What changed between two analyses: parameters with their uncertainties, choices, products, provenance."""
+"""Changes between two analyses: parameters with their uncertainties, choices, products, provenance."""
 
 import math
 from argparse import ArgumentParser, Namespace
@@ -47,7 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
     parser.add_argument("b", metavar="B", help="results to compare with them")
-    parser.add_argument("--csv", metavar="FILE", help="write every parameter of either to a table")
+    parser.add_argument("--csv", metavar="FILE", help="write all parameters of both to a table")
 
 
 def run(chosen: Namespace) -> None:
@@ -111,10 +111,10 @@ def comparison_text(found: Comparison, a: str | Path, b: str | Path) -> str:
         parts.append("Verdicts and models needed:\n" + _aligned(outcomes))
     for name, products in (("a", found.only_a), ("b", found.only_b)):
         if products:
-            parts.append(f"Products of {name} alone:\n" + _aligned([(product,) for product in products]))
+            parts.append(f"Products in {name} only:\n" + _aligned([(product,) for product in products]))
     if len(found.provenance):
         rows = [(row.what, f"{row.a} → {row.b}") for row in found.provenance.itertuples()]
-        parts.append("Made from or by something else:\n" + _aligned(rows))
+        parts.append("Made from other inputs, or by other software:\n" + _aligned(rows))
     else:
         parts.append("Made from the same inputs, by the same configuration and software.")
     return "\n\n".join(parts)
@@ -136,7 +136,7 @@ def _provenance(folder: Path) -> Provenance:
         _settings(found)
         _checksums(found)
     except (AttributeError, KeyError, TypeError) as error:
-        raise FreerockError(path, f"says not what made the results ({error!r})", remedy) from error
+        raise FreerockError(path, f"does not state what made the results ({error!r})", remedy) from error
     return found
 
 

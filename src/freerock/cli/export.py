@@ -1,4 +1,4 @@
-"""The identified law of a foundation as a program for an engine of another field, run where that is there.
+"""The identified law of a foundation as a program for another engine, which is run if it is installed.
 
 A program is a template of `snippets` with the numbers of a campaign below it, and needs nothing of freerock.
 It holds θ(t) of the law it stands for, as freerock solves it, and prints how far the engine is from it.
@@ -78,14 +78,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock export palermo_virtual --to drake --python .venv-peers/bin/python\n"
         "\n"
-        "Writes a program for each block and foundation, which needs the engine and nothing of freerock.\n"
-        "Its head says which law it stands for and, where the engine is installed, its ε_θ against that law."
+        "Writes a program for each block and foundation, which needs the engine but not freerock.\n"
+        "Its head states the law and, if the engine is installed, ε_θ between engine and law."
     )
-    parser.add_argument("campaign", metavar="NAME", help="a campaign that has been analysed")
+    parser.add_argument("campaign", metavar="NAME", help="an analysed campaign")
     parser.add_argument("--to", required=True, choices=[*ENGINES], help="the engine")
-    parser.add_argument("--into", metavar="FOLDER", help="left out, exports/NAME")
+    parser.add_argument("--into", metavar="FOLDER", help="by default exports/NAME")
     parser.add_argument(
-        "--python", metavar="FILE", help="a Python with the engine; left out, .venv-peers or this one"
+        "--python", metavar="FILE", help="a Python that has the engine; by default .venv-peers or this one"
     )
 
 

@@ -1,4 +1,4 @@
-"""A laboratory's own folder, in which the installed freerock analyses: its few files, for version control."""
+"""A working folder for an installed freerock: its few files, for version control."""
 
 import re
 from argparse import ArgumentParser, Namespace
@@ -108,9 +108,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock init my_laboratory\n"
         "\n"
         "Writes Snakefile, profiles/default, config/, raw/, requirements.txt, .gitignore and README.md.\n"
-        "An existing file is kept. constraints.txt, config/README.md and the schemas are renewed."
+        "Existing files are kept; constraints.txt, config/README.md and the schemas are renewed."
     )
-    parser.add_argument("folder", metavar="FOLDER", nargs="?", default=".", help="left out, the current one")
+    parser.add_argument(
+        "folder", metavar="FOLDER", nargs="?", default=".", help="by default the current folder"
+    )
 
 
 def run(chosen: Namespace) -> None:

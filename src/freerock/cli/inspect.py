@@ -1,4 +1,4 @@
-"""What is in a record file, channel by channel, before anything is known about it."""
+"""The content of a record file, channel by channel."""
 
 import math
 import shutil
@@ -30,7 +30,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument("file", metavar="FILE", help="a record file")
     parser.add_argument("--no-plot", action="store_true", help="print only")
-    parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="where the picture goes")
+    parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
 
 
 def run(chosen: Namespace) -> None:

@@ -1,4 +1,4 @@
-"""A campaign begun from a folder of record files: its two configuration files and its raw folder.
+"""A new campaign from a folder of record files: its two configuration files and its raw folder.
 
 What is in the files is written down. What only the laboratory knows is marked FILL_IN, which is refused until
 it is filled in. Records are copied, never linked, so that nothing that happens to the folder they came from

@@ -1,4 +1,4 @@
-"""How well each parameter will be known and which rivals will be told apart, predicted before any test."""
+"""Standard errors of parameters, and rivals that a run would reject, predicted before any test."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -13,15 +13,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock plan palermo_virtual\n"
         "\n"
-        "The campaign's section `plan` says what is expected and what may be chosen: see config/README.md."
+        "The section `plan` of the campaign states expected parameters and choices: see config/README.md."
     )
-    parser.add_argument(
-        "campaign", metavar="CAMPAIGN", help="its name or YAML file, with its CSV file beside"
-    )
+    parser.add_argument("campaign", metavar="CAMPAIGN", help="its name or YAML file")
     parser.add_argument(
         "--into",
         metavar="FOLDER",
-        help="where its tables and figures go; left out, results/<campaign>/plan",
+        help="folder of the tables and figures; by default results/<campaign>/plan",
     )
 
 

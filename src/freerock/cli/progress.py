@@ -1,4 +1,4 @@
-"""How far the analysis of a campaign is, what has failed, and when it will be done."""
+"""Progress, failures and remaining time of the analysis of a campaign."""
 
 import math
 import time
@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.epilog = (
         "example:\n  freerock progress palermo_virtual\n\nRun it beside snakemake, in another terminal."
     )
-    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="left out, those of config.yaml")
+    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
 def run(chosen: Namespace) -> None:

@@ -1,4 +1,4 @@
-"""Does it fall? The laws that a campaign names under ground motions, and the probability of overturning."""
+"""Responses of the identified laws of a campaign to ground motions, and the probability of overturning."""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
@@ -13,18 +13,18 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20\n"
         "\n"
-        "Takes the law that each record names, its block and its parameters from results/CAMPAIGN/tables.\n"
-        "Motions are files as PEER AT2, or tables with a column of time and one as acceleration [g]. Writes\n"
-        "response.csv (a row per record, motion, scale and draw) and fragility.csv."
+        "Takes the selected law and the parameters of each record from results/CAMPAIGN/tables. Motions are\n"
+        "PEER AT2 files, or tables with a column of time and one as acceleration [g]. Writes response.csv\n"
+        "(a row per record, motion, scale and draw) and fragility.csv."
     )
-    parser.add_argument("campaign", metavar="CAMPAIGN", help="its name; it must have been analysed")
+    parser.add_argument("campaign", metavar="CAMPAIGN", help="an analysed campaign")
     parser.add_argument("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
     parser.add_argument("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
-    parser.add_argument("--draws", type=int, default=20, help="sets of parameters, the means among them")
+    parser.add_argument("--draws", type=int, default=20, help="sets of parameters, including the means")
     parser.add_argument(
-        "--of", choices=("next", "mean"), default="next", help="draw the next run or the mean"
+        "--of", choices=("next", "mean"), default="next", help="draw parameters of the next run, or the mean"
     )
-    parser.add_argument("--into", metavar="FOLDER", help="left out, results/CAMPAIGN/response")
+    parser.add_argument("--into", metavar="FOLDER", help="by default results/CAMPAIGN/response")
 
 
 def run(chosen: Namespace) -> None:

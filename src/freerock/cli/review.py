@@ -11,12 +11,14 @@ def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
     parser.epilog = (
         "example:\n  freerock review palermo_virtual\n\n"
-        "The page is served to this computer only; its address holds a token, keep it to yourself.\n"
-        "What you save goes into the campaign's CSV; snakemake then makes what depends on it. Ctrl+C ends it."
+        "The page is served to this computer only, at an address with a secret token. Saved corrections go\n"
+        "into the campaign's CSV; run snakemake afterwards. Ctrl+C ends it."
     )
     parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument("--no-browser", action="store_true", help="print the address, open no browser")
-    parser.add_argument("--port", type=_port, default=0, help="by default any that is free")
+    parser.add_argument(
+        "--no-browser", action="store_true", help="print the address without opening a browser"
+    )
+    parser.add_argument("--port", type=_port, default=0, help="by default any free port")
 
 
 def _port(text: str) -> int:

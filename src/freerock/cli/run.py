@@ -26,12 +26,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock run palermo_virtual --cores 4\n"
         "\n"
-        "The same as snakemake --config campaigns=NAME, by the Snakefile of the folder where there is one,\n"
-        "else by that of freerock. What is made already, and is whole, is not made again."
+        "Runs snakemake --config campaigns=NAME with the Snakefile of the folder, or else with freerock's.\n"
+        "Whole products are not made again."
     )
-    parser.add_argument("campaign", metavar="NAME", nargs="*", help="left out, those of config.yaml")
-    parser.add_argument("--cores", metavar="N", type=_cores, help="jobs side by side; left out, all cores")
-    parser.add_argument("--slurm", action="store_true", help="jobs go to the Slurm cluster of this machine")
+    parser.add_argument("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
+    parser.add_argument(
+        "--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores"
+    )
+    parser.add_argument(
+        "--slurm", action="store_true", help="run the jobs on the Slurm cluster of this machine"
+    )
 
 
 def run(chosen: Namespace) -> None:

@@ -13,8 +13,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock simulate examples/shake_table.yaml\n"
         "  freerock simulate examples/virtual_record.yaml\n"
         "\n"
-        "A scene with a laser becomes a record file (TDMS), as the virtual laboratory records it; any other\n"
-        "becomes θ(t) of each model (CSV, PDF, PNG), on a moving ground or a resting one."
+        "A scene with a laser gives a record file (TDMS) of the virtual laboratory. Any other scene gives\n"
+        "θ(t) of each model (CSV, PDF, PNG), with or without ground motion."
     )
     parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
     parser.add_argument("--into", metavar="FOLDER", default="results/simulate", help="where the files go")

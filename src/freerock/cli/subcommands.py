@@ -17,18 +17,18 @@ from freerock.errors import FreerockError
 from freerock.files import regular
 
 COMMANDS = {  # what each does, as `freerock --help` lists it
-    "init": "begin a laboratory's own folder, for records and settings beside an installed freerock",
+    "init": "create a working folder for an installed freerock",
     "inspect": "show what is in a record file",
     "new-campaign": "begin a campaign from a folder of record files",
     "add": "add record files to a campaign",
-    "check": "check configuration and files in seconds, without running anything",
+    "check": "check configuration and files within seconds",
     "run": "analyse campaigns by snakemake, with a progress bar and one line per failure",
-    "plan": "predict, before any test, how well each parameter will be known",
+    "plan": "predict standard errors, rivals and the number of runs, before any test",
     "simulate": "simulate a scene: a virtual record, or θ(t) of models on a shake table",
-    "respond": "tell whether blocks fall under ground motions, by the laws that a campaign names",
-    "review": "see, correct and refit runs in the browser",
-    "progress": "report how far snakemake is, what has failed, and when it will be done",
-    "verify": "tell whether all products are whole, and what a run would make now",
+    "respond": "predict whether blocks overturn under ground motions, by their identified laws",
+    "review": "show, correct and refit runs in the browser",
+    "progress": "report progress, failures and remaining time of a running snakemake",
+    "verify": "check whether all products are whole, and list what a run would make",
     "supplement": "pack records, settings, code and products for a paper's supplement",
     "export": "write the identified law of each foundation as a program for another engine",
     "compare": "show what changed between two analyses of a campaign",
@@ -37,10 +37,10 @@ LOG = "freerock.log"
 EXIT_CODES = """\
 exit codes:
   0  done
-  1  a file or value is refused; each problem is one line: where: what; what to do
+  1  a file or value is refused; each problem is one line: where: what; remedy
   2  the command line is not understood
   3  an error of freerock itself
-The last failure's traceback is in freerock.log of the current folder; --debug shows it as well.
+freerock.log in the current folder holds the last traceback; --debug also prints it.
 """
 
 
@@ -124,5 +124,5 @@ def _parser(asked_for: str = "") -> argparse.ArgumentParser:
             module.add_arguments(command)
             command.set_defaults(run=module.run)
             command.epilog = f"{command.epilog}\n\n{EXIT_CODES}"
-            command.add_argument("--debug", action="store_true", help="show where in freerock an error arose")
+            command.add_argument("--debug", action="store_true", help="show the traceback of an error")
     return parser

@@ -16,17 +16,17 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026\n"
         "\n"
-        "All products must be whole, as freerock verify tells. In the zip:\n"
+        "All products must be whole (freerock verify). The zip holds:\n"
         "  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS\n"
         "  records, configuration, code, and all products: datasets, tables, figures with captions, report\n"
-        "Unzipped anywhere, `snakemake` makes the same bytes again. The same products give the same zip."
+        "In the unzipped folder `snakemake` makes the same bytes again. Equal products give equal zips."
     )
     parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper it belongs to")
+    parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper")
     parser.add_argument(
-        "--year", metavar="YYYY", type=_year, help="of publication; left out, the repository adds it"
+        "--year", metavar="YYYY", type=_year, help="of publication; by default the repository adds it"
     )
-    parser.add_argument("--output", metavar="FILE", help="left out, CAMPAIGN_supplement.zip")
+    parser.add_argument("--output", metavar="FILE", help="by default CAMPAIGN_supplement.zip")
 
 
 def run(chosen: Namespace) -> None:
@@ -39,12 +39,12 @@ def run(chosen: Namespace) -> None:
     creators_of(campaign)
     path = Path(chosen.output or f"{name}_supplement.zip")
     if path.suffix != ".zip" or not path.name.isprintable():  # the folder in the zip has its name
-        raise FreerockError(path, "is no name of a zip", f"name it {name}_supplement.zip")
+        raise FreerockError(path, "is not the name of a zip file", f"name it {name}_supplement.zip")
     told, whole = verification([name])
     if not whole:
         print(told, end="")
         remedy = f"run snakemake --config campaigns={name}, and delete what is foreign"
-        raise FreerockError(f"results/{name}", "not everything is as a run would make it", remedy)
+        raise FreerockError(f"results/{name}", "some products are not as a run would make them", remedy)
     packed = pack(campaign, HOME, path, Metadata(chosen.paper or "", chosen.year))
     print(printable(f"{packed.path}: {packed.n_files} files, {packed.n_bytes / 1e6:.1f} MB"))
     print(f"sha256 {packed.sha256}")

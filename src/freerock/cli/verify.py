@@ -1,4 +1,4 @@
-"""Whether the products of a campaign are what a run would make now; every file is read."""
+"""Check, file by file, whether the products of a campaign are those that a run would make now."""
 
 import subprocess
 import sys
@@ -18,16 +18,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock verify palermo_virtual\n"
         "\n"
-        "Reads every record and product and compares their checksums with the ledger, results/NAME/ledger.\n"
-        "A line for each product that is\n"
+        "Reads every record and product, compares checksums with results/NAME/ledger, and lists "
+        "products that are\n"
         "  missing\n"
-        "  damaged   no longer as it was written\n"
-        "  stale     made from other records, by other settings or by other code than those of now\n"
-        "  foreign   a file among the products that is none\n"
-        "Other versions of the software than when a product was made are named, and make it neither.\n"
-        "Exit code 0: none of these. Nothing is made or changed."
+        "  damaged   changed since it was written\n"
+        "  stale     made from other records, settings or code than the present ones\n"
+        "  foreign   not a product\n"
+        "Products of other software versions are listed, but count as whole.\n"
+        "Exit code 0: all products are whole. Nothing is made or changed."
     )
-    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="left out, those of config.yaml")
+    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
 def run(chosen: Namespace) -> None:
@@ -37,7 +37,7 @@ def run(chosen: Namespace) -> None:
     print(told, end="")
     if not whole:
         remedy = "run snakemake, and delete what is foreign"
-        raise FreerockError("results", "not everything is as a run would make it", remedy)
+        raise FreerockError("results", "some products are not as a run would make them", remedy)
 
 
 def verification(names: Sequence[str]) -> tuple[str, bool]:

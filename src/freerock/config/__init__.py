@@ -1,4 +1,4 @@
-"""Configuration: YAML and CSV files in, checked campaigns and scenes out, and what each step gets of them."""
+"""Configuration: YAML and CSV files in, checked campaigns, scenes and settings of each step out."""
 
 __all__ = [
     "campaign",

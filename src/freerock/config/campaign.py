@@ -124,7 +124,9 @@ class CampaignFile(Section):
     def _in_order(cls, names: Any, info: ValidationInfo) -> Any:
         moved = info.data.get("ground_motions") is not None
         if "overturning" in names and not moved:
-            raise Invalid("overturning has no ground motions", "give ground_motions, or remove the figure")
+            raise Invalid(
+                "the figure overturning needs ground motions", "give ground_motions, or remove the figure"
+            )
         return tuple(sorted({*names, *(["overturning"] if moved else [])}, key=FIGURES.index))
 
     @field_validator("blocks", "foundations")
@@ -176,7 +178,7 @@ class CampaignFile(Section):
             check_name(name, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
-                raise Invalid(f"nothing is expected of foundation {name!r}", "add it to plan.expected")
+                raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")
         for name, angles in plan.release_angles_deg.items():
             check_name(name, blocks, "a block of this campaign")
             critical = math.degrees(blocks[name].block.theta_cr)
@@ -259,7 +261,7 @@ def load_campaign(path: str | Path, table: bytes | None = None) -> Campaign:
     path : path
         The YAML file.
     table : bytes, optional
-        What the CSV file will hold; left out, what it holds.
+        Content of the CSV file, if not the present one.
 
     Raises
     ------

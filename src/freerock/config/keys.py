@@ -1,4 +1,4 @@
-"""The groups of keys of a campaign's YAML file, but for the sensors; `campaign.py` has the file as a whole.
+"""The groups of keys of a campaign's YAML file, except sensors; `campaign.py` defines the whole file.
 
 The fields of a section are the settings of the step it configures, with the same names and defaults.
 """
@@ -72,8 +72,9 @@ class BlockSection(Section):
         None,
         gt=0,
         le=100,
-        description="the distance of the corners it rocks about in metres, where they are worn or rounded; "
-        "left out, the full width",
+        description=(
+            "the distance between the corners about which it rocks, in metres; left out, the full width"
+        ),
     )
     com_height_m: Number | None = Field(
         None,
@@ -85,8 +86,10 @@ class BlockSection(Section):
         None,
         ge=-100,
         le=100,
-        description="how far right of the middle of the base its centre of mass lies in metres, where θ is "
-        "positive when it turns to the right; left out, 0",
+        description=(
+            "the distance of its centre of mass to the right of the middle of the base, in "
+            "metres; left out, 0"
+        ),
     )
     inertia_kg_m2: Number | None = Field(
         None,
@@ -99,7 +102,7 @@ class BlockSection(Section):
     )
     label: Label = Field("", description="the name printed in tables and figures; left out, the key")
     uncertainty: BlockUncertainty = Field(
-        BlockUncertainty(), description="how well it is known: standard uncertainties of its keys"
+        BlockUncertainty(), description="the standard uncertainties of its keys"
     )
 
     @property
@@ -128,7 +131,8 @@ class BlockSection(Section):
     def _of_what_is_given(cls, uncertainty: BlockUncertainty, info: ValidationInfo) -> BlockUncertainty:
         if uncertainty.contact_width_m is not None and info.data.get("contact_width_m") is None:
             raise Invalid(
-                "is of a contact_width_m that is not given", "give contact_width_m beside, or remove it"
+                "states the uncertainty of a contact_width_m that is not given",
+                "give contact_width_m beside, or remove it",
             )
         return uncertainty
 
@@ -154,8 +158,9 @@ class FoundationSection(Section):
         None,
         ge=0,
         le=10,
-        description="how well its base was levelled in the plane of rocking, in degrees; `freerock check` "
-        "requires it for measured records",
+        description=(
+            "the largest tilt of its base in the plane of rocking, in degrees; required for measured records"
+        ),
     )
 
 
@@ -165,13 +170,13 @@ class RotationSection(Section):
     mains_hz: Number | None = Field(
         50.0,
         gt=0,
-        description="the mains frequency in hertz; its interference is removed; empty to leave it in",
+        description="the mains frequency in hertz, whose interference is subtracted; empty to keep it",
     )
     window_s: Number = Field(
         0.25, gt=0, description="the window in which a still signal is sought, in seconds"
     )
     max_disagreement_deg: Number = Field(
-        0.5, gt=0, description="how much two lasers may differ without a warning, in degrees"
+        0.5, gt=0, description="the largest difference between two lasers without a warning, in degrees"
     )
 
 
@@ -181,13 +186,15 @@ class RunsSection(Section):
     window_s: Number = Field(
         0.25, gt=0, description="the window in which a still block is sought, in seconds"
     )
-    held_s: Number = Field(1.0, gt=0, description="how long before the release its angle is read, in seconds")
+    held_s: Number = Field(
+        1.0, gt=0, description="the time before the release over which the release angle is read, in seconds"
+    )
     finger_s: Number = Field(
         0.03, ge=0, description="the time the finger takes to leave, in seconds; its samples are not fitted"
     )
-    min_impacts: Whole = Field(3, ge=0, description="the fewest impacts of a run that is not a fail")
+    min_impacts: Whole = Field(3, ge=0, description="the least number of impacts; with fewer the run fails")
     max_flagged_fraction: Number = Field(
-        0.02, ge=0, le=1, description="the largest share of invalid samples of a run that is not a fail"
+        0.02, ge=0, le=1, description="the largest share of invalid samples; above it the run fails"
     )
     max_push_fraction: Number = Field(
         0.02, ge=0, description="the largest push at the release without a warning, as a share of θ0"
@@ -201,12 +208,13 @@ class RunsSection(Section):
     max_growth_fraction: Number = Field(
         0.05,
         ge=0,
-        description="how much a swing may exceed the one before, as a share; beyond that the run fails",
+        description="the largest growth of a swing over the one before, as a share; above it the run fails",
     )
     start: Literal["hold", "motion"] = Field(
         "hold",
-        description="how runs begin: hold (released from a hold) or motion (in motion already, as after a "
-        "drop or where the record was cut)",
+        description=(
+            "how runs begin: hold (released from a hold) or motion (dropped, thrown, or cut in motion)"
+        ),
     )
 
 
@@ -231,7 +239,7 @@ class ProcessingSection(Section):
 
 
 class _EachOnce(Section):
-    """What is fitted besides the parameters of each model, within what was measured of it."""
+    """Further free parameters of each model."""
 
     @field_validator("*")
     @classmethod
@@ -250,18 +258,17 @@ FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.
 
 
 class GivenSection(Section):
-    """What is given of a parameter before the fit, in lmfit's words and SI units."""
+    """Options of a parameter, in lmfit's words and SI units."""
 
     value: Number | None = Field(
-        None, description="its value, where vary is false; else a value to start from, beside the fit's own"
+        None, description="its value if vary is false; otherwise an additional start value"
     )
     min: Number | None = Field(None, description="its lower bound")
     max: Number | None = Field(None, description="its upper bound")
     vary: bool = Field(True, description="false to fix it at its value")
     expr: str = Field(
         "",
-        description="what ties it to the law's other parameters: their names, numbers, + - * / ** and "
-        "brackets, as 18.9*k",
+        description="an expression that ties it to other parameters of the law, as 18.9*k",
     )
 
 
@@ -278,23 +285,23 @@ class FitsSection(Section):
         KINEMATICS,
         min_length=1,
         description="the sideways motion of the base in rival candidates: guided (its centre is held, as "
-        "in the paper) or pivoting (the block turns about the corner that stays down). Rivals are fitted if "
-        "the residual of a law exceeds the noise, each with and without a free contact width",
+        "in the paper) or pivoting (about the lower corner)",
     )
     free: FreeSection = Field(FreeSection(), description="further free parameters, law by law")
     parameters: dict[Model, dict[str, GivenSection]] = Field(
         {},
-        description="law: parameter: its bounds, its start, or what fixes or ties it; a tied one is not free",
+        description="law: parameter: its bounds, its start, its fixed value, or its tie",
     )
     paper_mode: bool = Field(
         False,
-        description="true to free the parameters of the laws only and to fit no rival, as Spanos et al. 2017 "
-        "did",
+        description=(
+            "true to free only the parameters of the laws and fit no rivals, as in Spanos et al. 2017"
+        ),
     )
     debonding: Debonding = Field(
         "geometric",
         description="geometric (contact wherever the base is below the ground) "
-        "or tensionless (and the foundation pushes)",
+        "or tensionless (only where the foundation also pushes)",
     )
     integrator_error: Number = Field(
         0.2,
@@ -304,7 +311,7 @@ class FitsSection(Section):
         "error",
     )
     profile: bool = Field(
-        False, description="true for intervals of the profile likelihood, some seconds a fit, else false"
+        False, description="true to add intervals of the profile likelihood, which take some seconds per fit"
     )
 
     @field_validator("kinematics")
@@ -341,7 +348,7 @@ class FitsSection(Section):
 
 
 class SensorSection(Section):
-    """A sensor to plan with: its white noise in volts, metres or degrees, and its range."""
+    """A planned sensor: its white noise in volts, metres or degrees, and its range."""
 
     noise_v: Number | None = Field(None, gt=0, description="the standard deviation of its noise in volts")
     noise_m: Number | None = Field(None, gt=0, description="the standard deviation of its noise in metres")
@@ -368,14 +375,12 @@ class GroundMotionsSection(Section):
     folder: str = Field(min_length=1, description="the folder of the accelerograms, as .at2 or tables")
     scales: tuple[Positive, ...] = Field((1.0,), description="factors on each motion, one or more")
     draws: Whole = Field(
-        20, ge=1, le=10_000, description="sets of parameters for each motion, the means among them"
+        20, ge=1, le=10_000, description="sets of parameters for each motion, including the means"
     )
     of: Literal["next", "mean"] = Field(
         "next", description="what is drawn: parameters of the next run, or their mean"
     )
-    motions_per_job: Whole = Field(
-        10, ge=1, description="motions per job, at most; jobs run side by side, also on a cluster"
-    )
+    motions_per_job: Whole = Field(10, ge=1, description="the largest number of motions per job")
 
     @field_validator("folder")
     @classmethod
@@ -389,12 +394,12 @@ class GroundMotionsSection(Section):
 
 
 class PlanSection(Section):
-    """What `freerock plan` predicts standard errors and rivals for, before any test."""
+    """Tests for which `freerock plan` predicts standard errors and rivals."""
 
     expected: dict[Name, dict[Candidate, dict[str, Positive]]] = Field(
         min_length=1,
-        description="foundation: model: parameter: the value expected, in SI units; a model whose name "
-        "ends in _width also has width_fraction, its contact width over the width of the block",
+        description="foundation: model: parameter: expected value (SI). Models …_width also need "
+        "width_fraction, the contact width over the width of the block",
     )
     sensors: dict[Name, SensorSection] = Field(
         min_length=1, description="one or more sensors, each by its name"
@@ -403,7 +408,7 @@ class PlanSection(Section):
         (2000.0,), description="the sampling rates in hertz, one or more"
     )
     durations_s: tuple[Positive, ...] = Field(
-        (8.0,), description="how long a run is measured, in seconds, one or more"
+        (8.0,), description="the durations of a run in seconds, one or more"
     )
     release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
         {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
@@ -412,15 +417,15 @@ class PlanSection(Section):
         0.0,
         ge=0,
         lt=1,
-        description="ε_θ of the right law beyond the noise, as a fraction; nearer rivals look alike",
+        description="ε_θ of the right law, as a fraction; nearer rivals cannot be rejected",
     )
     n_runs: tuple[Annotated[Whole, Field(gt=0)], ...] = Field(
-        (1, 2, 3, 5, 10, 20), description="how many runs of each block, one or more numbers"
+        (1, 2, 3, 5, 10, 20), description="the numbers of runs of each block, one or more"
     )
     spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = Field(
         {},
-        description="foundation: parameter: standard deviation between runs over their mean, as tau and mean "
-        "in tables/populations.csv of an earlier campaign; left out, 0",
+        description="foundation: parameter: spread between runs over their mean, as tau/mean in "
+        "tables/populations.csv; left out, 0",
     )
 
     @field_validator("sampling_rates_hz", "durations_s", "n_runs")
@@ -464,7 +469,7 @@ class PublishedSection(Section):
         "in SI units; epsilon_theta as a fraction counts as a parameter"
     )
     longest: dict[Name, Name] = Field(
-        {}, description="block: the foundation on which it rocks longest, as published"
+        {}, description="block: the foundation on which it rocks longest in the publication"
     )
 
     @field_validator("values")

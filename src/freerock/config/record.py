@@ -25,27 +25,26 @@ class Record(Section):
     channel: str = Field(
         "",
         max_length=1000,
-        description="the channel of the laser; empty when the file has only one; of two lasers, as a;b",
+        description="the channel of the laser, or of two lasers as a;b; empty if the file has only one",
     )
     block: str = Field(description="the name of a block")
     foundation: str = Field(description="the name of a foundation")
-    laser: str = Field(description="the name of a laser, or of the two on one record, as a;b")
+    laser: str = Field(description="the name of a laser, or of two lasers as a;b")
     exclude: str = Field("", max_length=bounds.CELL_CHARACTERS, description=EXCLUDED)
     override: str = Field(
         "",
         max_length=bounds.CELL_CHARACTERS,
-        description="nothing, or release and end of a run by hand in seconds, as 2@12.310:19.800, and where "
-        "it is held before, as 2@12.310:19.800 hold 10.000:12.200; more after a ;",
+        description="release and end of a run in seconds, and optionally its hold, as 2@12.310:19.800 hold "
+        "10.000:12.200; more after a ;",
     )
     reason: Text = Field("", description="why something is excluded or overridden")
     note: Text = Field("", description="anything worth keeping")
     start: Literal["", "hold", "motion"] = Field(
-        "", description="how its runs begin, where it differs from processing.runs.start: hold or motion"
+        "", description="how its runs begin, if not as processing.runs.start: hold or motion"
     )
     position: str = Field(
         "",
-        description="nothing, or the channels of the horizontal and the vertical position of the block's "
-        "centre, as x;z, of motion capture",
+        description="the channels of the block's horizontal and vertical position by motion capture, as x;z",
     )
 
     @field_validator("file")
@@ -89,7 +88,7 @@ class Record(Section):
         channels = [name.strip() for name in info.data.get("channel", "").split(";")]
         remedy = "name a channel for each, as a;b in both columns"
         if len(lasers) > 2:
-            raise Invalid(f"{laser!r} are more than two lasers", "name one or two")
+            raise Invalid(f"{laser!r} names more than two lasers", "name one or two")
         if len(channels) != len(lasers):
             raise Invalid(f"{len(lasers)} for {len(channels)} channels", remedy)
         if len(set(channels)) < len(channels):

@@ -1,4 +1,4 @@
-"""A scene to simulate: a block, models, a release or a moving ground, and a laser that watches or none."""
+"""A scene to simulate: a block, models, a release or a ground motion, and optionally a laser."""
 
 from pathlib import Path
 from typing import Literal, Self
@@ -59,7 +59,7 @@ class VirtualLaser(LaserSection):
     """The laser that watches, and its noise."""
 
     noise_v: Positive = Field(0.002, description="the standard deviation of its noise in volts")
-    seed: Whole = Field(0, ge=0, description="of the noise and of the operator's angles and times")
+    seed: Whole = Field(0, ge=0, description="the seed of the noise, and of release angles and times")
     releases: Whole = Field(3, ge=1, le=1000, description="the number of releases on the record")
 
     @model_validator(mode="after")
@@ -76,16 +76,15 @@ class Scene(Section):
     models: dict[Model, dict[str, Positive]] = Field(
         min_length=1, description="model: parameter: value, in SI units"
     )
-    release_angle_deg: Number = Field(0.0, description="the angle it is released at in degrees, or 0")
-    duration_s: Positive = Field(10.0, description="how long it is followed in seconds")
+    release_angle_deg: Number = Field(0.0, description="the release angle in degrees, or 0")
+    duration_s: Positive = Field(10.0, description="the simulated time in seconds")
     sampling_rate_hz: Positive = Field(1000.0, description="samples per second")
     debonding: Debonding = Field("geometric", description="as in a campaign's fits")
     kinematics: Kinematics = Field(
         "guided",
-        description="guided (the base centre is held, as in the paper) or pivoting (the block turns about "
-        "the corner that stays down, as Housner's does under either)",
+        description="guided (the base centre is held, as in the paper) or pivoting (about the lower corner)",
     )
-    ground: GroundSection | None = Field(None, description="the motion of the ground; left out, it rests")
+    ground: GroundSection | None = Field(None, description="the motion of the ground; left out, none")
     laser: VirtualLaser | None = Field(
         None, validate_default=False, description="the laser of a record; left out, θ(t) itself is written"
     )
@@ -113,11 +112,11 @@ class Scene(Section):
         if laser is None:
             return laser
         if len(info.data.get("models", ())) > 1:
-            raise Invalid("a record is of one model", "keep one of the models")
+            raise Invalid("a record needs exactly one model", "keep one of the models")
         if info.data.get("ground"):
-            raise Invalid("the ground of a record rests", "remove ground, or laser")
+            raise Invalid("a record cannot have a ground motion", "remove ground, or laser")
         if not info.data.get("release_angle_deg"):
-            raise Invalid("nothing is released", "give release_angle_deg")
+            raise Invalid("no block is released", "give release_angle_deg")
         return laser
 
 

@@ -15,8 +15,8 @@ class LaserSection(Section):
 
     units: Unit = Field(
         "",
-        description="the unit of the channel: V, mV, kV, mA, A (of the sensor's output), m, cm, mm, um (of "
-        "the displacement), rad, mrad, deg (of the rotation itself); left out, as the file states it",
+        description="the unit of the channel: of the output, the displacement or the rotation; left out, as "
+        "the file states it",
     )
     beam: Literal["horizontal", "vertical"] | None = Field(
         None,
@@ -29,8 +29,8 @@ class LaserSection(Section):
         ge=-100,
         le=100,
         validate_default=True,
-        description="the height of a horizontal beam above the base, or the distance of a vertical beam "
-        "to the right of the centre line, in metres; compulsory with a beam",
+        description="the height of a horizontal beam, or the distance of a vertical beam right of the "
+        "centre line, in metres; compulsory with a beam",
     )
     range_m: Number | None = Field(None, gt=0, description="the measuring range in metres")
     sensitivity_per_mm: Number | None = Field(
@@ -38,27 +38,30 @@ class LaserSection(Section):
     )
     calibration: str | None = Field(
         None,
-        description="a CSV file in the raw folder with columns of output and distance, headed by their units "
-        "as V,mm; in place of range_m",
+        description=(
+            "a CSV file in the raw folder, with output and distance headed as V,mm; in place of range_m"
+        ),
     )
     face: Literal["left", "right"] = Field("left", description="the face met by a horizontal beam")
-    sign: Direction = Field(1, description="1 when the volts grow with the distance, -1 when they fall")
+    sign: Direction = Field(1, description="1 if the output grows with the distance, -1 if it falls")
     release_side: Literal["positive", "negative"] = Field(
         "positive",
-        description="positive (clockwise) or negative: the side of the first swing after a rest, "
-        "for a vertical beam between the corners, whose reading has no sign",
+        description="the sign of the first swing after a rest, for a vertical beam between the corners, "
+        "whose reading has no sign",
     )
     response_ms: Number = Field(
         0.0,
         ge=0,
         le=100,
-        description="the time in milliseconds over which the sensor averages, or the time constant of its "
-        "low pass; 0 where it takes none",
+        description=(
+            "the time over which the sensor averages, or the time constant of its low pass, in milliseconds"
+        ),
     )
     response: Literal["average", "low_pass"] = Field(
         "average",
-        description="average (the mean over the time before, as of triangulation lasers) or low_pass (of the "
-        "first order; 159 ms over its bandwidth in Hz)",
+        description=(
+            "average (as in triangulation lasers) or low_pass (first order; 159 ms over its bandwidth in Hz)"
+        ),
     )
     volts_at_start: Number = Field(0.0, description="the volts at the start of the measuring range")
     volts_at_end: Number = Field(
@@ -81,14 +84,17 @@ class LaserSection(Section):
         0.01, ge=0, description="the tolerance of the error level in milliamperes"
     )
     uncertainty: LaserUncertainty = Field(
-        LaserUncertainty(), description="how well it is known: standard uncertainties"
+        LaserUncertainty(), description="the standard uncertainties of its keys"
     )
 
     @field_validator("uncertainty")
     @classmethod
     def _of_what_is_given(cls, uncertainty: LaserUncertainty, info: ValidationInfo) -> LaserUncertainty:
         if uncertainty.position_m is not None and info.data.get("position_m") is None:
-            raise Invalid("is of a position_m that is not given", "remove it: the channel is the rotation")
+            raise Invalid(
+                "states the uncertainty of a position_m that is not given",
+                "remove it: the channel is the rotation",
+            )
         return uncertainty
 
     @field_validator("beam", "position_m")

@@ -1,10 +1,11 @@
-"""What the laboratory knows of its inputs: standard uncertainties (k = 1), stated or by default.
+"""Standard uncertainties (k = 1) of the laboratory's inputs, stated or by default.
 
 The defaults are type B evaluations (JCGM 100:2008, 4.3.7) of plain instruments: a rule with 1 mm divisions,
 1 mm/√12; a centre of mass found with it over an edge; a moment of inertia to 0.5 %, as some grams glued on
 change it; a beam whose height is read to ±1 mm, 1 mm/√3; a mass to 0.1 %; a triangulation sensor whose scale
-is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3. What a sensor's time
-does to a motion grows with its square, the mean of which over all times up to 5 ms is that of 5 ms/√3.
+is linear to ±0.18 % of its range, over √3; a quartz that is right to ±100 ppm, over √3. The
+effect of a sensor's response grows with the square of its time; its mean over all times up to 5 ms is that of
+5 ms/√3.
 """
 
 from typing import Any
@@ -36,48 +37,49 @@ def response_u_ms(response_ms: float) -> float:
 
 def _known(of: str, key: str, instrument: str, lt: float | None = None) -> Any:
     """A field with an uncertainty of something, its default and the instrument that this is of."""
-    text = f"the uncertainty of {of}; left out, {DEFAULTS[key]:g}, a default ({instrument})"
+    text = f"the uncertainty of {of}; by default {DEFAULTS[key]:g} ({instrument})"
     return Field(None, ge=0, lt=lt, description=text)
 
 
 class BlockUncertainty(Section):
-    """How well a block is known: standard uncertainties (k = 1)."""
+    """Standard uncertainties (k = 1) of a block."""
 
     height_m: Number | None = _known("its height in metres", "height_m", "a rule, 1 mm/√12")
     width_m: Number | None = _known("its width in metres", "width_m", "a rule, 1 mm/√12")
     contact_width_m: Number | None = _known(
-        "its contact width in metres, where one is given", "contact_width_m", "a rule, 1 mm/√12"
+        "its contact width in metres, if stated", "contact_width_m", "a rule, 1 mm/√12"
     )
     mass_kg: Number | None = Field(
         None,
         ge=0,
-        description="the uncertainty of its mass in kilograms; left out, "
-        f"{100 * DEFAULTS['mass_fraction']:g} % of it, a default (10 g under some kilograms)",
+        description="the uncertainty of its mass in kilograms; by default "
+        f"{100 * DEFAULTS['mass_fraction']:g} % of it (10 g of some kilograms)",
     )
     com_height_m: Number | None = _known(
-        "the height of its centre of mass in metres", "com_height_m", "over an edge, with a rule, 1 mm/√12"
+        "the height of its centre of mass in metres", "com_height_m", "a rule, 1 mm/√12"
     )
     com_offset_m: Number | None = Field(
         None,
         ge=0,
-        description="the uncertainty of its com_offset_m in metres; left out, "
-        f"{DEFAULTS['com_offset_m']:g} where one is given, a default (a rule, 1 mm/√12), else 0: a tilt of "
-        "the base, which fits look for, does the same",
+        description="the uncertainty of its com_offset_m in metres; by default "
+        f"{DEFAULTS['com_offset_m']:g} (a rule, 1 mm/√12) if com_offset_m is stated",
     )
     inertia_kg_m2: Number | None = Field(
         None,
         ge=0,
-        description="the uncertainty of its moment of inertia in kg m²; left out, "
-        f"{100 * DEFAULTS['inertia_fraction']:g} % of it, a default (some grams glued on)",
+        description="the uncertainty of its moment of inertia in kg m²; by default "
+        f"{100 * DEFAULTS['inertia_fraction']:g} % of it (some grams glued on)",
     )
 
 
 class LaserUncertainty(Section):
-    """How well a sensor is known: standard uncertainties (k = 1), common to all records that name it."""
+    """Standard uncertainties (k = 1) of a sensor, common to all records that name it."""
 
-    position_m: Number | None = _known("the beam's place in metres", "position_m", "read to ±1 mm, over √3")
+    position_m: Number | None = _known(
+        "the position of the beam in metres", "position_m", "read to ±1 mm, over √3"
+    )
     scale_fraction: Number | None = _known(
-        "its scale (range, sensitivity, table, or of a channel that holds the rotation), as a share",
+        "its scale, as a share",
         "scale_fraction",
         "linear to ±0.18 % of the range, over √3",
         lt=1,
@@ -92,7 +94,7 @@ class LaserUncertainty(Section):
         None,
         ge=0,
         le=100,
-        description="the uncertainty of its response_ms in milliseconds; left out, "
-        f"{DEFAULTS['response_ms']:g}, a default (anything up to 5 ms, over √3), or "
-        f"{100 * DEFAULTS['response_fraction']:g} % of it where one is given",
+        description="the uncertainty of its response_ms in milliseconds; by default "
+        f"{DEFAULTS['response_ms']:g} (up to 5 ms, over √3), or "
+        f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
     )

@@ -1,4 +1,4 @@
-"""What the value of a key may be: a number, a name, a choice; and `Section`, a group of keys."""
+"""Types of values of keys (numbers, names, choices), and `Section`, a group of keys."""
 
 import difflib
 import os
@@ -48,7 +48,7 @@ def _in_one_line(value: Any) -> Any:
 def _of_this_world(value: float) -> float:
     if value and not bounds.LEAST_SI <= abs(value) <= bounds.MOST_SI:
         raise Invalid(
-            f"{value:.6g} is no number of a laboratory",
+            f"{value:.6g} is out of range",
             f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}",
         )
     return value

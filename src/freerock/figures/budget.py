@@ -29,7 +29,7 @@ from freerock.tables.text import INPUT_LABELS
 FIGURE = {
     "title": "Uncertainty budget of the identified parameters",
     "caption": "Share of each input in the square of the total standard uncertainty u of each mean (k = 1, "
-    "in per cent of the mean at the right); runs, their scatter beyond what the inputs explain.",
+    "in per cent of the mean at the right). Runs: scatter that the inputs do not explain.",
     "reads": ["budget", "choice"],
 }
 

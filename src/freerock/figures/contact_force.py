@@ -1,4 +1,4 @@
-"""Contact of the named law over the first swings: how deep the corners go, and with which force."""
+"""Contact of the selected law over the first swings: depth of the corners, and force."""
 
 from collections.abc import Mapping, Sequence
 

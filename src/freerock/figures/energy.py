@@ -1,4 +1,4 @@
-"""Energy through a run, and what each impact takes of it."""
+"""Energy during a run, and its loss at each impact."""
 
 from collections.abc import Mapping
 
@@ -27,10 +27,10 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import first_runs, named_swings
 
 FIGURE = {
-    "title": "Energy through a run, and what each impact takes of it",
-    "caption": "Left, energy above rest before each impact, that of a rigid block at the peak of |θ| "
-    "(Housner 1963). Right, share of it that the impact takes, 1 − r²; bars, one standard error. "
-    "Signs: the record; lines: the model that the choice names, or else that of the least ε_θ.",
+    "title": "Energy during a run, and its loss at each impact",
+    "caption": "Left: energy above rest before each impact, as of a rigid block at the peak of |θ| "
+    "(Housner 1963). Right: share lost at the impact, 1 − r²; bars: one standard error. Symbols: the "
+    "record; lines: the named model, otherwise the one with the least ε_θ.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }
 

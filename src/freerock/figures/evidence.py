@@ -1,4 +1,4 @@
-"""Evidence for each candidate: what its fits leave over the noise at rest, and what the choice made of it."""
+"""Evidence for each candidate: residual over the noise at rest, and status in the choice."""
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -22,9 +22,8 @@ from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
 FIGURE = {
     "title": "Evidence for each candidate law",
-    "caption": "For each run and candidate the power of what its fit leaves over that of the noise at rest, "
-    "in the frequency band that tells most; 1 (dotted) is noise. Signs say what the choice of a "
-    "model made of it.",
+    "caption": "For each run and candidate: power of the residual over that of the noise at rest, in the "
+    "most significant frequency band; 1 (dotted) is noise. Symbols show the result of the choice.",
     "reads": ["choice"],
 }
 

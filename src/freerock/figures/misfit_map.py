@@ -33,10 +33,10 @@ from freerock.tables.candidates import accepted_fits
 
 FIGURE = {
     "title": "Misfit maps around the identified parameters",
-    "caption": "How far the discrepancy ε_θ of the law named for each record rises around the parameters "
-    "identified on its first run, in per cent; full dot, those parameters; open dots, the parameters "
-    "identified on its other runs. Law rejected: none with two parameters explains the first run; the "
-    "parameters describe the fit, not the foundation.",
+    "caption": "Discrepancy ε_θ of the law named for each record, in per cent, around the parameters "
+    "identified on its first run. Full dot: these parameters; open dots: those identified on its other "
+    "runs. Law rejected: no law with two parameters explains the first run; the parameters describe the "
+    "fit, not the foundation.",
     "reads": ["maps", "choice"],
 }
 

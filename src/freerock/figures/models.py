@@ -18,8 +18,8 @@ FIGURE = {
     "title": "{Measured} rotation and the law named for it",
     "caption": "Rotation θ of all runs of a record and the law named for each, as in figure 3 of Spanos et "
     "al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
-    "sample of θ at rest. The grey band is ±1.96 σ: a law that leaves nothing but white noise is "
-    "inside it for 95 % of the samples. The scale is linear up to ±3 σ and logarithmic beyond.",
+    "sample of θ at rest. The grey band is ±1.96 σ: it holds 95 % of the "
+    "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond.",
     "reading": "The black line hides in the grey record if the law follows the motion. Look at the lower "
     "panel: a law that explains a run stays in the band from release to rest. A wave there that "
     "grows or keeps time with the impacts shows what the law lacks.",

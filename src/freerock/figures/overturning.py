@@ -26,11 +26,11 @@ from freerock.response.fragility import INTENSITIES
 FIGURE = {
     "title": "Probability of overturning",
     "caption": "Share of the responses in which the block overturns, against peak acceleration and peak "
-    "velocity of the ground. Signs, as counted in groups of equal size, with Wilson's 95 % interval "
-    "of the number of motions. Lines, lognormal curve of greatest likelihood; band, 95 % of resampled "
+    "velocity of the ground. Symbols: counted in groups of equal size, with Wilson's 95 % interval "
+    "for the number of motions. Lines: lognormal curve of maximum likelihood; band: 95 % of resampled "
     "motions (Baker 2015).",
     "reading": "The curve crosses one half at the median intensity. A wide band means few motions, or an "
-    "intensity that says little of the fall. The law was identified in free rocking; the figure does "
+    "intensity that hardly predicts overturning. The law was identified in free rocking; the figure does "
     "not show that it holds under a shaking base.",
     "reads": ["fragility"],
 }

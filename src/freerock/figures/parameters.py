@@ -31,11 +31,11 @@ from freerock.tables.text import quantity
 
 FIGURE = {
     "title": "Identified parameters, run by run",
-    "caption": "Each run with its 95 % interval, by its noise (within the sign where none is seen; open "
-    "where the choice of a model rejects the law for that run). Diamond and square: mean of a "
+    "caption": "Each run with its 95 % interval from noise (within the symbol if none is visible; open "
+    "if the law is rejected for that run). Diamond and square: mean of a "
     "record, and of the records of a foundation, with the 95 % interval of its total "
-    "uncertainty, which holds scatter, noise and what is known of block, sensor and clock. "
-    "Shaded: where the next run or record lies with 95 %. τ: standard deviation between them "
+    "uncertainty, which includes scatter, noise, block, sensor and clock. Shaded: 95 % "
+    "prediction interval of the next run or record. τ: standard deviation between them "
     "without their noise, in per cent of the mean.",
     "reading": "Read each panel from the runs down to the square, which is the value to quote. Diamonds "
     "that agree within their bars show that blocks share the foundation. A shaded bar much "

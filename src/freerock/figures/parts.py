@@ -1,4 +1,4 @@
-"""Parameters against the part of the run that they are fitted to: whether a law stays the same over a run."""
+"""Parameters of each part of a run: whether a law holds throughout the run."""
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -25,7 +25,7 @@ FIGURE = {
     "title": "Parameters against the fitted part of a run",
     "caption": "The parameters of the law that the choice names, fitted to each sixth of the swings of a "
     "run, over those of the whole run; release angle and instant are free in each part. "
-    "Horizontal: what the part covers; vertical: 95 % by white noise. A law that holds for the "
+    "Horizontal bars: the part; vertical bars: 95 % under white noise. A law that holds for the "
     "whole run stays at zero.",
     "reads": ["parts", "parameters", "choice"],
 }

@@ -1,4 +1,4 @@
-"""The plan of a campaign over its choices: predicted standard errors, and what tells rivals apart."""
+"""The plan of a campaign: predicted standard errors, and differences between rivals."""
 
 from itertools import cycle
 

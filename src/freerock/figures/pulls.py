@@ -1,4 +1,4 @@
-"""Pulls and impacts: how far each input was moved by the fits, and what it does to the parameters."""
+"""Pulls and impacts: shift of each input by the fits, and its effect on the parameters."""
 
 import numpy as np
 import pandas as pd
@@ -20,10 +20,10 @@ from freerock.tables.text import INPUT_LABELS
 
 FIGURE = {
     "title": "Pulls of the inputs, and their impacts on the parameters",
-    "caption": "Left, shift of each input by the fit of the law that the choice names, in its standard "
-    "uncertainties u; bars, what remains of u after the fit. Open: the run does not see the "
-    "input. Shaded: ±1 and ±2. Right, shift of each parameter where the input is held one "
-    "remaining uncertainty higher and all else is fitted again, in per cent; medians of the runs.",
+    "caption": "Left: shift of each input by the fit of the named law, over its standard uncertainty u; "
+    "bars: u after the fit. Open: the run does not depend on the input. Shaded: ±1 and ±2. Right: "
+    "shift of each parameter if the input is one remaining uncertainty higher and all else is "
+    "fitted again, in per cent; medians of the runs.",
     "reads": ["pulls", "choice"],
 }
 

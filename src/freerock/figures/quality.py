@@ -1,4 +1,4 @@
-"""One page per run for quality control: what was found, what is doubtful, the fit, the record."""
+"""One page per run for quality control: findings, doubts, fit and record."""
 
 import textwrap
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Channels of record files as they are, before anything is known about them."""
+"""Raw channels of record files."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Restitution per impact, the comparison Spanos et al. 2017 mention and leave out for want of space."""
+"""Restitution per impact, a comparison that Spanos et al. 2017 mention but do not show."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""One hypothesis on one run: its data, numbers, start, least squares, noise and intervals.
+"""One hypothesis on one run: its data, parameters, start, least squares, noise and intervals.
 
 A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `pursuit`) → `nuisances` (`noise`,
 `likelihood`) → `intervals` → `model_discrepancy` → `fit`.

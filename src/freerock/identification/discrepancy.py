@@ -1,4 +1,4 @@
-"""A model's θ(t) beside the measured one: as the sensor would have it, ε_θ, whiteness of the residual."""
+"""A model's θ(t) against the measured one: as the sensor would show it, ε_θ, whiteness of the residual."""
 
 from collections.abc import Mapping
 

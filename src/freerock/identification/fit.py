@@ -75,7 +75,7 @@ class Fit:
     value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
         In the unit of each parameter; all but the value NaN where the data do not determine it.
     discrepancy : ndarray, shape (n_parameters,)
-        Standard uncertainty as the law does not explain the run (`model_discrepancy`), in the same units.
+        Standard uncertainty because the law does not explain the run (`model_discrepancy`), same units.
     covariance : ndarray, shape (n_parameters, n_parameters)
         In the product of the parameters' units.
     units : tuple of str
@@ -110,16 +110,16 @@ class Fit:
     epsilon_holdout_runs : float
         ε_θ of the run under the parameters of the other runs of its record (`holdout.of_other_runs`).
     contributions : Contributions or None
-        Of what the laboratory knows to the uncertainty of the parameters (`sensitivity.contributions`).
+        Of the inputs to the uncertainty of the parameters (`sensitivity.contributions`).
     energies : ImpactEnergy or None
         Restitution by energy of each of `impacts`, under a foundation's law.
     parts : tuple of Part
         The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
     pulled : str
-        Of a fit that holds the inputs: the one that would have to be off most, in words.
+        Of a fit with fixed inputs: the input that would have to be wrong by most, in words.
     result : lmfit.minimizer.MinimizerResult
-        Of the least squares whose numbers these are: its parameters are those of the fit [SI], and inputs
-        that moved [standard uncertainties]; chi-square is that of its own samples and weights.
+        Of the reported least squares: its parameters are those of the fit [SI], and inputs that moved
+        [standard uncertainties]; chi-square is that of its own samples and weights.
     """
 
     model: str

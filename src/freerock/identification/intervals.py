@@ -1,4 +1,4 @@
-"""How well parameters are known: covariance under the noise as the sensor has it, errors, intervals."""
+"""Uncertainty of parameters: covariance under the noise of the sensor, standard errors, intervals."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Whittle's likelihood of a residual under the noise that the sensor has at rest, and the criteria of it."""
+"""Whittle's likelihood of a residual under the noise at rest, and information criteria."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What speaks against a fit: halves and parts of its run that disagree, a missing damping, why it may fail.
+"""Evidence against a fit: halves and parts of its run that disagree, a missing damping, failures.
 
 How far off the numbers of a law may be that does not explain its run follows from how they move over the run.
 The swings of a run are cut into parts of as many. The fit of a part is one step of Gauss and Newton from that
@@ -247,9 +247,9 @@ def failure(problem: Problem, solution: Solution, known: Uncertainty, epsilon: f
         and is_lively(problem, solution.x)
         and is_poor(problem, solution.mean_square / SEARCH.left**2)
     ):
-        return "the block is hardly damped and more than noise is left: possibly another minimum"
+        return "the block has little damping and the residual exceeds the noise: possibly another minimum"
     if is_beyond(problem):
-        return "the block is hardly damped and multiplies errors beyond precision: possibly another minimum"
+        return "the motion multiplies errors beyond precision: possibly another minimum"
     if epsilon >= 1:
         return "worse than a block at rest (ε_θ ≥ 1)"
     return ""

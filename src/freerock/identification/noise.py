@@ -1,4 +1,4 @@
-"""Is a residual the noise that the sensor has at rest?"""
+"""Test whether a residual passes for the noise of the sensor at rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The least-squares problem: which samples count, which numbers are fitted, residual and derivatives.
+"""The least-squares problem: samples, fitted parameters, residual and derivatives.
 
 Positive parameters are fitted as logarithms, damping as the logarithm of its ratio to k, the width as its
 ratio to the nominal one (`models.laws.PARAMETERS`).
@@ -210,7 +210,7 @@ class Problem:
             value[self.names.index(name)] = found = evaluated(self.given[name].expr, known)
             if PARAMETERS[name].is_logarithm and found <= 0:
                 where, what = f"fits.parameters: {name}", f"{self.given[name].expr} is {found:.4g}"
-                raise FreerockError(where, what, "tie it to what is above 0")
+                raise FreerockError(where, what, "tie it to a positive expression")
         return value
 
     def gradient(self, x: Floats, step: float = 1e-6) -> Floats:

@@ -1,7 +1,7 @@
 """Fit of a motion that multiplies errors: horizons, steps and tolerances as fine as it requires.
 
-The motion of a block that is hardly damped parts from its neighbours exponentially. Each horizon ends where
-what the last one left open of the numbers would move the curve by `reach` times the noise: so the next fit
+Motions of a block with little damping diverge exponentially from their neighbours. Each horizon ends where
+the remaining uncertainty of the parameters would move the curve by `reach` times the noise, so the next fit
 starts near its minimum.
 """
 

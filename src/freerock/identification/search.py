@@ -200,7 +200,7 @@ def _reached_twice(problem: Problem, ends: Sequence[Solution]) -> Solution:
     best, *others = sorted(ends, key=lambda end: end.mean_square)
     if not multiplies_errors(problem, best.x) or any(are_one(problem, best.x, end.x) for end in others):
         return best
-    return best.losing("two searches end apart")
+    return best.losing("two searches end at different minima")
 
 
 def as_exact(problem: Problem, end: Solution) -> Solution:

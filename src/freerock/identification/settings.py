@@ -1,4 +1,4 @@
-"""What a fit shall do, and what is refused."""
+"""Settings of a fit, and refused combinations."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,11 +17,11 @@ class FitSettings:
     Parameters
     ----------
     free : sequence of str
-        What is fitted besides the model's parameters: "theta0" and "t0", within six standard errors of what
-        was measured, or 0.2 % and 1 ms if those are more; "width", the distance of the corners the block
-        rocks about; "tilt" of the base, "edge_radius" of a guided one; "r_per_impact" of one run of the
-        Housner model: r, r_2, r_3 and so on; "release", by which "theta0" and "t0" may leave what was
-        measured, by 10 % and 50 ms: a push, or a slow finger, gives the motion of another release.
+        Further free parameters: "theta0" and "t0", within six standard errors of their measured values, or
+        0.2 % and 1 ms if those are more; "width", the distance between the corners of rotation; "tilt" of
+        the base; "edge_radius" of a guided block; "r_per_impact" of one run of the Housner model: r, r_2,
+        r_3 and so on; "release": "theta0" and "t0" may differ from the measured ones by 10 % and 50 ms, as
+        after a push or with a slow finger.
     debonding : str
         "geometric" or "tensionless".
     integrator_error : float
@@ -29,7 +29,7 @@ class FitSettings:
     profile : bool
         Whether the intervals of the model's parameters are those of the profile likelihood.
     parameters : mapping of str to mapping of str to Given or mapping
-        By law and parameter what is given of it beforehand, in lmfit's words: value, min, max, vary, expr.
+        Options of each parameter, by law, in lmfit's words: value, min, max, vary, expr.
     """
 
     free: Sequence[str] = PER_RUN
@@ -98,14 +98,14 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
     if not freed(model, settings.free) and not any(
         each not in given or given[each].varies for each in law.parameters
     ):
-        raise FreerockError(f"fits.parameters.{name}", "nothing is left to fit", "free a number")
+        raise FreerockError(f"fits.parameters.{name}", "no parameter is free", "free one")
     if not law.allows(settings.debonding, len(law.ratios)):
-        what = f"the tensionless rule is not worked out for {' and '.join(law.ratios)} at once"
+        what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
     if "edge_radius" in settings.free and "edge_radius" not in law.nuisances:
         raise FreerockError(key, "a rigid block has no rounded edges", "remove edge_radius")
     if "edge_radius" in settings.free and settings.debonding != GEOMETRIC.debonding:
-        what = "rounded edges are worked out for the geometric rule only"
+        what = "rounded edges require the geometric rule"
         raise FreerockError("fits.debonding", what, f"use geometric or remove edge_radius from {key}")
     if "width" in freed(model, settings.free) and len(set(blocks)) > 1:
         remedy = f"use {model.removesuffix('_width')}" if CANDIDATES[model].width else "remove width"
@@ -114,5 +114,5 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         what = "a restitution per impact belongs to one run of the Housner model"
         raise FreerockError(key, what, "remove r_per_impact, or fit each run by itself")
     if {"r_per_impact", "tilt"} <= {*settings.free}:
-        what = "a restitution per impact is not worked out on a base off level"
+        what = "r_per_impact and tilt cannot be free together"
         raise FreerockError(key, what, "remove r_per_impact or tilt")

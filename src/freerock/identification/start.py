@@ -1,4 +1,4 @@
-"""Where a fit starts: what the measured motion says, and the error over a grid on the first swings."""
+"""Start of a fit: estimates from the measured motion, and a scan over a grid on the first swings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

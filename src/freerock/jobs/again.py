@@ -1,4 +1,4 @@
-"""How Snakemake does a job again that the ledger does not bear out: an input newer than its products.
+"""How Snakemake repeats a job that the ledger does not confirm: an input newer than its products.
 
 The input is an empty file in a temporary folder, which ends with the process. A plan changes nothing in the
 working folder, and what Snakemake has noted does not matter, nor whether the product is a target.

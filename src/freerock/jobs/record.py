@@ -176,7 +176,7 @@ def rotation_of(settings: Settings) -> xr.Dataset:
     channels = [_channel(path, name) for name in settings["channels"]]
     first = channels[0]
     if not all(np.array_equal(channel.time_s, first.time_s) for channel in channels):
-        raise FreerockError(path, "the two channels differ in their times", "name two of one group")
+        raise FreerockError(path, "the two channels have different time bases", "name two of one group")
     signals, units = [channel.signal for channel in channels], [channel.unit for channel in channels]
     block, options = Block(**settings["block"]), RotationOptions(**settings["rotation"])
     record = find_rotation(first.time_s, signals, lasers, block, units, options)

@@ -22,14 +22,14 @@ class Block:
     mass_kg : float
         Mass m [kg].
     contact_width_m : float, optional
-        Distance of the corners it rocks about [m] where they are worn or rounded; the full width if None.
+        Distance between the corners about which it rocks [m]; the full width if None.
         The inertia is that of the full width.
     edge_radius_m : float, optional
         Radius ρ of the edges of the base [m]; sharp if None.
     com_height_m : float, optional
         Height of the centre of mass over the base [m]; half the height if None.
     com_offset_m : float, optional
-        How far right of the middle of the base the centre of mass lies [m]; over the middle if None.
+        Distance of the centre of mass to the right of the middle of the base [m]; 0 if None.
     inertia_kg_m2 : float, optional
         Moment of inertia about the centre of mass [kg m²]; that of the full uniform rectangle if None.
 

@@ -95,5 +95,5 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
         what = f"unknown kinematics {rules.kinematics!r}"
         raise FreerockError("kinematics", what, f"use {' or '.join(KINEMATICS)}")
     if not law.allows(rules.debonding, sum(parameters[name] > 0 for name in law.ratios)):
-        what = f"the tensionless rule is not worked out for {' and '.join(law.ratios)} at once"
+        what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
         raise FreerockError("debonding", what, "use geometric")

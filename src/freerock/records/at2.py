@@ -37,7 +37,7 @@ def read_at2(path: str | Path) -> tuple[Floats, Floats]:
         remedy = "write it as NPTS= 4096, DT= .0100 SEC, or the file as a table with a column of time"
         raise FreerockError(path, "its fourth line states no NPTS and DT", remedy)
     if "UNITS OF G" not in head:
-        raise FreerockError(path, "is not said to be in UNITS OF G", "give the acceleration in g")
+        raise FreerockError(path, "does not state UNITS OF G", "give the acceleration in g")
     n, step_s = int(stated[1]), _number(path, HEADER, stated[2])
     if not step_s > 0:
         raise FreerockError(path, f"DT is {step_s:g} s", "correct the fourth line")

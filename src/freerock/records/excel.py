@@ -97,7 +97,7 @@ def _check_work(path: Path, archive: ZipFile) -> None:
     found: Counter[str] = Counter()
 
     def refuse(*_: object) -> None:
-        raise FreerockError(path, "the workbook declares entities, as none of Excel's does", SAVE_AGAIN)
+        raise FreerockError(path, "the workbook declares XML entities, which Excel never writes", SAVE_AGAIN)
 
     def count(name: str, _: object) -> None:
         found[name.rpartition(" ")[2]] += 1

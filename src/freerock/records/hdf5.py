@@ -92,7 +92,7 @@ def opened(path: Path) -> h5py.File:
     if outcome in (-signal.SIGKILL, -signal.SIGTERM):  # from outside, as by a system out of memory
         raise MemoryError("the process that goes through the file was killed")
     if outcome not in (0, 1):  # 1: an exception, which says more when it is met here
-        raise FreerockError(path, "the file is damaged: HDF5's library does not survive it", COPY_AGAIN)
+        raise FreerockError(path, "the file is damaged: HDF5's library crashes on it", COPY_AGAIN)
     return h5py.File(path, locking=False)
 
 

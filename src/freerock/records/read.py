@@ -73,7 +73,7 @@ def list_channels(path: str | Path) -> dict[str, Channel]:
     Returns
     -------
     dict of str to freerock.records.channels.Channel
-        By the names that `read_record` takes; `clock` is a text where a channel can't be read, and says why.
+        By the names that `read_record` accepts; if a channel can't be read, `clock` states why.
 
     Raises
     ------

@@ -259,7 +259,7 @@ def _parameters(known: Tables, quoted: Mapping[str, str], labels: Labels) -> lis
             if u == "u_total"
             else "standard error (stderr), of noise and runs"
         )
-        told.append((f"±: {what}{'; one run does not show how much runs differ' * of_one}.",))
+        told.append((f"±: {what}{'; one run does not show the scatter between runs' * of_one}.",))
     return told or [("None, as no run was fitted.",)]
 
 

@@ -49,7 +49,7 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
             any(pd.notna(each) and not each for each in shared),
             "that parameters found with one block hold for another: on one foundation blocks differ",
         ),
-        (bool(single.any()), "how much runs differ, where a record has only one"),
+        (bool(single.any()), "how much runs scatter, if a record has only one"),
         (
             len(housner) > 0,
             "that r of the fitted Housner law is the restitution of an impact: the fit also compensates for "

@@ -1,4 +1,4 @@
-"""Faults of a signal: named, with the time they last and what they mean for θ."""
+"""Faults of a signal: name, start, end and effect on θ."""
 
 import math
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Fault(NamedTuple):
 
 @dataclass(frozen=True)
 class SignalQuality:
-    """What is known of θ(t) as a whole.
+    """Quality of θ(t) of a record.
 
     Standard error of its zero [rad], faults of its signal, and step of its converter [rad], 0 where that is
     too fine to be seen.

@@ -1,4 +1,4 @@
-"""What the laboratory knows of a record: block, lasers, clock and base; and the same moved by an input."""
+"""The laboratory's knowledge of a record: block, lasers, clock and base; and the same with a moved input."""
 
 import math
 from collections.abc import Mapping, Sequence

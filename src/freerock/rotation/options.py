@@ -1,4 +1,4 @@
-"""What may be chosen on the way from volts to θ(t)."""
+"""Options of the step from volts to θ(t)."""
 
 from dataclasses import dataclass
 

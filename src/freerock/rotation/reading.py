@@ -1,4 +1,4 @@
-"""One channel to the displacement of its target from rest, with everything the signal says about itself."""
+"""From a channel to the displacement of its target, with faults and noise of the signal."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -1,4 +1,4 @@
-"""The time a sensor takes: what it gives is a mean over the time before.
+"""The response of a sensor: its output is a mean over the preceding time.
 
 A sensor that averages gives the mean over a time T, a low pass of the first order with the time constant τ
 the mean with the weight exp(-x/τ)/τ of the time x before. Both are a delay, by T/2 and by τ, and a blur

@@ -57,9 +57,9 @@ def find_rotation(
 
     docs/signals.md describes the steps. The standard error is that of one sample: white noise at rest and the
     error of the mains interference subtracted. The error of the zero, common to all samples of a run, stands
-    apart in `zero_stderr_rad`. Two lasers with beams of one kind, on one face, show rotation and translation
-    apart: tan θ = (s₁ - s₂)/(Y₁ - Y₂) for horizontal beams, with X for vertical ones, since what a beam reads
-    besides is common to both.
+    apart in `zero_stderr_rad`. Two lasers with beams of one kind, on one face, separate rotation and
+    translation: tan θ = (s₁ - s₂)/(Y₁ - Y₂) for horizontal beams, with X for vertical ones, since a
+    translation adds the same to both readings.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a sensor makes of a motion: a corner that sinks, and the time that the sensor takes."""
+"""How a sensor shows a motion: with a corner that sinks, and with the response of the sensor."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -91,7 +91,7 @@ class View:
 
 
 def view_of(lasers: Sequence[Laser], block: Block) -> View | None:
-    """How the rotation comes about from the channel of a laser, or of two; None where it is seen as it is."""
+    """How one or two lasers show the rotation; None if the channel is the rotation itself."""
     first = lasers[0]
     own = {key: getattr(first, key) for key in KEYS}
     if len(lasers) > 1 or first.beam is None:

@@ -1,4 +1,4 @@
-"""Free-rocking runs in θ(t), the impacts in a run, and what a fit takes of it.
+"""Free-rocking runs in θ(t), the impacts in a run, and the input of a fit.
 
 `segment.find_runs` finds the runs and judges them (`checks`), `impacts.find_impacts` the impacts of one.
 """

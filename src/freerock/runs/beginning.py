@@ -17,7 +17,7 @@ from freerock.runs.verdict import Reason
 
 HOLD_OF = f"give a hold window with {MIN_BLOCKS * BLOCK_S:g} s of valid samples or more"
 FROM_PEAK = "the run begins at its first clean peak"
-LEAVE_OUT = "what comes before is no free rocking; leave the run out, or set its release by hand"
+LEAVE_OUT = "the motion before is not free rocking; exclude the run, or set its release by hand"
 LEAST_PEAK = 0.2  # of the largest angle seen, by judgement: a run that begins lower says little
 
 

@@ -1,4 +1,4 @@
-"""What a person corrects in the runs of a record, and how that goes together with what is found."""
+"""Corrections of runs by hand, and how they are combined with the runs found."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -64,8 +64,8 @@ class ByHand:
     exclusions : sequence of (number, reason)
         Runs left out: kept in the list and marked.
     stretches : sequence of (from_s, to_s, reason)
-        Times whose samples are not used [s]; one that ends as it begins names an impact whose restitution is
-        not.
+        Times whose samples are not used [s]; two equal times name an impact whose restitution is not
+        used.
     """
 
     overrides: Sequence[tuple[Any, ...]] = ()

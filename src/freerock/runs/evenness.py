@@ -1,4 +1,4 @@
-"""Does the restitution of a run go evenly from impact to impact?
+"""Test whether the restitution of a run changes smoothly from impact to impact.
 
 The restitution of a free block changes smoothly as its swings get lower, on any foundation. Where every other
 impact has more of it, or one impact falls out, something else acted on the block or on the reading.
@@ -18,7 +18,7 @@ FIRST = 10  # impacts that are looked at: the restitution of low swings is uncer
 SURE = 5.0  # standard errors, of which the scatter of clean runs is a part
 BENT = 0.05  # of how far the restitution goes from the second impact to the last: more scatter where it bends
 ALTERNATES = "level the base, and check sign and face of the laser"
-FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and leave the run out"
+FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and exclude the run"
 
 
 class Evenness(NamedTuple):
@@ -88,12 +88,15 @@ def doubt_about_evenness(impacts: Impacts, block: Block, peak_stderr: float = 0.
     if max(abs(each.size) / each.stderr / each.unevenness(spare) for each in (found[0], worst)) < SURE:
         return []
     if even is not EVEN[0]:
-        text = f"restitution does not go evenly from impact to impact, by {abs(found[0].size):.2g}"
+        text = f"restitution does not change smoothly from impact to impact, by {abs(found[0].size):.2g}"
         remedy = f"{ALTERNATES}, {FALLS_OUT}"
         return [Reason("warn", "uneven_restitution", f"{text}: {remedy}")]
     if worst.impact:
         side = "above" if worst.size > 0 else "below"
-        text = f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} what its neighbours say"
+        text = (
+            f"restitution of impact {worst.impact} is {abs(worst.size):.2g} {side} the value that "
+            f"its neighbours predict"
+        )
         return [Reason("warn", "outlying_restitution", f"{text}: {FALLS_OUT}")]
     text = f"restitution alternates by ±{abs(worst.size):.2g} from impact to impact"
     return [Reason("warn", "alternating_restitution", f"{text}: {ALTERNATES}")]

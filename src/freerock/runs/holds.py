@@ -37,7 +37,7 @@ def no_release(
         what, remedy = "no release found: the signal never stands still", "record a rest and a held phase"
     else:
         held = max((phase.level for phase in phases), key=abs)
-        what = "no release found: nothing rocks freely to rest after being held"
+        what = "no release found: after no hold does the block rock freely to rest"
         if block is not None and abs(held) >= block.theta_cr:
             what = (
                 f"no release found: held at {math.degrees(held):.2f}°, beyond the block's critical angle "

@@ -1,7 +1,7 @@
 """Noise that is louder while the block moves than at rest: all of it, or a slow part beside it.
 
-Differences of the sixth order of means say nothing of a smooth motion, and the remainder is noise.
-They are taken about the tops, away from impacts.
+Sixth differences of means cancel a smooth motion, so only noise remains. They are taken near the peaks, away
+from impacts.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The runs of a record with their impacts, judged by all that is known before a model is fitted."""
+"""The runs of a record with their impacts, checked before a model is fitted."""
 
 import math
 from collections.abc import Sequence

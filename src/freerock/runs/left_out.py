@@ -1,4 +1,4 @@
-"""The impacts of a run of which a person leaves out stretches of time, or impacts by their instants."""
+"""Impacts of a run after a person has excluded stretches of time, or impacts by their instants."""
 
 import math
 from collections.abc import Callable, Sequence

@@ -1,4 +1,4 @@
-"""A run of a record as fits and predictions take it: θ(t) since its release, and what is known of it."""
+"""A run as the input of fits and predictions: θ(t) since its release, and its quality."""
 
 import math
 from collections.abc import Iterable
@@ -17,7 +17,7 @@ from freerock.runs.segment import Run
 
 @dataclass(frozen=True)
 class Motion:
-    """One measured free-rocking run, as the fits take it.
+    """One measured free-rocking run, the input of a fit.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ class Motion:
     fit_start_s : float
         First instant that a fit uses, after the finger has left the block [s since the release].
     noise : Noise, optional
-        What the sensor does at rest; None where no rest was seen: then it is taken to be white, of
-        sigma_theta.
+        Noise of the sensor at rest; None if no rest was seen. Then white noise of sigma_theta is
+        assumed.
     view : View, optional
-        What the sensor makes of a motion; None where it shows the rotation as it is.
+        How the sensor shows a motion; None if it shows the rotation itself.
     laboratory : Laboratory, optional
-        What the run was measured with, whose inputs a fit moves within their uncertainties; None takes them
-        for exact.
+        Block and sensors, whose inputs a fit moves within their uncertainties; None if these are
+        exact.
     rests : iterable of ndarray, optional
         Stretches of θ at rest [rad], about any level, sampled as the motion is (`quiet.quiet_stretches`):
         they give `noise` where that is None.

@@ -1,4 +1,4 @@
-"""A run that begins in motion: no hold, and the block swings already when its free rocking begins.
+"""A run that begins in motion, without a hold before its free rocking.
 
 Until its first impact a block moves as one that was let go from rest at some angle and instant. These two,
 from a local fit, are the first guesses of θ₀ and t₀, and a fit finds them with the rest.

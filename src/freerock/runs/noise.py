@@ -1,4 +1,4 @@
-"""Noise of θ as the sensor has it at rest: its spectrum, and how well that is known.
+"""Noise of θ at rest: its spectrum, and the uncertainty of the spectrum.
 
 A law of few numbers, white noise with a slow part, says what the spectrum is like and goes on below the
 lowest frequency that a rest shows; the measured power over that of the law, octave by octave, holds whatever

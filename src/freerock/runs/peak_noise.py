@@ -1,4 +1,4 @@
-"""What the noise of a sensor makes of the peaks of a run: of the residuals of their fits, of their errors."""
+"""Effect of the noise on the peaks of a run: on residuals of their fits, and on their errors."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -21,7 +21,7 @@ def quiet_stretches(
     window_s: float = 0.25,
     phases: Sequence[Phase] | None = None,
 ) -> Iterator[Floats]:
-    """Yield θ about its level in each quiet stretch of a record, as loud as the noise usually is there [rad].
+    """Yield θ about its level in each quiet stretch of a record, scaled to the usual noise [rad].
 
     These are its rests and holds (`freerock.rotation.still.stationary_phases`) away from their ends, cut
     where samples are flagged. A rest that follows a motion begins when that has died out: a block in full
@@ -63,7 +63,7 @@ def sensor_noise(
     window_s: float = 0.25,
     phases: Sequence[Phase] | None = None,
 ) -> Noise | None:
-    """Noise of a sensor over sigma_theta, from all that is quiet in a record; None where too little is.
+    """Noise of a sensor in units of sigma_theta, from all quiet stretches of a record; None if too short.
 
     Parameters
     ----------

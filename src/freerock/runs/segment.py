@@ -147,7 +147,7 @@ def find_runs(
     record_end_s = float(signal.t[-1])
     planned = by_hand.merged([(run.begins.release.instant_s, run.end_s) for run in found], record_end_s)
     if not planned and limits.start == "motion":
-        what = "no run found: before no rest does the block turn about a corner, with nothing else acting"
+        what = "no run found: the block nowhere rocks freely to rest"
         raise FreerockError("record", what, "exclude the record: it flies, slides or lands flat")
     if not planned:
         raise no_release(phases, block, signal, quality.faults)
@@ -189,7 +189,7 @@ class _Search:
         """The runs that begin in motion, each before a rest."""
         signal, limits, found, after_s = self.signal, self.limits, list[_Motion](), float(self.signal.t[0])
         if self.block is None:
-            raise FreerockError("runs", "a start in motion takes the block's shape", "give the block")
+            raise FreerockError("runs", "start: motion requires the block", "give the block")
         for rest in self.rests:
             still = core(signal, rest, limits.window_s)
             end_s = end_of_motion(signal, still, after_s, rest.start_s + limits.window_s)

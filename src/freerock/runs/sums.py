@@ -1,4 +1,4 @@
-"""Errors of what is linear in θ, such as a mean or a least-squares fit, under the noise of a sensor."""
+"""Errors of weighted sums of θ, such as a mean or a least-squares fit, under the noise of a sensor."""
 
 import math
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""The tops of the swings of a motion: there a block starts as one that is let go from rest."""
+"""The peaks of a motion, from which a block moves on like one released from rest."""
 
 from itertools import pairwise
 from typing import NamedTuple

@@ -1,9 +1,8 @@
 """Total uncertainty of what is measured of a run: release angle, peaks, restitution of each impact.
 
-A peak is a reading at its instant, so that an input that moves turns the reading into another angle, and the
-rigid block's energies of two such angles into another restitution. The instants have no part in it. The
-rotation is that of a corner that does not sink. By what one that sinks makes of the reading these numbers may
-be off, and that counts as a standard uncertainty where the run's tail tells how stiff the bed is.
+A moved input changes the angle that a reading means, and so the restitution, which follows from two angles by
+the energies of a rigid block. Instants do not matter. The rotation assumes a corner that does not sink. The
+effect of a sinking corner counts as a standard uncertainty if the run's tail shows the stiffness of the bed.
 """
 
 import math

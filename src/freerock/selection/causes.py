@@ -1,4 +1,4 @@
-"""The causes of a misfit, ranked by what each would take of it.
+"""The causes of a misfit, ranked by the share that each would remove.
 
 Of the residual r that a fit leaves and the derivative a by an input or by an effect that no law has, both
 whitened and without what the free numbers take up, the cause alone would take (a·r)²/(a·a) of r·r, moved by

@@ -1,4 +1,4 @@
-"""Which candidates explain a run: the smallest that leaves only noise, and all that can't be told from it.
+"""Which candidates explain a run: the selected one, and all that the data cannot distinguish from it.
 
 Pure rules on evidence: nothing is fitted here.
 """
@@ -89,11 +89,14 @@ class Evidence:
             return f"held-out ε_θ = {plainly(100 * self.held_out)} %: worse than a block at rest"
         if not self.noise_p > RESIDUAL:
             where = f"{plainly(self.noise_low_hz)} to {plainly(self.noise_high_hz)} Hz"
-            return f"more than noise is left: {plainly(self.noise_ratio)} times the power at rest, {where}"
+            return (
+                f"the residual exceeds the noise: {plainly(self.noise_ratio)} times the power at "
+                f"rest, {where}"
+            )
         if not self.pulls_p > REJECTS:
             return f"requires {self.pulled}"
         if self.added_damping > TRACE:
-            return f"a trace of a number that it lacks, {self.added_damping:.1f} standard errors"
+            return f"a parameter that it lacks is significant, {self.added_damping:.1f} standard errors"
         return ""
 
     @property
@@ -193,7 +196,9 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     chosen = min(left, key=lambda each: (each.n_freed, each.bic))
     judged = tuple(_judged(each, chosen, left, best) for each in evidence)
     beside = [each.evidence.model for each in judged if each.status == "also_possible"]
-    reason = f"the smallest candidate that leaves only noise ({chosen.n_freed} numbers)"
+    reason = (
+        f"the candidate with fewest parameters whose residual passes for noise ({chosen.n_freed} numbers)"
+    )
     if beside:
         reason += f"; the data can't tell it from {_listed(beside)}"
     return Choice(chosen.model, True, reason, judged, _stories(chosen.model, beside, evidence))
@@ -209,21 +214,25 @@ def plainly(value: float) -> str:
 def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: float) -> Judged:
     """What becomes of a candidate beside the one that is selected."""
     if each is chosen:
-        return Judged(each, "selected", "the smallest that leaves only noise")
+        return Judged(each, "selected", "the one with fewest parameters whose residual passes for noise")
     if not each.fitted:
         return Judged(each, "not_fitted", each.message)
     if not each.explains:
         return Judged(each, "rejected", each.objection)
     if each not in left and each.bic <= best + TELLS:
-        why = f"leaves only noise, but one that holds it is more likely by {TELLS:g} in −2 ln L"
+        why = f"its residual passes for noise, but a larger candidate is more likely by {TELLS:g} in −2 ln L"
         return Judged(each, "rejected", why)
     if each not in left:
-        return Judged(each, "rejected", f"leaves only noise, but the BIC is {each.bic - best:.0f} higher")
+        return Judged(
+            each, "rejected", f"its residual passes for noise, but the BIC is {each.bic - best:.0f} higher"
+        )
     if holds(each.model, chosen.model) and each.bic >= chosen.bic:
         more = each.n_freed - chosen.n_freed
         return Judged(each, "rejected", f"needless: {chosen.model} with {more} more number{'s' * (more > 1)}")
     apart = each.bic - chosen.bic
-    return Judged(each, "also_possible", f"leaves only noise; BIC {apart:+.1f}, which tells nothing")
+    return Judged(
+        each, "also_possible", f"its residual passes for noise; BIC {apart:+.1f}, which is not significant"
+    )
 
 
 def _least_bad(evidence: Sequence[Evidence], near: float = 1.1) -> Choice:
@@ -269,7 +278,7 @@ def _stories(chosen: str, beside: Sequence[str], evidence: Iterable[Evidence]) -
         return text + "The data can't tell them apart."
     explaining = [each.explains for each in both]
     if not any(explaining):
-        return text + "Neither explains the run down to its noise."
+        return text + "Neither explains the run."
     first, other = both if explaining[0] and both[0].model == chosen else both[::-1]
     labels = MODEL_LABELS[first.model], MODEL_LABELS[other.model]
     return text + f"Only {labels[0]} leaves nothing but noise, which rules {labels[1]} out."

@@ -1,4 +1,4 @@
-"""What the fits of a run say against it, with its likely causes.
+"""Doubts about a run from its fits, with likely causes.
 
 A block at a peak starts as one that is let go from rest there. What was done to it before leaves no trace but
 the height of the peak, so a part of the run tells what the whole of it can't: whether the law is wrong, or
@@ -31,14 +31,14 @@ from freerock.selection.scene_notes import (
     slow_sensor,
 )
 
-UNEXPLAINED = "no candidate explains the run down to its noise"
+UNEXPLAINED = "no candidate explains the run"
 
 
 def doubts_about_noise(motion: Motion) -> list[Reason]:
     """Of a run in whose record nothing rests long enough to show the noise, that its errors know less."""
     text = (
-        "no rest or hold is long enough to show the noise of the sensor: the standard errors know the noise "
-        "from what the fit leaves alone"
+        "no rest or hold is long enough to show the noise of the sensor: the standard errors use the noise "
+        "of the residual"
     )
     return [Reason("warn", "no_rest", text)] if motion.noise is None else []
 
@@ -111,7 +111,7 @@ def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypo
 def hints_for(
     block: Block, motion: Motion, fits: Mapping[str, Fit], hypotheses: Hypotheses
 ) -> Iterator[Reason]:
-    """The other rule of debonding, and the other sign of the laser, where a law then leaves only noise.
+    """The other rule of debonding, and the other sign of the laser, where a law then passes for noise.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def hints_for(
         settings = hypotheses.settings(model)
         start = {name: fits[model].values[name] for name in MODELS[model]}
         (other,) = {*DEBONDING} - {settings.debonding}
-        would = f"would fit with {{}}: {MODEL_LABELS[model]} then leaves only noise"
+        would = f"would fit with {{}}: {MODEL_LABELS[model]} then passes for noise"
         if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)

@@ -1,4 +1,4 @@
-"""Does a run follow from the other runs of its record?"""
+"""Predict a run from the other runs of its record."""
 
 from collections.abc import Mapping
 

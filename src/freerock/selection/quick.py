@@ -1,4 +1,4 @@
-"""Quick answers about a run or a part of it: is a full fit worth its while, what do the derivatives require.
+"""Quick tests of a run or a part of it: whether a full fit is useful, and what the derivatives require.
 
 A hand that pushes or brakes a block before its first top leaves no trace but the height of that top; a base
 off level and rounded edges act on every swing. Where the release is freed, a little tilt may take up what no

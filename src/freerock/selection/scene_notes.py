@@ -1,4 +1,4 @@
-"""What the fit of a run found of base, release and sensor, in words."""
+"""Findings of a fit about base, release and sensor, in words."""
 
 import math
 from collections.abc import Iterator
@@ -127,7 +127,7 @@ def _of_base(fit: Fit, block: Block) -> Reason:
     side = "right" if tilt > 0 else "left"
     error = max(error, TELLING.least_deg)
     text = f"base off level by {abs(tilt):.3f} ± {error:.3f} degrees, lower on the {side}"
-    twins = ": level it; a centre of mass off the middle and two unlike corners do nearly the same"
+    twins = ": level it; an off-centre mass or unequal corners have nearly the same effect"
     text += ", and fitted so" + twins * matters
     return Reason("warn" if matters else "ok", "off_level", text, abs(tilt), level, "degree")
 

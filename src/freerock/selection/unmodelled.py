@@ -1,4 +1,4 @@
-"""What no law and no input says: effects of bed, base, air, beam and record, and what each would do to θ(t).
+"""Effects that no law or input contains: of bed, base, air, beam and record, with their influence on θ(t).
 
 A small force or moment that an effect adds along the motion of a fit is one of a ground that accelerates, so
 that the law itself gives the derivative of θ by the amount of the effect. A beam, a sensor and lost samples

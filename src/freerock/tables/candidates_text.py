@@ -10,10 +10,9 @@ from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed,
 from freerock.tables.text import quantity, with_unit
 
 NOTE = (
-    "Number of runs in which a candidate is named (of those that leave no more than the noise at rest and "
-    "that the data can't tell apart, the one with the fewest parameters; where there is none, the nearest), "
-    "also possible, rejected, or not fitted. ε_θ: median of the runs to which it was fitted; parameters: of "
-    "those in which it is named or possible."
+    "Number of runs in which a candidate is named, also possible, rejected, or not fitted. Named: the one "
+    "with the fewest parameters among those whose residual passes for noise; if there is none, the nearest. "
+    "ε_θ: median of the runs to which it was fitted; parameters: of those in which it is named or possible."
 )
 
 

@@ -20,7 +20,8 @@ RUNS_NOTE = (
     "Neither is shown for a law that is rejected."
 )
 ONE_RUN_NOTE = (
-    f"Identified: of one run, which does not show how much runs differ. {U_NOTE} noise, block, sensor, clock "
+    f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
+    f"sensor, clock "
     "and law."
 )
 REJECTED = " †"
@@ -37,8 +38,8 @@ STOPS_NOTE = (
     "Stops: at the minimum of ε_θ the rigid block comes to rest too soon; then the local minimum at which it "
     "rocks for at least half the time. Neither is used further."
 )
-GIVEN_NOTE = "Fixed and tied parameters are as the configuration has them (fits.parameters)."
-PUBLISHED_NOTE = "Published values: doi:{doi}; they stem from the laboratory's own records."
+GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
+PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 

@@ -1,4 +1,4 @@
-"""What runs have in common: mean, spread and next value of parameters, by record, foundation, campaign."""
+"""Mean, spread and prediction of parameters over the runs of a record, foundation or campaign."""
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping

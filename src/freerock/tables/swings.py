@@ -1,4 +1,4 @@
-"""Swings of a block between its impacts, from the tidy table restitution: rate, energy, loss, period."""
+"""Swings of a block between its impacts, from the table restitution: rate, energy, loss, period."""
 
 from collections.abc import Iterator, Mapping
 

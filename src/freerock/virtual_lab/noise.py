@@ -1,4 +1,4 @@
-"""What sensor and converter of the virtual laboratory add to a signal."""
+"""Noise of the sensor and the converter of the virtual laboratory."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
