@@ -223,9 +223,9 @@ def counts(frame: pd.DataFrame) -> str:
     false = frame[frame["wrong"] != ""]
     lines = [
         f"{frame['test'].nunique()} records, {len(frame)} runs: {int(ok.sum())} `ok`, "
-        f"{int((~ok).sum())} not, of which {int(frame['named'].sum())} rightly named. {int(given.sum())} are "
-        f"explained, {int(wrong.sum())} of them by a law that is not theirs. "
-        f"An `ok` stands over a wrong number or law in {f'{len(false)}:' if len(false) else 'none.'}",
+        f"{int((~ok).sum())} others, {int(frame['named'].sum())} of them rightly named. {int(given.sum())} "
+        f"are explained, {int(wrong.sum())} of them by a wrong law. "
+        f"`ok` with a wrong number or law: {f'{len(false)}:' if len(false) else 'none.'}",
     ]
     listed = [f"- `{row.test}`, run {row.run}: {row.wrong} ({row.model})." for row in false.itertuples()]
     return "\n".join([*lines, "", *listed] if listed else lines)

@@ -63,7 +63,7 @@ def test_a_single_run(tmp_path):
     assert "one run does not show the scatter between runs" in text["Parameters"]
     assert "Foundation" not in text
     assert text["Shared by blocks"] == "Not tested: each foundation carried one block only."
-    assert "How much runs differ" in text["Not to be concluded"]
+    assert "How much runs scatter" in text["Not to be concluded"]
 
 
 def test_no_law_explains_any_run(tmp_path):

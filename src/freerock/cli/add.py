@@ -32,10 +32,9 @@ def add_arguments(parser: ArgumentParser) -> None:
         "example:\n"
         "  freerock add marble_2026 /media/usb/monday/*.tdms --block tall --foundation mat\n"
         "\n"
-        "Reads the files, copies them to the raw folder, lists their checksums in its manifest.csv, and\n"
-        "appends a line for each to the campaign's CSV, whose bytes stay as they are. All files are added,\n"
-        "or none. Each test has the name of its file. If the campaign has only one block, foundation\n"
-        "or laser, omit the option."
+        "Copies the files to the raw folder, lists their checksums in manifest.csv, and appends a line for\n"
+        "each to the campaign's CSV. Adds all files or none. Each test has the name of its file. If the\n"
+        "campaign has only one block, foundation or laser, omit the option."
     )
     parser.add_argument("name", metavar="NAME", help="name of the campaign")
     parser.add_argument("files", metavar="FILE", nargs="+", help="record files")

@@ -78,7 +78,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "Lists every mistake of the configuration, and each record file, channel, unit, calibration and\n"
         "checksum that contradicts it. Improbable values, such as angles in radians or time in "
         "milliseconds,\n"
-        "are printed as doubts and do not change the exit code. Nothing is written."
+        "are printed as doubts. Doubts do not change the exit code. Nothing is written."
     )
     parser.add_argument(
         "campaign",

@@ -47,7 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "  freerock new-campaign marble_2026 --from /media/usb/marble\n"
         "\n"
         "Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and\n"
-        "NAME.csv, where what only you know is marked FILL_IN. Nothing that exists is overwritten."
+        "NAME.csv. Replace each FILL_IN in these files. Existing files are never overwritten."
     )
     parser.add_argument("name", metavar="NAME", help="name of the campaign: letters, digits and _")
     parser.add_argument(

@@ -86,10 +86,7 @@ class BlockSection(Section):
         None,
         ge=-100,
         le=100,
-        description=(
-            "the distance of its centre of mass to the right of the middle of the base, in "
-            "metres; left out, 0"
-        ),
+        description=("the distance of its centre of mass right of the middle, in metres; left out, 0"),
     )
     inertia_kg_m2: Number | None = Field(
         None,
@@ -284,8 +281,8 @@ class FitsSection(Section):
     kinematics: tuple[Kinematics, ...] = Field(
         KINEMATICS,
         min_length=1,
-        description="the sideways motion of the base in rival candidates: guided (its centre is held, as "
-        "in the paper) or pivoting (about the lower corner)",
+        description="the kinematics of rivals: guided (centre of the base held, as in the paper) or "
+        "pivoting (about the lower corner)",
     )
     free: FreeSection = Field(FreeSection(), description="further free parameters, law by law")
     parameters: dict[Model, dict[str, GivenSection]] = Field(

@@ -29,8 +29,8 @@ class LaserSection(Section):
         ge=-100,
         le=100,
         validate_default=True,
-        description="the height of a horizontal beam, or the distance of a vertical beam right of the "
-        "centre line, in metres; compulsory with a beam",
+        description="the height of a horizontal beam, or distance of a vertical beam right of centre, "
+        "in metres; compulsory with beam",
     )
     range_m: Number | None = Field(None, gt=0, description="the measuring range in metres")
     sensitivity_per_mm: Number | None = Field(
@@ -46,8 +46,7 @@ class LaserSection(Section):
     sign: Direction = Field(1, description="1 if the output grows with the distance, -1 if it falls")
     release_side: Literal["positive", "negative"] = Field(
         "positive",
-        description="the sign of the first swing after a rest, for a vertical beam between the corners, "
-        "whose reading has no sign",
+        description="the sign of the first swing after a rest; needed for a vertical beam between corners",
     )
     response_ms: Number = Field(
         0.0,

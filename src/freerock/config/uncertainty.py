@@ -85,7 +85,7 @@ class LaserUncertainty(Section):
         lt=1,
     )
     sampling_rate_fraction: Number | None = _known(
-        "the sampling rate of its channel, as a share",
+        "the sampling rate, as a share",
         "sampling_rate_fraction",
         "a quartz of ±100 ppm, over √3",
         lt=1,
@@ -94,7 +94,7 @@ class LaserUncertainty(Section):
         None,
         ge=0,
         le=100,
-        description="the uncertainty of its response_ms in milliseconds; by default "
+        description="the uncertainty of its response_ms; by default "
         f"{DEFAULTS['response_ms']:g} (up to 5 ms, over √3), or "
         f"{100 * DEFAULTS['response_fraction']:g} % of a stated one",
     )
