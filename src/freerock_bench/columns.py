@@ -37,6 +37,7 @@ AS_PARAMETER = [  # columns in the unit of the row, where the table has a column
     *("mean", "total95_low", "total95_high", "tau", "tau_low", "tau_high", "next_low", "next_high"),
     *("published", "truth", "half95", "u_total_without_first"),
 ]
+LIKE = dict.fromkeys(("slope_stderr", "slope_low", "slope_high"), "slope_s_m")  # in the unit of another
 ROWS = {  # table: what a row is
     "runs.csv": "run, and record without a run",
     "reasons.csv": "reason of a verdict",
@@ -320,7 +321,7 @@ def unit_of(table: str, name: str) -> str:
     """The unit that the ending of a name says, or the row of a table where that has one."""
     if name in AS_PARAMETER and table and "unit" in tables()[table]:
         return "`unit`"
-    return next((unit for ending, unit in UNITS.items() if name.endswith(ending)), "")
+    return next((unit for ending, unit in UNITS.items() if LIKE.get(name, name).endswith(ending)), "")
 
 
 if __name__ == "__main__":
