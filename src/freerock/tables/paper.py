@@ -21,17 +21,16 @@ RUNS_NOTE = (
 )
 ONE_RUN_NOTE = (
     f"Identified: from one run, which does not show the scatter between runs. {U_NOTE} noise, block, "
-    f"sensor, clock "
-    "and law."
+    "sensor, clock and law."
 )
 REJECTED = " †"
 REJECTED_NOTE = (
     "† Rejected by most of the runs: the residual exceeds the noise, and the parameters describe the fit, "
-    "not the foundation. What explains the runs: table of candidates."
+    "not the foundation. See the table of candidates."
 )
 SELECTED = " ‡"
 SELECTED_NOTE = (
-    "‡ Named for most of the runs: it explains them with the fewest parameters, or comes nearest where none "
+    "‡ Selected for most of the runs: it explains them with the fewest parameters, or is nearest if none "
     "explains them."
 )
 STOPS_NOTE = (
