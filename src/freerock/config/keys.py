@@ -276,7 +276,8 @@ class FitsSection(Section):
         tuple(model for model, law in LAWS.items() if law.by_default),
         min_length=1,
         description="the laws to fit: "
-        + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items()),
+        + ", ".join(f"{model} ({law.note})" if law.note else model for model, law in LAWS.items())
+        + ". Those with a remark are fitted if the residuals of the others exceed the noise",
     )
     kinematics: tuple[Kinematics, ...] = Field(
         KINEMATICS,

@@ -192,7 +192,7 @@ LAWS = {
         ("k", "c", "lambda"),
         cases=("winkler", "hunt_crossley"),
         tensionless=False,
-        note="both dampings; fitted only where the others leave more than noise",
+        note="both dampings",
     ),
     # f = k z/(1 - κ z/k) + λ z ż
     "hardening": Law(
@@ -201,7 +201,7 @@ LAWS = {
         tuple(name for name in COMMON_NUISANCES if name != "edge_radius"),
         cases=("hunt_crossley",),
         tensionless=False,
-        note="a Hunt–Crossley bed of finite thickness; fitted only where the others leave more than noise",
+        note="bed of finite thickness",
     ),
 }
 

@@ -155,7 +155,7 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     yield f"Laws fitted: {', '.join(named)}."
     if wider := [LAWS[model].label for model in fits["models"] if LAWS[model].cases]:
         were = "were" if len(wider) > 1 else "was"
-        yield f"{' and '.join(wider)} {were} fitted only where the others leave more than noise."
+        yield f"{' and '.join(wider)} {were} fitted only if the residuals of the others exceed the noise."
     yield (
         "The foundation is a bed of independent springs and dashpots under the base, whose centre moves up "
         f"and down only [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in "
