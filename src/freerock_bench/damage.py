@@ -9,7 +9,8 @@ All take --seed N.
 ten times a run or a job of up to three runs at once is killed; then one run ends the work. `code`: the code
 is edited at a random moment of a run and put back at another; each run ends with the bytes of a run from
 scratch, or a line, and the next with these bytes. `cache`: numba's cache holds what other code was compiled
-to. What else happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm.
+to. What else happens is printed and counted, and its folder is kept. All is done in memory, in /dev/shm. Runs
+that nobody kills are forked from a Python that holds the libraries, and nothing of freerock.
 """
 
 import argparse
@@ -55,7 +56,12 @@ EDITS = [  # a file of the package, a line of it, and what it becomes for a whil
     ("runs/limits.py", "finger_s: float = 0.03", "finger_s: float = 0.3"),
     ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
 ]
-OPTIONS = "models/compiled.py", '"fastmath": {"contract"}', '"fastmath": True'
+SHAPES = [  # of machine code
+    ("models/compiled.py", '"fastmath": {"contract"}', '"fastmath": True'),
+    ("models/compiled.py", '"fastmath": {"contract"}', '"fastmath": False'),
+    ("rotation/beam_kernel.py", "SMALL = 0.6", "SMALL = 0.1"),
+    ("models/kernel.py", "min(5.0, 0.9 * ", "min(5.0, 0.8 * "),
+]
 RUN_S = 25.0  # of a run, in which the code is edited
 
 
@@ -73,10 +79,12 @@ class Lab:
             shutil.copytree(self.folder / part, to / part)
         return Lab(to)
 
-    def begin(self, cores: int) -> tuple[subprocess.Popen, Path]:
-        """Snakemake at work, and the file of what it says."""
+    def begin(self, cores: int, warm: bool = False) -> tuple[subprocess.Popen, Path]:
+        """Snakemake at work, and the file of what it says; a warm one passes no signal on."""
+        from warm import commands
+
         out = Path(f"{self.folder}_{time.monotonic_ns()}.out")
-        command = [sys.executable, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
+        command = [commands() / "python" if warm else sys.executable, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
         command += ["--directory", self.folder, "--profile", self.code / "profiles/default"]
         command += ["--cores", str(cores)]
         with open(out, "w") as told:
@@ -86,7 +94,7 @@ class Lab:
 
     def run(self, cores: int = 1) -> tuple[int, str]:
         """Exit code of one `snakemake`, and what it said."""
-        run, out = self.begin(cores)
+        run, out = self.begin(cores, warm=True)
         return run.wait(), out.read_text()
 
     def files(self, ledger: bool = False) -> list[Path]:
@@ -148,7 +156,10 @@ def empty(lab, chance, other):
 
 
 def cut(lab, chance, other):
-    path = chance.choice(lab.files())
+    cut_short(chance.choice(lab.files()), chance)
+
+
+def cut_short(path: Path, chance: random.Random) -> None:
     path.write_bytes(path.read_bytes()[: chance.randrange(path.stat().st_size)])
 
 
@@ -320,7 +331,7 @@ def code(n: int, seed: int, scratch: Path) -> int:
         for path in lab.files() if chance.random() < 0.5 else chance.sample(lab.files(), 3):
             path.unlink()
         edit, pauses = chance.choice(EDITS), sorted(chance.uniform(0, RUN_S) for _ in range(2))
-        run, out = lab.begin(cores=1)
+        run, out = lab.begin(cores=1, warm=True)
         time.sleep(pauses[0])
         before = edited(lab, *edit)
         time.sleep(pauses[1] - pauses[0])
@@ -344,27 +355,45 @@ def cache(n: int, seed: int, scratch: Path) -> int:
     """Let numba's cache hold other code; returns how many did not end as they should."""
     base = with_code(write_campaign(scratch / "base", 0))
     assert base.run()[0] == 0
-    reference, faults = Reference(scratch, own_code=True), 0
+    reference, faults, stale = Reference(scratch, own_code=True), 0, {}
     for number in range(1, n + 1):
-        lab = base.copied(scratch / f"campaign_{number}")
-        path = lab.code / "src/freerock" / OPTIONS[0]
-        times = path.stat()
-        before = edited(lab, *OPTIONS)
-        shutil.rmtree(lab.results)
-        codes = [lab.run()[0]]
+        chance = random.Random(f"{seed} {number}")
+        edit = chance.choice(SHAPES)
+        if edit not in stale:  # compiled to other code, then put back with its times
+            other = stale[edit] = base.copied(scratch / f"stale_{len(stale)}")
+            path = other.code / "src/freerock" / edit[0]
+            times, before = path.stat(), edited(other, *edit)
+            shutil.rmtree(other.results)
+            assert other.run()[0] == 0
+            path.write_bytes(before)
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+        lab = stale[edit].copied(scratch / f"campaign_{number}")
+        kinds = ["as they are"]
+        machine = sorted(lab.code.rglob("*.nb[ic]"))
+        if chance.random() < 0.5:  # what was compiled last is all there is
+            first = {path.name for path in base.code.rglob("*.nb[ic]")}
+            machine = [path for path in machine if path.name not in first or path.unlink()]
+            kinds = ["only others"]
+        if chance.random() < 0.5:
+            for path in chance.sample(machine, len(machine) // 3):
+                cut_short(path, chance)
+            kinds.append("a third cut")
+        if chance.random() < 0.5:
+            shutil.rmtree(lab.results)
+            kinds.append("no results")
         other = lab.products()
-        path.write_bytes(before)
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
         ended, told = lab.run()
         wrong = what_is_wrong(lab, ended, told, reference) or (last_line(told) if ended else "")
         moved = sum(other.get(name) != made for name, made in lab.products().items())
         faults += bool(wrong)
+        kept = f"{wrong}; kept in {lab.folder}" if wrong else "same bytes"
         print(
-            f"{number}: {moved} products were others under {OPTIONS[2]} {codes}; {wrong or 'same bytes'}",
+            f"{number}: {edit[2]} in {edit[0]}, {', '.join(kinds)}: {moved} products changed; {kept}",
             flush=True,
         )
         if not wrong:
             shutil.rmtree(lab.folder)
+    print(f"{n} campaigns: {faults} wrong")
     return faults
 
 
