@@ -12,7 +12,7 @@ import stat
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from errno import EINVAL
+from errno import EINVAL, ENAMETOOLONG, ENOENT
 from pathlib import Path, PurePosixPath
 from secrets import token_hex
 from typing import Any
@@ -24,6 +24,7 @@ MANIFEST = "manifest.csv"
 PARTIAL = ".*.partial*"  # names of files that are being written
 COLUMNS = ["file", "sha256", "bytes"]
 ROOM = "free some space or allow writing to the folder"
+REMEDIES = {ENOENT: "write the file", ENAMETOOLONG: "shorten its name"}  # of a file that can't be read
 SPECIAL = {
     stat.S_IFIFO: "a FIFO",
     stat.S_IFSOCK: "a socket",
@@ -69,7 +70,8 @@ def read_bytes(path: str | Path, most_bytes: int | None = None) -> bytes:
         with open(path, "rb", opener=regular) as file:
             content = file.read() if most_bytes is None else file.read(most_bytes + 1)
     except OSError as error:
-        raise FreerockError(path, f"cannot be read ({error.strerror})", "write the file") from None
+        remedy = REMEDIES.get(error.errno or 0, "put a file there that you may read")
+        raise FreerockError(path, f"cannot be read ({error.strerror})", remedy) from None
     if most_bytes is not None and len(content) > most_bytes:
         raise FreerockError(path, f"has more than {most_bytes} bytes", "split it into several campaigns")
     return content

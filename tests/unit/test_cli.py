@@ -178,10 +178,13 @@ def test_a_system_without_locks_is_refused_in_one_line(monkeypatch, tmp_path, ca
 
 def test_a_name_that_no_file_can_have_is_one_line(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    for command in ("inspect", "plan", "review", "simulate"):
-        assert cli.main([command, "a" * 300]) == 1
+    commands = ("inspect", "plan", "review", "simulate", "check", "verify", "supplement")
+    for command, name in (*((each, "a" * 300) for each in commands), ("check", f"{'a' * 300}.yaml")):
+        assert cli.main([command, name]) == 1
         (line,) = capsys.readouterr().err.splitlines()
-        assert re.search(r": .*(File name too long|has 300 characters).*; .", line)
+        assert re.search(
+            r": .*(File name too long.*; shorten (it|its name)|has 300 characters; use 100 at most)$", line
+        )
 
 
 @pytest.mark.parametrize("port", ["80000", "-1", "²", "1.5", "9" * 5000])

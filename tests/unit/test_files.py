@@ -168,6 +168,20 @@ def test_unwritable_folder_is_told(tmp_path):
         write_json(tmp_path / "results" / "a.json", {})
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("none", "cannot be read (No such file or directory); write the file"),
+        ("n" * 300, "cannot be read (File name too long); shorten its name"),
+        (".", "cannot be read (Is a directory); put a file there that you may read"),
+    ],
+)
+def test_the_remedy_is_that_of_the_fault(name, told, tmp_path):
+    with pytest.raises(FreerockError) as refused:
+        read_bytes(tmp_path / name)
+    assert str(refused.value) == f"{tmp_path / name}: {told}"
+
+
 @pytest.mark.parametrize("kind", ["FIFO", "socket", "device"])
 def test_what_is_no_file_is_refused_and_not_waited_for(kind, tmp_path):
     path = tmp_path / "record.csv"

@@ -165,6 +165,21 @@ def test_results_folder_is_read_only(finished, checkout, undisturbed, seen):
     seen["read-only results", "fit"] = SAME
 
 
+@pytest.mark.parametrize("folder", [".snakemake", ".snakemake/locks"])
+def test_notes_of_snakemake_are_read_only(finished, checkout, undisturbed, folder):
+    (checkout / RECORD).unlink()
+    (checkout / folder).mkdir(exist_ok=True)
+    rights = f"mount --bind {folder} {folder} && mount -o remount,bind,ro {folder}"
+    failed = run(checkout, RECORD, wrap=private(rights))
+    assert failed.process.returncode == 1
+    remedy = "free some space, give yourself the right to write there, or use --directory"
+    last = failed.told.splitlines()[-1].replace(" (Read-only file system)", "")
+    assert last == f"{folder}: can't be written; {remedy}"
+    assert "Traceback" not in failed.told
+    assert not (checkout / RECORD).exists()
+    heals(checkout, undisturbed, finished, RECORD)
+
+
 @pytest.mark.parametrize("folder", ["results", "results/small", "results/small/records"])
 def test_a_folder_of_products_is_a_mount_point(finished, checkout, undisturbed, folder):
     """It can neither be removed nor renamed, and no file moves across it: the job does without."""
