@@ -212,32 +212,6 @@ def test_implicit_and_explicit_agree():
     assert loose == pytest.approx(tight, abs=1e-6)
 
 
-class Damaged:
-    """Stands for a compiled function whose cache on disk is damaged until its files are deleted."""
-
-    def __init__(self, folder):
-        self.stats = type("Stats", (), {"cache_path": str(folder)})
-        self.py_func = run
-        self.folder = folder
-
-    def compile(self, signature):
-        if list(self.folder.glob("test_kernel.*.nb?")):
-            raise EOFError
-
-    def __call__(self, *arguments):
-        self.compile(None)
-        return arguments
-
-
-def test_a_damaged_cache_is_deleted_once(tmp_path):
-    files = [tmp_path / f"test_kernel.{name}" for name in ("_step-1.py311.nbi", "_step-1.py311.1.nbc")]
-    other = tmp_path / "other.f-1.py311.nbi"
-    for file in (*files, other):
-        file.write_bytes(b"cut sho")
-    assert compiled.run(Damaged(tmp_path), 1.0, 2) == (1.0, 2)
-    assert other.exists() and not any(file.exists() for file in files)
-
-
 def test_no_folder_for_the_cache_is_no_failure(monkeypatch):
     def njit(cache=False, **options):
         if cache:

@@ -1,19 +1,21 @@
 """How the models' inner loops are compiled.
 
 What shapes machine code is in the names of its files in the cache: the options and all else in this room,
-the file of the function, compiler and processor. Numba itself looks at time and size of the function's file.
+the file of the function, compiler and processor. Numba itself looks at time and size of the function's file,
+and never at what its own files hold: beside them lies their checksum.
 """
 
 import hashlib
 import os
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
 import llvmlite.binding
 import numba
-from numba import njit, typeof
+from numba import njit
 
 from freerock.errors import FreerockError
 
@@ -31,15 +33,60 @@ def compiled(**options: Any) -> Callable[[Function], Function]:
     options = usual | options
 
     def decorate(function: Function) -> Function:
-        made: Function
+        made: Any
         function.__qualname__ += f"_{identity(function.__code__.co_filename)}"  # names the files of the cache
         try:
             made = njit(cache=True, **options)(function)
         except RuntimeError:
             made = njit(**options)(function)
-        return made
+        else:
+            made.compile = _Sound(made)
+        return made  # type: ignore[no-any-return]
 
     return decorate
+
+
+class _Sound:
+    """Compiles a function for types of arguments; loads it only from files that are as they were written."""
+
+    def __init__(self, dispatcher: Any) -> None:
+        self.compile, self.stats = dispatcher.compile, lambda: dispatcher.stats
+        function = dispatcher.py_func
+        self.stem = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}"
+        self.checksum = Path(dispatcher.stats.cache_path, f"{self.stem}.sha256")
+        self.seen = False
+
+    def __call__(self, signature: Any) -> Any:
+        if not self.seen and not self.sound():
+            with suppress(OSError):
+                for path in (self.checksum, *self.files()):
+                    path.unlink(missing_ok=True)
+        self.seen, before = True, self.misses()
+        made = self.compile(signature)
+        if self.misses() > before:
+            with suppress(OSError):  # the cache is not written either
+                partial = self.checksum.with_suffix(f".{os.getpid()}")
+                partial.write_bytes(self.found())
+                partial.replace(self.checksum)
+        return made
+
+    def misses(self) -> int:
+        return sum(self.stats().cache_misses.values())
+
+    def files(self) -> list[Path]:
+        """What the cache holds of the function."""
+        return sorted(self.checksum.parent.glob(f"{self.stem}-*.nb[ic]"))
+
+    def sound(self) -> bool:
+        """Whether they are as they were written."""
+        with suppress(OSError):
+            return self.checksum.read_bytes() == self.found()
+        return False
+
+    def found(self) -> bytes:
+        """Checksum of these files and of their names."""
+        held = (f"{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}" for path in self.files())
+        return hashlib.sha256("\n".join(held).encode()).hexdigest().encode()
 
 
 @cache
@@ -54,20 +101,3 @@ def identity(file: str) -> str:
     for path in (*sorted(Path(__file__).parent.glob("*.py")), Path(file)):
         found.update(f"\n{path.name} {hashlib.sha256(path.read_bytes()).hexdigest()}".encode())
     return found.hexdigest()[:16]
-
-
-_loaded = set[Any]()
-
-
-def run(dispatcher: Any, *arguments: Any) -> Any:
-    """What a compiled function gives; of a damaged cache on disk the files are deleted when it is loaded."""
-    if dispatcher not in _loaded:
-        try:
-            dispatcher.compile(tuple(typeof(argument) for argument in arguments))
-        except Exception:
-            # a damaged file in the cache fails until it is deleted
-            stem = Path(dispatcher.py_func.__code__.co_filename).stem
-            for path in Path(dispatcher.stats.cache_path or "").glob(f"{stem}.*.nb[ic]"):
-                path.unlink(missing_ok=True)
-        _loaded.add(dispatcher)
-    return dispatcher(*arguments)

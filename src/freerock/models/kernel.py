@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from freerock.models.compiled import compiled, run
+from freerock.models.compiled import compiled
 
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE = range(5)
 
@@ -1200,5 +1200,5 @@ def integrate(*arguments: Any) -> tuple[int, int, int, int, int, NDArray[np.floa
     impacts : ndarray
         Instants at which θ changes its sign [s], if `rates` has rows.
     """
-    found: tuple[int, int, int, int, int, NDArray[np.float64]] = run(_integrate, *arguments)
+    found: tuple[int, int, int, int, int, NDArray[np.float64]] = _integrate(*arguments)
     return found

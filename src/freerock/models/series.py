@@ -31,7 +31,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.models import kernel
-from freerock.models.compiled import compiled, run
+from freerock.models.compiled import compiled
 
 ORDER = 10
 COMPLETED, AT_REST, OVERTURNED, STEP_LIMIT, NON_FINITE, STIFF = range(6)
@@ -853,7 +853,7 @@ def integrate(
     k, c, lam, b, h, inertia, g, corner, *_ = law
     scene = (k, c, lam, b, h, inertia - h * h, g), corner, state
     accuracy = tolerance, SHARPER * tolerance, max_steps
-    outcome, steps, n, clock, there, impacts = run(_rock, *scene, time, *accuracy, theta, rates)
+    outcome, steps, n, clock, there, impacts = _rock(*scene, time, *accuracy, theta, rates)
     if outcome != STIFF:
         return outcome, steps, 0, 0, steps, impacts
     later, own, *others, further = kernel.integrate(

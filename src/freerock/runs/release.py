@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 
 from freerock.arrays import Floats, Indices, Mask
-from freerock.models.compiled import run
 from freerock.rotation.still import BLOCKS_PER_WINDOW, Phase
 from freerock.runs.in_motion import SWING, in_motion, swings_of
 from freerock.runs.limits import RunLimits
@@ -232,7 +231,7 @@ class _Fall:
 
     def whitened(self, columns: Floats) -> Floats:
         """Columns in standard deviations of what the noise brings that is new, shape (n_means, n_columns)."""
-        found: Floats = run(whiten, columns / self.means.sigma[:, None], self.means.place, self.law)
+        found: Floats = whiten(columns / self.means.sigma[:, None], self.means.place, self.law)
         return found * self.weight[:, None]
 
     def shape(self, q: float, t0: float) -> tuple[Floats, Floats, Floats]:
@@ -311,7 +310,7 @@ def _early_motion(
     inverse = np.linalg.pinv((by / scale).T @ (by / scale)) / np.outer(scale, scale)
     influence = np.zeros((5, int(place[-1]) + 1))
     weights = np.ascontiguousarray(inverse @ (by[:-1] * fall.weight[:, None]).T)
-    influence[:, place] = run(transposed, weights, place, noise.law)
+    influence[:, place] = transposed(weights, place, noise.law)
     variance = np.diag(covariance_of_sums(noise, influence)) + (inverse[:, 1] / fall.moved) ** 2
     variance += noise.stuck * influence[:, place[~early]].sum(axis=1) ** 2
     loud = max(1.0, float(np.sum(left[early] ** 2)) / (np.count_nonzero(early) - 3))
