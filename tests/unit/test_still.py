@@ -208,3 +208,27 @@ def test_every_hold_is_found(releases, noise, overshoot, seed):
 def test_stretches():
     assert stretches(np.array([True, True, False, True])) == [(0, 1), (3, 3)]
     assert stretches(np.zeros(3, bool)) == []
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3, 4, 10, 59])  # of the last two, 2 phases find less
+def test_the_rest_of_an_oscillation_is_found_among_few_phases(seed, monkeypatch):
+    """As among all, in records with one rest, up to six stops before a release, and a hand that catches."""
+    draw, clock = np.random.default_rng(seed), np.arange(0, 4, 0.005)
+    n, level, parts = int(draw.integers(2, 12)), 0.5, [np.full(200, 0.5)]
+    for run in range(n):
+        angle = draw.uniform(0.5, 1) * draw.choice([-1, 1])
+        rest = [0.0] if run == n // 2 else []
+        stops = [*rest, *(angle * np.sort(draw.uniform(0.1, 0.9, draw.integers(0, 7)))), angle]
+        for stop in stops:
+            parts.append(level + (stop - level) * smooth(clock[:300], 0, 0.5))
+            level = stop
+        parts.append(angle * swing(clock, draw.uniform(0.15, 0.3)))
+        level = draw.uniform(-0.8, 0.8)
+        parts.append(parts[-1][-1] + (level - parts[-1][-1]) * smooth(clock[:300], 0, 0.5))
+    signal = np.concatenate(parts)
+    signal += 0.3 + 1e-3 * draw.standard_normal(signal.size)
+    found = []
+    for around in (12, still.AROUND, 10**6):
+        monkeypatch.setattr(still, "AROUND", around)
+        found.append(kinds(stationary_phases(0.005 * np.arange(signal.size), signal)))
+    assert found[0] == found[1] == found[2]

