@@ -204,3 +204,11 @@ def test_rerun_does_what_was_planned(checkout):
     assert {path.split("/")[2] for path in changed} == {"figures", "report.html", "provenance.json", "tables"}
     assert not any(path.endswith((".csv", ".nc")) for path in changed)
     assert checkout.planned() == {}
+
+
+def test_a_run_with_nothing_to_do_loads_no_pandas(checkout):
+    """Snakemake does so where it compares parameters itself; the ledger does it."""
+    done = checkout.snakemake(warm=False, PYTHONPROFILEIMPORTTIME="1")
+    assert done.returncode == 0 and "Nothing to be done" in done.stdout + done.stderr
+    assert " snakemake.dag\n" in done.stderr
+    assert " pandas\n" not in done.stderr
