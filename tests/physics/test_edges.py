@@ -77,7 +77,7 @@ def test_the_foundation_carries_a_block_with_rounded_edges(k, radius, theta):
 @given(st.floats(1e5, 1e9), radii)
 def test_depth_and_contact_of_an_upright_block_by_the_area_of_a_circle(k, radius):
     block = rounded(radius)
-    depth, half = kernel._upright(k / block.mass_kg, block.flat, radius, GRAVITY)
+    depth, half = kernel._upright(k / block.mass_kg, block.flat, radius, GRAVITY, 0.0)
     assert depth == pytest.approx(static_depth(block, Foundation(k), 0.0), rel=1e-9)
     if depth < radius:
         angle = math.acos(1 - depth / radius)
@@ -139,6 +139,7 @@ def test_a_block_at_rest_stays_at_rest():
         ("housner", {"r": 0.9}, GEOMETRIC),
         ("hunt_crossley", MARBLE, Rules(kinematics="pivoting")),
         ("hunt_crossley", MARBLE, Rules("tensionless")),
+        ("hardening", {**MARBLE, "kappa": 1e9}, Rules()),
     ],
 )
 def test_what_is_not_worked_out_is_refused(model, law, rules):
@@ -146,8 +147,8 @@ def test_what_is_not_worked_out_is_refused(model, law, rules):
         with pytest.raises(FreerockError) as error:
             refused(model, rounded(1e-3), law, TIME, theta0=0.1, rules=rules)
         assert str(error.value) == (
-            "edge_radius_m: rounded edges are worked out for a guided block on a foundation with the "
-            "geometric rule only; leave it out"
+            "edge_radius_m: rounded edges are worked out for a guided block with the geometric rule only, under "
+            "winkler, hunt_crossley, general; leave it out"
         )
 
 

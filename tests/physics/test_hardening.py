@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, contact_force, energy, static_depth
 from freerock.models.kernel import _accelerations as compiled_accelerations
@@ -98,6 +99,12 @@ def test_a_bed_without_end_is_hunt_and_crossleys():
     assert (
         np.abs(simulate("hardening", BLOCK, on_a_bed(math.inf), time, theta0=0.17).theta - plain).max() < 1e-7
     )
+
+
+def test_the_tensionless_rule_is_refused():
+    rules, time = Rules("tensionless"), np.linspace(0, 1, 11)
+    with pytest.raises(FreerockError, match=r"debonding: .*lambda and kappa"):
+        simulate("hardening", BLOCK, on_a_bed(0.01), time, theta0=0.1, rules=rules)
 
 
 @pytest.mark.parametrize("theta", [0.1, -0.1, 1e-3])

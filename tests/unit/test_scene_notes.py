@@ -307,7 +307,9 @@ def test_edges_stay_sharp_where_rounded_ones_are_not_worked_out():
     assert tensionless.of("winkler", ("edge_radius",)).widened == ()
     with pytest.raises(FreerockError) as error:
         check("housner", [BLOCK], FitSettings(("edge_radius",)))
-    assert str(error.value) == ("fits.free.housner: a rigid block has no rounded edges; remove edge_radius")
+    assert str(error.value) == (
+        "fits.free.housner: rounded edges are not worked out for housner; remove edge_radius"
+    )
     with pytest.raises(FreerockError) as error:
         check("winkler", [BLOCK], FitSettings(("edge_radius",), debonding="tensionless"))
     assert str(error.value) == (

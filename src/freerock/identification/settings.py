@@ -103,7 +103,7 @@ def check(model: str, blocks: Sequence[Block], settings: FitSettings) -> None:
         what = f"the tensionless rule is not available for {' and '.join(law.ratios)} together"
         raise FreerockError("fits.debonding", what, f"use geometric or remove {name} from fits.models")
     if "edge_radius" in settings.free and "edge_radius" not in law.nuisances:
-        raise FreerockError(key, "a rigid block has no rounded edges", "remove edge_radius")
+        raise FreerockError(key, f"rounded edges are not worked out for {name}", "remove edge_radius")
     if "edge_radius" in settings.free and settings.debonding != GEOMETRIC.debonding:
         what = "rounded edges require the geometric rule"
         raise FreerockError("fits.debonding", what, f"use geometric or remove edge_radius from {key}")

@@ -50,8 +50,11 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
     if not 0 < block.edge_radius < block.b:
         what = f"{block.edge_radius} m is no radius of an edge"
         raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
-    if not LAWS[model].is_foundation or rules != GEOMETRIC:
-        what = "rounded edges are worked out for a guided block on a foundation with the geometric rule only"
+    if "edge_radius" not in LAWS[model].nuisances or rules != GEOMETRIC:
+        what = (
+            "rounded edges are worked out for a guided block with the geometric rule only, on a foundation "
+        )
+        what += "that does not harden"
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
