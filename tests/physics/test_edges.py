@@ -147,8 +147,8 @@ def test_what_is_not_worked_out_is_refused(model, law, rules):
         with pytest.raises(FreerockError) as error:
             refused(model, rounded(1e-3), law, TIME, theta0=0.1, rules=rules)
         assert str(error.value) == (
-            "edge_radius_m: rounded edges are worked out for a guided block with the geometric rule only, under "
-            "winkler, hunt_crossley, general; leave it out"
+            "edge_radius_m: rounded edges are worked out for a guided block with the geometric rule only, "
+            "under winkler, hunt_crossley, general; leave it out"
         )
 
 

@@ -51,10 +51,8 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
         what = f"{block.edge_radius} m is no radius of an edge"
         raise FreerockError("edge_radius_m", what, f"give 0 to {block.b:g} m, half the width")
     if "edge_radius" not in LAWS[model].nuisances or rules != GEOMETRIC:
-        what = (
-            "rounded edges are worked out for a guided block with the geometric rule only, on a foundation "
-        )
-        what += "that does not harden"
+        laws = ", ".join(name for name, law in LAWS.items() if "edge_radius" in law.nuisances)
+        what = f"rounded edges are worked out for a guided block with the geometric rule only, under {laws}"
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
