@@ -195,7 +195,7 @@ def test_pulls_stand_beside_the_impacts_of_their_inputs(tables):
     rows = [
         {**key, "input": name, "input_owner": "b1", "input_stated": name == "width_m", "input_moved": shift}
         | {"input_remaining": left, "input_pull": pull, "impact_k_percent": impact}
-        | dict.fromkeys(("impact_r_percent", "impact_c_percent", "impact_lambda_percent"), math.nan)
+        | dict.fromkeys((f"impact_{other}_percent" for other in ("r", "c", "lambda", "kappa")), math.nan)
         for name, (shift, left, pull, impact) in moved.items()
     ]
     figure, data = pulls.draw(pd.DataFrame(rows), tables["choice"], "simulated", LABELS)

@@ -222,7 +222,7 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
         def text(a: float, at: float = float(at)) -> str:
             return f"{a * rate_hz:.1f} lost at {at:.2f} s"
 
-        yield Effect("samples", np.where(samples.time_s > at, rate, 0.0), text, EITHER)
+        yield Effect("samples", np.where(samples.time_s > at, rate, 0.0), text, (0.5 / rate_hz, math.inf))
 
 
 def _of_forces(path: _Path) -> Iterator[Effect]:
