@@ -222,7 +222,7 @@ def test_models_that_most_runs_choose_or_reject_are_marked(datasets):
         told = []
         for printed in list(printed_tables(frames, "simulated").values())[1:]:
             told.append([model for model in printed.text["Model"] if model[-1:] in "†‡" and model])
-            for mark, note in (("†", "† Rejected by most of the runs"), ("‡", "‡ Named for most")):
+            for mark, note in (("†", "† Rejected by most of the runs"), ("‡", "‡ Selected for most")):
                 noted = any(each.startswith(note) for each in printed.notes)
                 assert noted == (mark in "".join(told[-1]))
         assert told[0] == told[1]
