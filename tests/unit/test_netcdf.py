@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from freerock.errors import FreerockError
+from freerock.errors import DamagedProduct, FreerockError
 from freerock.files import sha256
 from freerock.identification.fit import ImpactEnergy
 from freerock.identification.model_discrepancy import Part
@@ -24,6 +24,8 @@ from freerock.products.groups import reasons_in
 from freerock.products.netcdf import (
     open_fits,
     open_record,
+    samples_in,
+    start_of,
     verdict_of,
     write_failure,
     write_fits,
@@ -237,6 +239,18 @@ def test_record_fails_only_when_no_run_can_be_used(tmp_path, verdicts, excluded,
     assert open_record(tmp_path / "a.nc").attrs["verdict"] == expected
 
 
+def test_what_stands_in_the_root_is_read_without_the_runs(folder, tmp_path):
+    tree = open_record(folder / "record_a.nc")
+    found = samples_in(folder / "record_a.nc", ["time", "theta", "flags", "voltage", "nothing"])
+    assert {*found} == {"time", "theta", "flags", "voltage"} & {*tree.variables}
+    for name, values in found.items():
+        assert values.dtype == tree[name].dtype
+        assert np.array_equal(values, tree[name].values, equal_nan=name != "flags")
+    assert start_of(folder / "record_a.nc") == tree.attrs.get("time_coverage_start", "")
+    write_record(tmp_path / "b.nc", made_up_record(), [], [], ATTRS | {"start_time": "2017-05-02T10:00:00"})
+    assert start_of(tmp_path / "b.nc") == "2017-05-02T10:00:00"
+
+
 def test_fits_come_back(folder):
     tree = open_fits(folder / "fits_a.nc")
     assert list(tree.children) == ["run_1", "run_2"]
@@ -370,7 +384,11 @@ def test_unreadable_datasets_are_told_in_one_line(folder, tmp_path):
             FreerockError, match=r"a\.nc: is not a readable netCDF file \(.*\); delete the file"
         ):
             open_record(path)
+        with pytest.raises(DamagedProduct):
+            samples_in(path, ["theta"])
     xr.Dataset({"theta": 1.0}).to_netcdf(path)
+    with pytest.raises(DamagedProduct, match=r"a\.nc: is not a readable netCDF file \(.*verdict"):
+        verdict_of(path)
     with pytest.raises(FreerockError, match=r"a\.nc: is not the record dataset of a record; delete the file"):
         open_record(path)
     with pytest.raises(FreerockError, match="is not the fits dataset of a record"):

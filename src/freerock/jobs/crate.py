@@ -12,7 +12,7 @@ from typing import Any
 
 from freerock.config.campaign import Campaign
 from freerock.jobs.metadata import KEYWORDS, SPDX, Metadata, creators_of
-from freerock.products.netcdf import open_record
+from freerock.products.netcdf import start_of
 
 NAME = "ro-crate-metadata.json"
 RUN_PROFILES = ("process/0.5", "workflow/0.5")
@@ -42,7 +42,7 @@ Json = dict[str, Any]
 def newest_date(campaign: Campaign) -> str:
     """Day of the newest record that says when it was taken, as 2017-05-02; empty where none does."""
     paths = [Path(f"results/{campaign.name}/records/{each.test}.nc") for each in campaign.records]
-    starts = (str(open_record(path, samples=False).attrs.get("time_coverage_start", "")) for path in paths)
+    starts = map(start_of, paths)
     return max((start[:10] for start in starts if re.match(r"\d{4}-\d\d-\d\d", start)), default="")
 
 

@@ -13,7 +13,7 @@ from freerock.models.laws import CANDIDATES
 from freerock.products.choices import GROUP, choice_dataset
 from freerock.products.groups import Attrs, reasons_in
 from freerock.products.names import IMPACTS, RUN, WITH_TOTAL, root_attributes
-from freerock.products.storage import open_product, readable, write_groups
+from freerock.products.storage import open_product, root_of, root_text, write_groups
 from freerock.runs.verdict import Level, Reason
 
 # Seconds: a time "since" a date becomes dates in xarray. CF asks one of a dimension named time.
@@ -159,9 +159,8 @@ def open_record(path: str | Path, samples: bool = True, only: Collection[str] = 
 
 def samples_in(path: str | Path, names: Iterable[str]) -> dict[str, Floats]:
     """The variables named that a record has over time; raises as `open_record`."""
-    with readable(path) as file:
-        file.set_auto_maskandscale(False)
-        return {name: np.asarray(file[name][...]) for name in names if name in file.variables}
+    with root_of(path) as file:
+        return {name: np.asarray(file[name]) for name in names if name in file}
 
 
 def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()) -> xr.DataTree:
@@ -169,10 +168,15 @@ def open_fits(path: str | Path, samples: bool = True, only: Collection[str] = ()
     return open_product(path, "fits", samples, only=only)
 
 
+def start_of(path: str | Path) -> str:
+    """When a record was taken, as ISO 8601; "" where it is not known; raises as `open_record`."""
+    return root_text(path, "time_coverage_start", "")
+
+
 def verdict_of(path: str | Path) -> tuple[Level, tuple[Reason, ...]]:
     """Verdict and reasons of a record or of its fits, without reading more; raises as `open_record`."""
-    with readable(path) as file:
-        return file.getncattr("verdict"), reasons_in({"reasons": file.getncattr("reasons")})
+    found: Any = root_text(path, "verdict")
+    return found, reasons_in({"reasons": root_text(path, "reasons")})
 
 
 def _record_verdict(runs: Sequence["Run"]) -> tuple[Level, list[Reason]]:
