@@ -97,8 +97,9 @@ class Fit:
         Impacts of the modelled motion, found by the estimator of the measured one.
     diagnostics : dict
         evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
-        (samples averaged into one); residual_over_sigma; coloured (1 where neighbouring residuals
-        correlate); white (1 where the residual passes for
+        (samples averaged into one); residual_over_sigma; mean_square (of the residual and the pulls [rad²],
+        with the inputs moved also where that does not explain the run); coloured (1 where neighbouring
+        residuals correlate); white (1 where the residual passes for
         white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
         noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
         effective_samples; charged (part of the BIC that is for freed numbers and inputs);
@@ -116,7 +117,7 @@ class Fit:
     parts : tuple of Part
         The same numbers from each part of the run (`model_discrepancy`); empty of a fit not to be used.
     pulled : str
-        Of a fit with fixed inputs: the input that would have to be wrong by most, in words.
+        The input that would have to be wrong by most, in words.
     result : lmfit.minimizer.MinimizerResult
         Of the reported least squares: its parameters are those of the fit [SI], and inputs that moved
         [standard uncertainties]; chi-square is that of its own samples and weights.
@@ -229,20 +230,20 @@ def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Reso
 
 
 def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
-    """What the end of the search is worth: with the inputs moved where that explains the run, else held."""
+    """What the end of the search is worth: with the inputs moved where that leaves noise, else held."""
     moves = solution.success and Nuisances.of(problem).sources
     best = settled(problem, solution.x) if moves else None
     if best is None or best.result is None:
         return _held(problem, solution, resolution)
     moved = _End(best, *uncertainty(best))
-    if not (moved.is_noise and moved.contributions.p_of_pulls > REJECTS):
-        fit = _held(problem, solution, resolution, moved)
-        return replace(fit, pulled=_pulled(problem.motions[0].laboratory, moved.contributions))
+    pulled = _pulled(problem.motions[0].laboratory, moved.contributions)
+    if not moved.is_noise:
+        return replace(_held(problem, solution, resolution, moved), pulled=pulled)
     evaluations = solution.evaluations + best.result.nfev
     solution = replace(solution, evaluations=evaluations, result=best.result)
     _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
     fit = _told(moved, solution, resolution, holdout, moved)
-    return replace(fit, contributions=moved.contributions) if fit.success else fit
+    return replace(fit, contributions=moved.contributions, pulled=pulled) if fit.success else fit
 
 
 def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "_End | None" = None) -> Fit:
@@ -310,6 +311,7 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     failed = failure(problem, solution, known, epsilon)
     diagnostics = _diagnostics(problem, solution, resolution, best.residual, known)
     diagnostics |= {"white": float(is_white(best.residual))}
+    diagnostics["mean_square"] = (moved or end).best.mean_square
     diagnostics |= _against_noise((moved or end).best.against_rest, likely)
     parts, doubts = tuple[Part, ...](), [end.doubt]
     if moved:

@@ -227,6 +227,12 @@ class Posterior:
         of_inputs = np.hstack([np.zeros((n_z, n)), np.eye(n_z)])
         return np.append(value, self.z), np.vstack([of_release, of_inputs])
 
+    @property
+    def mean_square(self) -> float:
+        """Mean square of the residual, with what the priors add to the objective [rad²]."""
+        value, left = self.prior[0], float(np.mean(self.residual**2))
+        return left + self.level**2 * float(value @ value) / len(self.residual) if len(value) else left
+
     @cached_property
     def whitened(self) -> Whitened:
         """Residual and derivatives without the law of the noise, beside the priors."""

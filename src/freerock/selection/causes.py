@@ -88,7 +88,8 @@ def _scored(end: Posterior, known: list[Effect]) -> Iterator[_Tried]:
     """Each cause with its score; effects stand behind the inputs."""
     n, noises = int(end.free.sum()), [each.noise for each in end.problem.motions]
     columns = np.column_stack([end.columns, *(each.column for each in known[len(end.z) :])])
-    rows = Whitened(end.residual, columns, end.samples.lengths, noises).rows
+    as_stated = end.residual - end.by_inputs @ end.z
+    rows = Whitened(as_stated, columns, end.samples.lengths, noises).rows
     others = without_own(rows[:, 1 : 1 + n], np.delete(rows, np.s_[1 : 1 + n], axis=1))
     left, columns = others[:, 0], others[:, 1:]
     size = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)

@@ -104,6 +104,11 @@ class Evidence:
         """Whether only noise is left."""
         return not self.objection
 
+    @property
+    def needs_an_input(self) -> bool:
+        """Whether only noise is left, but with an input beyond its prior."""
+        return self.noise_p > RESIDUAL and not self.pulls_p > REJECTS
+
     def rules_out(self, other: "Evidence") -> bool:
         """Whether the data tell this candidate from another one, in its favour.
 

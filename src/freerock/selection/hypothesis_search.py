@@ -4,7 +4,8 @@ Every run is fitted with the laws of the campaign as the paper has them. The sea
 other kinematics, one damping more, a contact width, tilt, edge radius or release that is not as stated. All
 that free as many numbers are tried together: a quick fit screens each, and those near the best are fitted in
 full. The search ends where something explains the run, no untried hypothesis frees as few numbers, and the
-derivatives require no other number.
+derivatives require no other number; or where a law would explain the run with an input beyond its prior, and
+no hypothesis with one number more does.
 """
 
 import math
@@ -16,12 +17,12 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit, fit_record
-from freerock.identification.noise import hopeless_from, least_mean_square
+from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, MODELS, PER_RUN, law_of
 from freerock.runs.motion import Motion
 from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
@@ -46,6 +47,8 @@ class Effort:
     promises : float
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
+    rivals : float
+        Times the least misfit of hypotheses that free no more numbers, up to which one is extended.
     widened : int
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
@@ -58,6 +61,7 @@ class Effort:
     beaten: float = 4.0
     clearly: float = 1e-8
     promises: float = 0.5
+    rivals: float = 10.0
     widened: int = 2
     edges_m: tuple[float, float] = (5e-4, 2e-3)
     one_radius: float = 0.1
@@ -253,7 +257,9 @@ class _Search:
         possible = self.possible
         if not possible:
             least = min(map(self.rank, untried), default=0)
-            return [each for each in untried if self.rank(each) == least]
+            # an input beyond its prior is one number, too
+            beyond = [self.rank(each) + 1 for each, fit in self.fits.items() if evidence(fit).needs_an_input]
+            return [each for each in untried if self.rank(each) == least <= min(beyond, default=least)]
         smallest = min(map(self.rank, possible))
         best = min(possible, key=lambda each: possible[each].bic)
         alike = [each for each in possible if each.widened == best.widened]
@@ -294,11 +300,16 @@ class _Search:
     def _extended(self) -> list[Hypothesis]:
         """Hypotheses whose neighbours are tried: the laws, and what took most of its parents' misfit."""
         explaining, noise = self.explaining, least_mean_square(self.motion)
+        little = (LOUDNESS.louder**2 - 1) * noise
+        left = {each: max(self._mean_square(each) - noise, little) for each in {**self.fits, **self.quick}}
         kept = []
-        for each in (*self.fits, *(each for each in self.quick if each not in self.fits)):
-            own = self._mean_square(each) - noise
-            parents = [self._mean_square(other) - noise for other in self._parents(each)]
-            if each in explaining or not parents or own <= EFFORT.promises * min(parents):
+        for each, own in left.items():
+            parents = [left[other] for other in self._parents(each)]
+            beside = [left[other] for other in left if _other_damping(other, each)]
+            if each in explaining or (
+                own <= EFFORT.rivals * min(beside, default=math.inf)
+                and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
+            ):
                 kept.append(each)
         return kept
 
@@ -418,11 +429,10 @@ class _Search:
                 self.left_out.pop(each)
 
     def _mean_square(self, each: Hypothesis) -> float:
-        """Mean square residual of the samples that count [rad²]."""
+        """Mean square of the residual and the pulls, with the inputs moved [rad²]."""
         if each not in self.fits:
             return self.quick[each].mean_square
-        counts = self.motion.time_s >= self.motion.fit_start_s
-        return float(np.nanmean(self.fits[each].residual[counts] ** 2))
+        return self.fits[each].diagnostics["mean_square"]
 
 
 def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
@@ -432,6 +442,13 @@ def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
     if end.given_up:
         return LeftOut(reason, math.nan)
     return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
+
+
+def _other_damping(other: Hypothesis, each: Hypothesis) -> bool:
+    """Whether two hypotheses differ by the law alone, of which the first frees no more numbers."""
+    one, own = CANDIDATES[other.model], CANDIDATES[each.model]
+    alike = (one.kinematics, one.width, other.widened) == (own.kinematics, own.width, each.widened)
+    return alike and len(MODELS[other.model]) <= len(MODELS[each.model])
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:

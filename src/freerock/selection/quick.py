@@ -113,8 +113,7 @@ def screen(
     if moves or end.mean_square <= beyond:
         moved = settled(problem, end.x, SEARCH.samples, SEARCH.ftol)
         if moved.result is not None:
-            residual, square = moved.residual, float(moved.prior[0] @ moved.prior[0])
-            left = float(np.mean(residual**2)) + moved.level**2 * square / len(residual)
+            residual, left = moved.residual, moved.mean_square
     values = dict(zip(problem.names, problem.physical(end.x).tolist(), strict=True))
     return Screening(
         model,
