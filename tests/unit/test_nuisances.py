@@ -21,9 +21,11 @@ from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.runs.noise import noise_at_rest
+from freerock.selection import hypothesis_search
 from freerock.selection.choice import evidence
-from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.hypothesis_search import identify_run
+from freerock.selection.quick import Screening
 from freerock.selection.scene_notes import pulled_inputs
 
 BLOCK = Block(0.28, 0.07, 5.84)
@@ -162,15 +164,43 @@ def test_worn_corners_are_a_width_beyond_its_prior():
     assert abs(fit.values["width"] - worn) < 4 * total
 
 
-def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
+def off_by_height(off_m, u):
+    """A block stated shorter than it is, and its run; only the height is uncertain."""
     _, motion = measured(6, drawn=0.0)
-    height = replace(INPUTS[0], u=1e-4)
-    laboratory = Laboratory(replace(BLOCK, height_m=BLOCK.height_m - 6e-4), {"l": LASER}, (height,))
-    motion = replace(motion, laboratory=laboratory, view=view_of([LASER], laboratory.block))
-    fit = fit_run("housner", laboratory.block, motion)
+    height = replace(INPUTS[0], u=u)
+    laboratory = Laboratory(replace(BLOCK, height_m=BLOCK.height_m - off_m), {"l": LASER}, (height,))
+    return laboratory.block, replace(motion, laboratory=laboratory, view=view_of([LASER], laboratory.block))
+
+
+def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
+    block, motion = off_by_height(6e-4, 1e-4)
+    fit = fit_run("housner", block, motion)
     assert not evidence(fit).explains
     assert fit.pulled.startswith("height_m of b off by +0.00059")
     assert evidence(fit).objection == f"requires {fit.pulled}"
+    # its numbers are those beside the moved input, which the stated one would falsify
+    assert abs(fit.values["r"] - 0.93) < 3 * fit.contributions.total(fit.stderr)[0]
+
+
+def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
+    block, motion = off_by_height(6e-4, 1e-4)
+    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    law = Hypothesis("housner")
+    search.fit(law)
+    assert evidence(search.fits[law]).needs_an_input
+
+    def next_after_in_vain():
+        first = search.worth_trying()
+        assert {search.rank(each) for each in first} == {search.rank(law) + 1}
+        empty, left = np.empty(0), search.fits[law].diagnostics["mean_square"]
+        search.quick = {each: Screening(each.model, {}, empty, empty, left, 1, False) for each in first}
+        return search.worth_trying()
+
+    assert next_after_in_vain() == []
+    fit, search.quick = search.fits[law], {}
+    no_input = {"pulls_p": 1.0, "noise_p": 1e-6}  # is the cause
+    search.fits[law] = replace(fit, diagnostics=fit.diagnostics | no_input)
+    assert {search.rank(each) for each in next_after_in_vain()} == {search.rank(law) + 2}
 
 
 def test_a_pull_beyond_two_names_the_input():

@@ -60,7 +60,7 @@ class InputSettings:
     near: float = 0.3
     farthest: float = 8.0
     worn_m: float = 3e-4
-    ftol: float = 1e-8
+    ftol: float = 1e-7
     most: int = 25
     takes: float = 1.0
     beyond: float = 25.0

@@ -106,8 +106,8 @@ class Evidence:
 
     @property
     def needs_an_input(self) -> bool:
-        """Whether only noise is left, but with an input beyond its prior."""
-        return self.noise_p > RESIDUAL and not self.pulls_p > REJECTS
+        """Whether an input would have to be beyond its prior."""
+        return not self.pulls_p > REJECTS
 
     def rules_out(self, other: "Evidence") -> bool:
         """Whether the data tell this candidate from another one, in its favour.

@@ -232,6 +232,11 @@ class _Search:
             self.lasting[each] = lasts(each, fit, self.block, self.motion, self.hypotheses)
         return self.lasting.get(each, True)
 
+    def _needs_an_input(self, each: Hypothesis) -> bool:
+        """Whether a hypothesis leaves hardly more than noise, but with an input beyond its prior."""
+        louder = self._mean_square(each) > LOUDNESS.louder**2 * least_mean_square(self.motion)
+        return evidence(self.fits[each]).needs_an_input and not louder
+
     @property
     def possible(self) -> dict[Hypothesis, Fit]:
         """Those that explain the run, and that no other one rules out."""
@@ -258,8 +263,8 @@ class _Search:
         if not possible:
             least = min(map(self.rank, untried), default=0)
             # an input beyond its prior is one number, too
-            beyond = [self.rank(each) + 1 for each, fit in self.fits.items() if evidence(fit).needs_an_input]
-            return [each for each in untried if self.rank(each) == least <= min(beyond, default=least)]
+            with_input = [self.rank(each) + 1 for each in self.fits if self._needs_an_input(each)]
+            return [each for each in untried if self.rank(each) == least <= min(with_input, default=least)]
         smallest = min(map(self.rank, possible))
         best = min(possible, key=lambda each: possible[each].bic)
         alike = [each for each in possible if each.widened == best.widened]
