@@ -10,7 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PLACES = [ROOT, ROOT / "src", ROOT / "src/freerock"]
 DOCUMENTS = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-SUFFIXES = "py|smk|md|lock|toml|mplstyle|j2|js|rst"
+SUFFIXES = "py|smk|md|yml|lock|toml|mplstyle|j2|js|rst"
 NAMED = re.compile(rf"`([\w.][\w./*{{}},-]*(?:/|\.(?:{SUFFIXES}))|[\w.]+(?:/[\w*.-]+)+)(?:::\w+)?`")
 LINKED = re.compile(r"\]\(([^)#:]+)(?:#[^)]*)?\)")
 DOTTED = re.compile(r"\bfreerock(?:_bench)?(?:\.[A-Za-z_]\w*)+\b(?!/)")

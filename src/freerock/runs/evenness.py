@@ -17,7 +17,7 @@ from freerock.runs.verdict import Reason
 FIRST = 10  # impacts that are looked at: the restitution of low swings is uncertain
 SURE = 5.0  # standard errors, of which the scatter of clean runs is a part
 BENT = 0.05  # of how far the restitution goes from the second impact to the last: more scatter where it bends
-ALTERNATES = "level the base, and check sign and face of the laser"
+ALTERNATES = "level the base, and check the sign of the laser"
 FALLS_OUT = "the block may have been touched, hit or caught, or it slid: look there, and exclude the run"
 
 
