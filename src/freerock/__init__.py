@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from freerock.config.campaign import load_campaign, load_config
     from freerock.errors import FreerockError
-    from freerock.identification.discrepancy import epsilon_theta
+    from freerock.identification.epsilon_theta import epsilon_theta
     from freerock.identification.fit import Fit, fit_record, fit_run
     from freerock.identification.lmfit_models import HousnerModel, HuntCrossleyModel, WinklerModel
     from freerock.identification.settings import FitSettings
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 _ROOMS = {  # module: the public names it holds
     "config.campaign": ("load_campaign", "load_config"),
     "errors": ("FreerockError",),
-    "identification.discrepancy": ("epsilon_theta",),
+    "identification.epsilon_theta": ("epsilon_theta",),
     "identification.fit": ("Fit", "fit_record", "fit_run"),
     "identification.lmfit_models": ("HousnerModel", "HuntCrossleyModel", "WinklerModel"),
     "identification.settings": ("FitSettings",),

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.housner import housner_swings

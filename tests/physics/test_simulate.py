@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, State, accelerations, energy, static_depth
 from freerock.models.ground import accelerogram, pulse

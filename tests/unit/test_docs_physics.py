@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block

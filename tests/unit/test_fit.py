@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.identification.fit import fit_run
 from freerock.models.laws import GEOMETRIC, LAWS, Rules
 from freerock.models.published import BLOCKS, TABLE_2

@@ -7,7 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.block import Block
 from freerock.models.simulate import simulate_theta
 from freerock.populations.misfit import GRID, between_cells, cubic_spline, misfit_map

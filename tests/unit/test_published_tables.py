@@ -9,7 +9,7 @@ import pytest
 
 from freerock.config.campaign import load_campaign
 from freerock.figures.style import save
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.models.laws import MODELS
 from freerock.models.published import TABLE_2, TABLE_3
 from freerock.models.simulate import simulate_theta

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.identification.fit import fit_record, fit_run
 from freerock.identification.levels import ASKED
 from freerock.identification.nuisances import at_end

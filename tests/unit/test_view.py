@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.models.block import GRAVITY, Block
 from freerock.models.contact import Foundation, static_depth
 from freerock.models.simulate import Solver

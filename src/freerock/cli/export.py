@@ -252,7 +252,7 @@ def _solved(campaign: Campaign, engine: Engine, scene: Scene) -> tuple["Floats",
     """θ(t) of the law under the engine's rule, and ε_θ of the rule of the fits against it."""
     import numpy as np
 
-    from freerock.identification.discrepancy import epsilon_theta
+    from freerock.identification.epsilon_theta import epsilon_theta
     from freerock.models.laws import Rules
     from freerock.models.simulate import Solver, simulate_theta
 

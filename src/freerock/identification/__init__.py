@@ -5,7 +5,7 @@ A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `
 """
 
 __all__ = [
-    "discrepancy",
+    "epsilon_theta",
     "fit",
     "least_squares",
     "levels",

@@ -12,7 +12,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.discrepancy import epsilon_theta, is_white
+from freerock.identification.epsilon_theta import epsilon_theta, is_white
 from freerock.identification.intervals import Uncertainty, uncertainty
 from freerock.identification.least_squares import Solution, in_si_units, least_squares
 from freerock.identification.levels import REJECTS, RESIDUAL, chance_of, doubt

@@ -9,7 +9,7 @@ import lmfit
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.identification.intervals import Uncertainty
 from freerock.identification.levels import NORMAL_95
 from freerock.identification.problem import FINE, Problem, Samples

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from freerock.arrays import Floats
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.intervals import SINGULAR, Uncertainty
 from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.levels import NORMAL_95

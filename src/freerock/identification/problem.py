@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.identification.settings import FitSettings
 from freerock.models.block import Block
 from freerock.models.given import Given, evaluated, in_order

@@ -20,7 +20,7 @@ import pandas as pd
 from scipy.stats import t
 
 from freerock.arrays import Floats
-from freerock.identification.discrepancy import as_measured
+from freerock.identification.epsilon_theta import as_measured
 from freerock.identification.problem import COARSE
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed

@@ -17,7 +17,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed

@@ -7,7 +7,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
-from freerock.identification.discrepancy import as_measured, epsilon_theta
+from freerock.identification.epsilon_theta import as_measured, epsilon_theta
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, PER_RUN
 from freerock.models.simulate import Solver

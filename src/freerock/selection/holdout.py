@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from freerock.arrays import Floats
-from freerock.identification.discrepancy import epsilon_theta
+from freerock.identification.epsilon_theta import epsilon_theta
 from freerock.identification.fit import Fit
 from freerock.identification.nuisances import in_found
 from freerock.identification.problem import Problem
