@@ -14,8 +14,8 @@ from freerock.models.laws import CANDIDATES, MODELS, PAPER_MODELS, unit_of
 from freerock.products import netcdf as datasets
 from freerock.products.runs import runs_in
 from freerock.runs.impacts import Impacts
+from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.segment import Run
-from freerock.runs.total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict
 from freerock.selection.choice import choose, evidence
 

@@ -34,8 +34,8 @@ from freerock.products.netcdf import (
 from freerock.products.runs import impacts_in, runs_in
 from freerock.rotation.laboratory import Contributions, Input
 from freerock.runs.impacts import Impacts
+from freerock.runs.measured_total import MeasuredTotal
 from freerock.runs.segment import Run
-from freerock.runs.total import MeasuredTotal
 from freerock.runs.verdict import Reason, Verdict, in_one_line
 
 ATTRS = {

@@ -29,9 +29,9 @@ from freerock.runs.by_hand import ByHand
 from freerock.runs.impacts import Impacts
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
+from freerock.runs.measured_total import MeasuredTotal, measured_total
 from freerock.runs.moving import Position
 from freerock.runs.segment import Run
-from freerock.runs.total import MeasuredTotal, measured_total
 from freerock.runs.verdict import Reason
 from freerock.units import BASE, in_base_units
 

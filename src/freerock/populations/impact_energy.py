@@ -25,8 +25,8 @@ from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.view import View, view_of
 from freerock.runs.impacts import Impacts
 from freerock.runs.limits import OF_RUNS
+from freerock.runs.measured_total import restitution_of
 from freerock.runs.release import lowered
-from freerock.runs.total import restitution_of
 
 
 @dataclass(frozen=True)

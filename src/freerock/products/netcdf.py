@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from freerock.identification.fit import Fit
     from freerock.populations.impact_energy import BlockPeaks
     from freerock.runs.impacts import Impacts
+    from freerock.runs.measured_total import MeasuredTotal
     from freerock.runs.segment import Run
-    from freerock.runs.total import MeasuredTotal
     from freerock.selection.choice import Choice
 
 

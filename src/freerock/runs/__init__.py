@@ -10,6 +10,7 @@ __all__ = [
     "impacts",
     "judged",
     "limits",
+    "measured_total",
     "motion",
     "moving",
     "noise",
@@ -18,6 +19,5 @@ __all__ = [
     "release",
     "segment",
     "tops",
-    "total",
     "verdict",
 ]
