@@ -92,7 +92,8 @@ class Identified:
     widened : tuple of str
         Priors that these fits widen (`hypotheses.WIDENED`).
     alternatives : dict of Hypothesis to Fit
-        What explains the run as well with other priors widened, or with edges of another radius.
+        What explains the run as well with other priors widened, with edges of another radius, or with an
+        input beyond its prior.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -404,6 +405,9 @@ class _Search:
 
         found = Identified(told(self.fits), told(self.left_out), told(self.errors), best.widened)
         bar = explaining[best].bic + TELLS if explaining else -math.inf
+        for each, fit in self.fits.items():
+            if explaining and self.rank(each) < self.rank(best) and _bic_with_input(fit) <= bar:
+                found.alternatives[each] = fit
         for each, fit in (*explaining.items(), *self.others):
             named = found.fits.get(each.model)
             if fit.bic <= bar and evidence(fit).explains and fit is not named:
@@ -438,6 +442,14 @@ class _Search:
         if each not in self.fits:
             return self.quick[each].mean_square
         return self.fits[each].diagnostics["mean_square"]
+
+
+def _bic_with_input(fit: Fit) -> float:
+    """The BIC of a fit that leaves noise, were the prior of its most pulled input wide: as of one number more."""
+    if fit.contributions is None or not evidence(fit).needs_an_input:
+        return math.inf
+    most = float(np.nanmax(np.abs(fit.contributions.pulls)))
+    return fit.bic - most**2 + math.log(fit.diagnostics["effective_samples"])
 
 
 def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:

@@ -13,6 +13,7 @@ from freerock.models.laws import MODEL_LABELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
+from freerock.selection.choice import evidence
 from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
 
@@ -63,7 +64,8 @@ def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
 
 
 def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reason]:
-    """A warning where a hypothesis that widens other priors explains a run as well, with another k or r.
+    """A warning where a hypothesis with other priors, or with an input beyond its prior, explains a run as
+    well, with another k or r.
 
     Parameters
     ----------
@@ -86,6 +88,8 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
+    if as_well.pulled and evidence(as_well).needs_an_input:
+        said, reason = [*said, as_well.pulled], "pulled_input"
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
