@@ -26,7 +26,7 @@ from freerock.selection.choice import evidence
 from freerock.selection.hypotheses import BY_DEFAULT, Hypothesis
 from freerock.selection.hypothesis_search import identify_run
 from freerock.selection.quick import Screening
-from freerock.selection.scene_notes import pulled_inputs
+from freerock.selection.scene_notes import explains_as_well, pulled_inputs
 
 BLOCK = Block(0.28, 0.07, 5.84)
 LASER = Laser("horizontal", 0.2, 0.1)
@@ -201,6 +201,26 @@ def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
     no_input = {"pulls_p": 1.0, "noise_p": 1e-6}  # is the cause
     search.fits[law] = replace(fit, diagnostics=fit.diagnostics | no_input)
     assert {search.rank(each) for each in next_after_in_vain()} == {search.rank(law) + 2}
+
+
+@pytest.mark.parametrize("apart, is_named", [(9.0, True), (11.0, False)])
+def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apart, is_named):
+    block, motion = off_by_height(1e-3, 2e-4)
+    law, wider = Hypothesis("housner"), Hypothesis("housner_width")
+    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    for each in (law, wider):
+        search.fit(each)
+    pulled = search.fits[law]
+    with_input = pulled.bic - np.nanmax(np.abs(pulled.contributions.pulls)) ** 2
+    with_input += math.log(pulled.diagnostics["effective_samples"])
+    explains = search.fits[wider].diagnostics | {"noise_p": 1.0, "pulls_p": 1.0, "added_damping": 0.0}
+    search.fits[wider] = replace(search.fits[wider], bic=with_input - apart, diagnostics=explains)
+    found = search.found()
+    assert found.choice(BY_DEFAULT).selected == wider.model
+    assert [*found.alternatives] == [law] * is_named
+    notes = list(explains_as_well(law, pulled, replace(pulled, value=2 * pulled.value)))
+    assert [(note.verdict, note.name) for note in notes] == [("warn", "pulled_input")]
+    assert notes[0].text.startswith(f"Housner with {pulled.pulled} explains the run as well, with r -50 %")
 
 
 def test_a_pull_beyond_two_names_the_input():
