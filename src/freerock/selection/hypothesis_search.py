@@ -445,7 +445,7 @@ class _Search:
 
 
 def _bic_with_input(fit: Fit) -> float:
-    """The BIC of a fit that leaves noise, with the prior of its most pulled input widened as one number more."""
+    """The BIC of a fit that leaves noise, were its most pulled input one number more: of a wide prior."""
     if fit.contributions is None or not evidence(fit).needs_an_input:
         return math.inf
     most = float(np.nanmax(np.abs(fit.contributions.pulls)))
