@@ -51,7 +51,7 @@ ROWS = {  # table: what a row is
     "restitution_law.csv": "block, foundation and quantity",
     "populations.csv": "level, model and parameter",
     "budget.csv": "mean and contribution to its uncertainty",
-    "pulls.csv": "input of a run that a law explains",
+    "pulls.csv": "input of a run whose residual passes for noise",
     "foundations.csv": "foundation, model and parameter",
     "predictions.csv": "run, model and basis",
     "fragility.csv": "record, intensity measure and point of the curve",

@@ -182,6 +182,17 @@ def test_an_input_off_by_more_than_its_prior_rejects_the_law_and_is_named():
     assert abs(fit.values["r"] - 0.93) < 3 * fit.contributions.total(fit.stderr)[0]
 
 
+def test_what_a_law_with_a_pulled_input_would_be_with_the_stated_one_counts_as_discrepancy():
+    block, motion = off_by_height(2e-4, 1e-4)
+    near = fit_run("housner", block, motion)
+    held = replace(motion, laboratory=replace(motion.laboratory, inputs=()))
+    shift = fit_run("housner", block, held).values["r"] - near.values["r"]
+    assert near.contributions.if_as_stated[0] == pytest.approx(shift, rel=0.2)
+    assert near.discrepancy[0] < 0.1 * abs(shift)
+    far = fit_run("housner", *off_by_height(6e-4, 1e-4))
+    assert far.discrepancy[0] >= abs(far.contributions.if_as_stated[0]) > 2 * abs(shift)
+
+
 def test_an_input_beyond_its_prior_counts_as_one_number_in_the_search():
     block, motion = off_by_height(6e-4, 1e-4)
     search = hypothesis_search._Search(block, motion, BY_DEFAULT)
@@ -212,7 +223,8 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
         search.fit(each)
     pulled = search.fits[law]
     with_input = pulled.bic - np.nanmax(np.abs(pulled.contributions.pulls)) ** 2
-    with_input += math.log(pulled.diagnostics["effective_samples"])
+    (remaining,) = pulled.contributions.remaining
+    with_input += math.log(pulled.diagnostics["effective_samples"]) + 2 * math.log(remaining)
     explains = search.fits[wider].diagnostics | {"noise_p": 1.0, "pulls_p": 1.0, "added_damping": 0.0}
     search.fits[wider] = replace(search.fits[wider], bic=with_input - apart, diagnostics=explains)
     found = search.found()

@@ -69,7 +69,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
             own = scene[scene["status"] == status]
             _dots(ax, own[own["explains"].astype(bool) | (status != "selected")], shown, look)
         nearest = scene[(scene["status"] == "selected") & ~scene["explains"].astype(bool)]
-        _dots(ax, nearest, shown, NEAREST | {"label": "nearest, leaves more than noise"})
+        _dots(ax, nearest, shown, NEAREST | {"label": "nearest, explains no run"})
         ax.margins(x=0.05)
     first = next(iter(panels.values()))
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))

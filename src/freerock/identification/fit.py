@@ -240,10 +240,12 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
     if not moved.is_noise:
         return replace(_held(problem, solution, resolution, moved), pulled=pulled)
     evaluations = solution.evaluations + best.result.nfev
-    solution = replace(solution, evaluations=evaluations, result=best.result)
+    at_inputs = replace(solution, evaluations=evaluations, result=best.result)
     _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
-    fit = _told(moved, solution, resolution, holdout, moved)
-    return replace(fit, contributions=moved.contributions, pulled=pulled) if fit.success else fit
+    fit = _told(moved, at_inputs, resolution, holdout, moved)
+    if not fit.success:
+        return replace(_held(problem, solution, resolution, moved), pulled=pulled)
+    return replace(fit, contributions=moved.contributions, pulled=pulled)
 
 
 def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "_End | None" = None) -> Fit:
@@ -327,6 +329,8 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
     value, fixed = problem.physical(x), known.stderr == 0
     law = np.where(fixed, 0.0, model_discrepancy(value, parts)) if any(doubts) else np.zeros(len(x))
     law *= max(doubts)
+    if moved is end and moved.contributions.p_of_pulls <= REJECTS:
+        law = np.hypot(law, moved.contributions.if_as_stated)
     if problem.settings.profile and not failed:
         from freerock.identification.lmfit_models import with_profile  # for few
 

@@ -197,7 +197,7 @@ def _unexplained(lost: Sequence[Answer], n: Number) -> Iterator[Sentence]:
     whom: Sentence = ("the others",)
     if len(lost) == int(n.text):
         whom = ("any of the ", n, " runs") if len(lost) > 1 else ("the only run",)
-    yield ("No law explains ", *whom, ": the residual exceeds the noise of the sensor.")
+    yield ("No law explains ", *whom, ": the residual exceeds the noise, or an input would have to be wrong.")
     counted = Counter(each.model for each in lost if each.model)
     if nearest := [MODEL_LABELS[model] for model, _ in counted.most_common(2)]:
         comes = "comes" if len(nearest) == 1 else "come"

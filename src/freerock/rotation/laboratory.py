@@ -186,6 +186,15 @@ class Contributions:
         seen = np.abs(self.pulls[~np.isnan(self.pulls)])
         return min(1.0, 2 * len(seen) * float(ndtr(-seen.max(initial=0.0)))) if len(seen) else 1.0
 
+    @property
+    def if_as_stated(self) -> Floats:
+        """Shift of each number, to first order, where the most pulled input is held at its stated value and
+        all else is fitted again; shape (n_numbers,)."""
+        j = self.most_pulled
+        if j is None:
+            return np.zeros(len(self.values))
+        return np.asarray(-self.impacts[:, j] * self.moved[j] / self.remaining[j])
+
     def total(self, *others: Floats) -> Floats:
         """Combined standard uncertainty with those of noise and law, each of shape (n_numbers,)."""
         squares = [each**2 for each in others]

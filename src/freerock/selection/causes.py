@@ -1,13 +1,14 @@
 """The causes of a misfit, ranked by the share that each would remove.
 
-Of the residual r that a fit leaves and the derivative a by an input or by an effect that no law has, both
-whitened and without what the free numbers take up, the cause alone would take (a·r)²/(a·a) of r·r, moved by
--(a·r)/(a·a): the score of a number that is not yet free. Causes whose derivatives are alike are named
-together.
+Of the residual r that a fit would leave with its inputs as stated and the derivative a by an input or by an
+effect that no law has, both whitened and without what the free numbers take up, the cause alone would take
+(a·r)²/(a·a) of r·r, moved by -(a·r)/(a·a): the score of a number that is not yet free. Causes whose
+derivatives are alike are named together.
 """
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -100,7 +101,7 @@ def _scored(end: Posterior, known: list[Effect]) -> Iterator[_Tried]:
         if each.bounds[0] <= amount <= each.bounds[1]:
             rest = whole * (1 - share) + charge
             yield _Tried(each, share, rest, amount, columns[:, j] / size[j])
-    frequency, share = line_in(end)
+    frequency, share = line_in(replace(end, residual=as_stated))
     if not frequency:
         return
     what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias k"

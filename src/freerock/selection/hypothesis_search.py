@@ -17,12 +17,13 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit, fit_record
+from freerock.identification.levels import TRACE
 from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, MODELS, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.runs.motion import Motion
 from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
@@ -48,7 +49,8 @@ class Effort:
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
     rivals : float
-        Times the least misfit of hypotheses that free no more numbers, up to which one is extended.
+        Times the least misfit under another law of the foundation beside the same kinematics, width and
+        priors, that frees no more numbers, up to which a hypothesis is extended.
     widened : int
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
@@ -233,10 +235,14 @@ class _Search:
             self.lasting[each] = lasts(each, fit, self.block, self.motion, self.hypotheses)
         return self.lasting.get(each, True)
 
-    def _needs_an_input(self, each: Hypothesis) -> bool:
-        """Whether a hypothesis leaves hardly more than noise, but with an input beyond its prior."""
-        louder = self._mean_square(each) > LOUDNESS.louder**2 * least_mean_square(self.motion)
-        return evidence(self.fits[each]).needs_an_input and not louder
+    @property
+    def _with_inputs(self) -> float:
+        """Least rank of the best hypotheses that would explain the run, were inputs beyond their priors: each
+        of these is one number, too."""
+        best = min((fit.bic for fit in self.fits.values() if fit.success), default=math.inf)
+        known = {each: (fit, _beyond(fit)) for each, fit in self.fits.items() if fit.bic <= best + TELLS}
+        ranks = [self.rank(each) + n for each, (fit, n) in known.items() if evidence(fit).needs_an_input]
+        return min(ranks, default=math.inf)
 
     @property
     def possible(self) -> dict[Hypothesis, Fit]:
@@ -263,9 +269,7 @@ class _Search:
         possible = self.possible
         if not possible:
             least = min(map(self.rank, untried), default=0)
-            # an input beyond its prior is one number, too
-            with_input = [self.rank(each) + 1 for each in self.fits if self._needs_an_input(each)]
-            return [each for each in untried if self.rank(each) == least <= min(with_input, default=least)]
+            return [each for each in untried if self.rank(each) == least <= self._with_inputs]
         smallest = min(map(self.rank, possible))
         best = min(possible, key=lambda each: possible[each].bic)
         alike = [each for each in possible if each.widened == best.widened]
@@ -311,13 +315,22 @@ class _Search:
         kept = []
         for each, own in left.items():
             parents = [left[other] for other in self._parents(each)]
-            beside = [left[other] for other in left if _other_damping(other, each)]
+            beside = [left[other] for other in left if self._is_other_law(other, each)]
             if each in explaining or (
                 own <= EFFORT.rivals * min(beside, default=math.inf)
                 and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
             ):
                 kept.append(each)
         return kept
+
+    def _is_other_law(self, other: Hypothesis, each: Hypothesis) -> bool:
+        """Whether two hypotheses, looked at as a whole, differ by the law of the foundation alone, and the
+        first frees no more numbers."""
+        one, own = CANDIDATES[other.model], CANDIDATES[each.model]
+        alike = (one.kinematics, one.width, other.widened) == (own.kinematics, own.width, each.widened)
+        whole = other in self.fits or not self.quick[other].given_up
+        foundations = law_of(other.model).is_foundation and law_of(each.model).is_foundation
+        return alike and whole and foundations and self.rank(other) <= self.rank(each)
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
         tried = {*self.fits, *self.quick}
@@ -405,9 +418,6 @@ class _Search:
 
         found = Identified(told(self.fits), told(self.left_out), told(self.errors), best.widened)
         bar = explaining[best].bic + TELLS if explaining else -math.inf
-        for each, fit in self.fits.items():
-            if explaining and self.rank(each) < self.rank(best) and _bic_with_input(fit) <= bar:
-                found.alternatives[each] = fit
         for each, fit in (*explaining.items(), *self.others):
             named = found.fits.get(each.model)
             if fit.bic <= bar and evidence(fit).explains and fit is not named:
@@ -422,6 +432,9 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
+        for each, fit in self.fits.items():
+            if explaining and self.rank(each) < self.rank(best) and _bic_with_input(fit) <= bar:
+                found.alternatives[each] = fit
         found.fits |= of_set(found.fits)
         return found
 
@@ -445,11 +458,20 @@ class _Search:
 
 
 def _bic_with_input(fit: Fit) -> float:
-    """The BIC of a fit that leaves noise, were its most pulled input one number more: of a wide prior."""
-    if fit.contributions is None or not evidence(fit).needs_an_input:
+    """The BIC of a fit that needs an input, with that input freed: without its pull and its share of what the
+    priors charge, `Posterior.charge`, as one number more."""
+    found = fit.contributions
+    if found is None or found.most_pulled is None or not evidence(fit).needs_an_input:
         return math.inf
-    most = float(np.nanmax(np.abs(fit.contributions.pulls)))
-    return fit.bic - most**2 + math.log(fit.diagnostics["effective_samples"])
+    j = found.most_pulled
+    charged = math.log(fit.diagnostics["effective_samples"]) + 2 * math.log(found.remaining[j])
+    return fit.bic - float(found.pulls[j]) ** 2 + charged
+
+
+def _beyond(fit: Fit) -> int:
+    """How many inputs a fit moves beyond their priors; at least one."""
+    pulls = fit.contributions.pulls if fit.contributions is not None else np.zeros(0)
+    return max(1, int(np.sum(np.abs(pulls) > TRACE)))
 
 
 def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
@@ -459,13 +481,6 @@ def _left_out(end: Screening, motion: Motion, least: float) -> LeftOut:
     if end.given_up:
         return LeftOut(reason, math.nan)
     return LeftOut(reason, float(np.mean(end.residual**2) / np.nanmean(motion.theta**2)))
-
-
-def _other_damping(other: Hypothesis, each: Hypothesis) -> bool:
-    """Whether two hypotheses differ by the law alone, of which the first frees no more numbers."""
-    one, own = CANDIDATES[other.model], CANDIDATES[each.model]
-    alike = (one.kinematics, one.width, other.widened) == (own.kinematics, own.width, each.widened)
-    return alike and len(MODELS[other.model]) <= len(MODELS[each.model])
 
 
 def _have_one_radius(values: Mapping[str, float], other: Mapping[str, float]) -> bool:

@@ -25,8 +25,8 @@ ONE_RUN_NOTE = (
 )
 REJECTED = " †"
 REJECTED_NOTE = (
-    "† Rejected by most of the runs: the residual exceeds the noise, and the parameters describe the fit, "
-    "not the foundation. See the table of candidates."
+    "† Rejected by most of the runs: the residual exceeds the noise or an input would have to be wrong. "
+    "The parameters describe the fit, not the foundation. See the table of candidates."
 )
 SELECTED = " ‡"
 SELECTED_NOTE = (
