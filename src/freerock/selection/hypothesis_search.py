@@ -17,7 +17,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit, fit_record
-from freerock.identification.levels import TRACE
+from freerock.identification.levels import REJECTS, TRACE
 from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
@@ -237,11 +237,14 @@ class _Search:
 
     @property
     def _with_inputs(self) -> float:
-        """Least rank of the best hypotheses that would explain the run, were inputs beyond their priors: each
-        of these is one number, too."""
-        best = min((fit.bic for fit in self.fits.values() if fit.success), default=math.inf)
-        known = {each: (fit, _beyond(fit)) for each, fit in self.fits.items() if fit.bic <= best + TELLS}
-        ranks = [self.rank(each) + n for each, (fit, n) in known.items() if evidence(fit).needs_an_input]
+        """Least rank of hypotheses that leave hardly more than noise with inputs beyond their priors, each of
+        which is one number, too."""
+        known = {each: evidence(fit) for each, fit in self.fits.items() if fit.success}
+        ranks = [
+            self.rank(each) + _beyond(self.fits[each])
+            for each, own in known.items()
+            if own.noise_p > EFFORT.clearly and not own.pulls_p > REJECTS
+        ]
         return min(ranks, default=math.inf)
 
     @property
