@@ -219,7 +219,7 @@ MEANINGS = {
     "runs_fraction": "uncertainty from the scatter between runs, as a share of the value",
     "sampling_rate_hz": "sampling rate",
     "scale": "factor on the ground motion",
-    "scatter_p": "p-value of the scatter under noise and inputs alone",
+    "scatter_p": "p-value of τ = 0",
     "selected": "whether the model is selected, in table2 and table3 by most runs",
     "sensitivity": "shift of the mean per unit of the input",
     "sensor": "name of the planned sensor",

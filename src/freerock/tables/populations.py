@@ -82,7 +82,7 @@ def populations_table(
         owe to the laboratory's inputs, and the 95 % interval of that; tau, the standard deviation between the
         members without noise and inputs, and its 95 % interval; next_low and next_high, where the next member
         that is measured lies with 95 %: a run of the same record, or a record of another block; in the
-        parameter's unit. scatter_p: chance of so much scatter by noise and inputs alone. Of a single run
+        parameter's unit. scatter_p: p-value of tau = 0. Of a single run
         n_runs is 1, mean and error are its own, and the rest is NaN.
     """
     records = list(_records(parameters, contributions, choice))
