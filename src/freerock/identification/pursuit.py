@@ -177,7 +177,7 @@ def pursue(problem: Problem, x: Floats, span_s: float, reach: float = PURSUIT.re
         if end.mean_square > PURSUIT.lost * noise:
             if span_s < PURSUIT.least**2 * known_s or known_s == 0:
                 multiplied = problem.directions is not None
-                return end.losing("least squares creep") if multiplied else None
+                return end.losing("least squares stagnate") if multiplied else None
             span_s = float(np.sqrt(span_s * known_s))  # from where the motion is still known
             continue
         problem, x, known_s = finer, end.x, span_s
@@ -221,7 +221,7 @@ def settle(problem: Problem, x: Floats) -> tuple[Problem, Solution]:
         gain = float(np.sum((basis.T @ problem.residual(x, samples)) ** 2))
         if gain <= PURSUIT.promise * noise or end.mean_square > PURSUIT.lost * noise:
             return problem, replace(end, evaluations=evaluations)
-    return problem, replace(end, evaluations=evaluations).losing("least squares creep")
+    return problem, replace(end, evaluations=evaluations).losing("least squares stagnate")
 
 
 def _next_span(problem: Problem, x: Floats, span_s: float, reach: float) -> float:
