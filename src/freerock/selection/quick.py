@@ -16,8 +16,9 @@ import numpy as np
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit
+from freerock.identification.intervals import uncertainty
 from freerock.identification.least_squares import Solution, least_squares
-from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, SURE_EDGES
+from freerock.identification.levels import ASKED, ASKED_EDGES, ASKED_WIDTH, REJECTS, SURE_EDGES
 from freerock.identification.likelihood import Likelihood, Whitened
 from freerock.identification.noise import LOUDNESS, hopeless_from, noise_of
 from freerock.identification.nuisances import Nuisances, Posterior, settled
@@ -172,7 +173,8 @@ def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, f
 def leaves_noise(
     model: str, block: Block, settings: FitSettings, start: Mapping[str, float] | None, *parts: Motion
 ) -> bool:
-    """Whether the law with one set of parameters leaves only the noise at rest of parts of a run.
+    """Whether the law with one set of parameters leaves only the noise at rest of parts of a run, with inputs
+    within their priors.
 
     Parameters
     ----------
@@ -194,7 +196,8 @@ def leaves_noise(
         quick = follow(problem.rough(), problem.start_at(start), growing_horizons(parts[0]))
     if quick.mean_square > hopeless_from(parts):
         return False
-    return _settled(problem, quick.x).against_rest.is_noise
+    best = _settled(problem, quick.x)
+    return best.against_rest.is_noise and uncertainty(best)[1].p_of_pulls > REJECTS
 
 
 def _settled(problem: Problem, x: Floats) -> Posterior:
