@@ -7,6 +7,7 @@ A fit goes `settings` → `problem` → `start` → `search` (`least_squares`, `
 __all__ = [
     "epsilon_theta",
     "fit",
+    "intervals",
     "least_squares",
     "levels",
     "likelihood",
