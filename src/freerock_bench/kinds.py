@@ -330,7 +330,7 @@ def causes_of(result: Analysed) -> list[str]:
         if reason.verdict == "ok":
             continue
         if reason.name == "pulled_input":
-            found.append(reason.text.split()[0])
+            found += re.findall(r"(\w+) of \S+ (?:fitted|off)", reason.text)
         elif reason.name == "unexplained":
             _, _, causes = reason.text.partition("would take: ")
             for cause in filter(None, causes.split("; ")):
