@@ -371,12 +371,13 @@ def _told(end: _End, solution: Solution, resolution: Resolution, holdout: float,
 
 
 def _pulled(laboratory: Laboratory | None, found: Contributions) -> str:
-    """The input with the largest pull, its stated value and what it would be, in words."""
+    """The input with the largest pull, and by how much it would be off without its prior, in words."""
     j = found.most_pulled
     if laboratory is None or j is None:
         return ""
     source, pull = found.inputs[j], found.pulls[j]
-    by = f"{found.moved[j] * source.u:+.3g} {source.unit}".replace(" 1", "")
+    alone = found.moved[j] / max(1 - found.remaining[j] ** 2, np.finfo(float).eps)
+    by = f"{alone * source.u:+.3g} {source.unit}".replace(" 1", "")
     return f"{source.name} of {source.owner} off by {by}, {abs(pull):.1f} standard uncertainties"
 
 
