@@ -237,15 +237,14 @@ def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
         return _held(problem, solution, resolution)
     moved = _End(best, *uncertainty(best))
     pulled = _pulled(problem.motions[0].laboratory, moved.contributions)
-    if not moved.is_noise:
-        return replace(_held(problem, solution, resolution, moved), pulled=pulled)
-    evaluations = solution.evaluations + best.result.nfev
-    at_inputs = replace(solution, evaluations=evaluations, result=best.result)
-    _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
-    fit = _told(moved, at_inputs, resolution, holdout, moved)
-    if not fit.success:
-        return replace(_held(problem, solution, resolution, moved), pulled=pulled)
-    return replace(fit, contributions=moved.contributions, pulled=pulled)
+    if moved.is_noise:
+        evaluations = solution.evaluations + best.result.nfev
+        at_inputs = replace(solution, evaluations=evaluations, result=best.result)
+        _, holdout = first_half(best.problem, best.x, resolution.m, best.jacobian, best.curve)
+        fit = _told(moved, at_inputs, resolution, holdout, moved)
+        if fit.success:
+            return replace(fit, contributions=moved.contributions, pulled=pulled)
+    return replace(_held(problem, solution, resolution, moved), pulled=pulled)
 
 
 def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "_End | None" = None) -> Fit:

@@ -88,7 +88,7 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
-    if as_well.pulled and evidence(as_well).needs_an_input:
+    if evidence(as_well).needs_an_input:
         said, reason = [*said, as_well.pulled], "pulled_input"
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
