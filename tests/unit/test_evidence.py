@@ -3,7 +3,7 @@
 from evidence import NAMED, PIVOTING, POSSIBLE, REJECTED, paper, scene
 
 from freerock.models.block import Block
-from freerock.report.evidence import scenes_of, together
+from freerock.report.evidence import explained, scenes_of, together
 from freerock.report.scene import unexplained
 from freerock.tables.candidates import candidates_table
 
@@ -192,3 +192,30 @@ def test_what_scenes_share_is_told_once():
     )
     assert [names for names, _ in apart["told"]] == ["Slender on marble", "Squat on marble"]
     assert apart["notes"][-1][0] == "Slender on marble"
+
+
+def test_the_table_of_scenes_has_no_column_of_dashes():
+    def table(*runs):
+        choice, parameters = scene(*runs)
+        return explained(scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {}))
+
+    alone = table(paper() | {"hunt_crossley": NAMED})
+    assert alone.heads == ["Block, foundation", "Runs explained", "Named", "Medians"]
+    assert [len(row) for row in alone.rows] == [4]
+    assert alone.notes == [
+        "Medians are over the runs that the model explains. Each row leads to its evidence."
+    ]
+    beside = table(
+        paper() | {"hunt_crossley": NAMED, "winkler": POSSIBLE}, paper() | {"hunt_crossley": NAMED}
+    )
+    assert beside.heads[-1] == "As good" and beside.rows[0][-1].text == "Winkler (1)"
+    assert beside.notes[0].startswith("In brackets") and beside.notes[0].endswith("the one named.")
+
+
+def test_a_chance_is_a_bound_near_nothing_and_near_one():
+    choice, parameters = scene(paper() | {"hunt_crossley": NAMED})
+    choice = choice.assign(noise_ratio=1.5)
+    for p, text in ((0.999, "p > 0.99"), (0.5, "p = 0.50"), (1e-12, "p < 10⁻⁹")):
+        own = choice.assign(noise_p=p)
+        (found,) = scenes_of(own, candidates_table(own, parameters), BLOCKS, {})
+        assert found["rows"][0][7].text.endswith(f"({text})")

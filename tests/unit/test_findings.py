@@ -8,9 +8,11 @@ from found_again import found_again
 from reported import make, tables_of
 
 from freerock.report.findings import findings
+from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, Tables, listed, plain
-from freerock.tables.csvfile import read_csv
+from freerock.tables.csvfile import read_csv, write_csv
 
+LAW = {"hunt_crossley"}
 LABELS = {"b1": "Slender", "b2": "Squat", "marble": "Marble", "mat": "Soft mat"}
 
 
@@ -47,7 +49,7 @@ def test_a_campaign_with_failures(tmp_path):
     assert text["Foundation"].startswith("Slender (h/b = 4.00) rocks longest on ")
     assert re.match(
         r"Marble, from the other runs of a record: ε_θ ≤ [\d.]+ %\. "
-        r"Marble, from each other block: ε_θ ≤ [\d.]+ % \(Slender\) and [\d.]+ % \(Squat\)\.",
+        r"Marble, from another block: ε_θ ≤ [\d.]+ % for Slender and [\d.]+ % for Squat\.",
         text["Predicted"],
     )
     assert "Not tested" not in text["Shared by blocks"]
@@ -121,8 +123,8 @@ def test_widths_of_several_blocks_have_no_mean(tmp_path):
     frames["populations"].loc[of_b2, "mean"] = 0.0321
     text = {each.head: " ".join(map(plain, each.sentences)) for each in findings(frames, LABELS)}
     assert "(Hunt–Crossley, width free, mean of 2 records); of each block its own 2b = " in text["Parameters"]
-    each = r"2b = 0\.06600\d* ± [\d.]+ m \(Slender\) and 0\.03210\d* ± [\d.]+ m \(Squat\)\."
-    assert re.search(each, text["Parameters"])
+    each = r"2b = 0\.06600\d* ± [\d.]+ m \(Slender\) and 0\.03210\d* ± [\d.]+ m \(Squat\), "
+    assert re.search(each + r"45\.9 to 94\.3 % of the block's width\.", text["Parameters"])
 
 
 def test_blocks_that_do_not_share_a_foundation_have_each_its_own_parameters(tmp_path, monkeypatch):
@@ -152,6 +154,26 @@ def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp
     assert doubtful.count("<li>") == 1 and "the file is truncated" in doubtful
     assert page.html.index('id="findings"') < page.html.index("<table")
     assert "<svg" in first
+
+
+def test_a_chance_near_one_is_a_bound_and_lies_above_it(tmp_path):
+    names = tables_of(tmp_path, campaign())
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in names}
+    frames["foundations"] = frames["foundations"].assign(f_p=0.9987, shared=True, visible_percent=5.0)
+    write_csv(frames["foundations"], tmp_path / "foundations.csv")
+    found = findings(frames, LABELS)
+    found_again(found, tmp_path, LABELS)
+    (shared,) = [each.sentences for each in found if each.head == "Shared by blocks"]
+    assert " (p > 0.99); " in plain(shared[0])
+
+
+def test_of_a_rigid_law_r_is_the_restitution_where_it_is_not_rejected(tmp_path, monkeypatch):
+    monkeypatch.setattr("freerock.report.limits.MOST", 9)
+    frames = {name: read_csv(tmp_path / f"{name}.csv") for name in tables_of(tmp_path, campaign())}
+    known = Tables(frames)
+    alone, beside = (" ".join(map(plain, limits(known, quoted))) for quoted in (LAW, {*LAW, "housner"}))
+    assert "is the restitution of an impact: the fit" in alone
+    assert "is the restitution of an impact where that law is rejected: the fit" in beside
 
 
 @pytest.mark.parametrize("n, text", [(1, "a"), (2, "a and b"), (3, "a, b and c")])

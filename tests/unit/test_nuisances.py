@@ -235,6 +235,21 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
     assert notes[0].text.startswith(f"Housner with {pulled.pulled} explains the run as well, with r -50 %")
 
 
+def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
+    block, motion = off_by_height(1e-3, 2e-4)
+    law = Hypothesis("housner")
+    flat = fit_run("housner", block, motion)
+    tilted = replace(flat, parameters=(*flat.parameters, "tilt"), value=np.append(2 * flat.value, 1e-3))
+
+    def told(pulled):
+        (note,) = explains_as_well(law, replace(flat, pulled=pulled), tilted)
+        return note.text.partition(" explains")[0]
+
+    assert evidence(flat).needs_an_input
+    assert told("height_m of b off by +1 mm") == "Housner with a level base and height_m of b off by +1 mm"
+    assert told("levelled_deg of b off by +1 deg") == "Housner with levelled_deg of b off by +1 deg"
+
+
 def test_a_pull_beyond_two_names_the_input():
     _, motion = measured(1)
     fit = fit_run("housner", BLOCK, motion)

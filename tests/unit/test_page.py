@@ -37,6 +37,17 @@ def test_report_needs_nothing_from_outside(page):
     assert policy.startswith("default-src 'none'")
 
 
+def test_the_first_impacts_are_those_on_foundations_that_yield(tmp_path, monkeypatch):
+    laws = {"marble": "housner", "mat": "hunt_crossley"}
+    trees = [record("b1_marble"), record("b1_mat", foundation="mat")]
+    datasets = trees, [fits(tree) for tree in trees]
+    assert "In this campaign the mean first impact" in make(tmp_path, datasets).text
+    monkeypatch.setattr("freerock.report.page.laws_of_foundations", lambda choice: laws)
+    text = make(tmp_path, datasets).text
+    assert "On Soft mat the mean first impact" in text and "of the 1 record with a fitted r" in text
+    assert "On a compliant base the two differ." in text
+
+
 def test_report_escapes_whatever_files_and_notes_hold(tmp_path):
     tree = record("b1_marble")
     tree["run_1"].attrs["reasons"] = json.dumps([["ok", "hostile", HOSTILE]])

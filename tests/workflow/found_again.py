@@ -35,6 +35,10 @@ def look_up(number, folder):
     printed = PRINTED.fullmatch(number.text)
     assert printed, number.text
     power = 10.0 ** int((printed["power"] or "0").translate(SUPERSCRIPTS))
+    if number.how == "above":
+        (row,) = rows
+        assert float(row[number.columns[0]]) > float(number.text)
+        return
     if number.how == "rows":
         known = [float(len(rows))]
     elif number.how == "distinct":

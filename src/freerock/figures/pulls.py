@@ -89,7 +89,7 @@ def draw(
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs there are, how many inputs were defaults, and the largest pull."""
     if data.empty:
-        return "No run has a law that explains it with inputs whose uncertainty is known."
+        return "No run has a fit of its named law that moved its inputs."
     n_runs = len(data[["test", "run"]].drop_duplicates())
     inputs = data.drop_duplicates(OF_INPUT)
     told = f"Fits of {n_runs} run{'s' * (n_runs != 1)}; {len(inputs)} inputs"

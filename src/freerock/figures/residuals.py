@@ -32,7 +32,7 @@ FIGURE = {
     "title": "Residuals against the noise at rest",
     "caption": "Power spectral density of modelled minus recorded rotation, of the law named for each run, "
     "with sine tapers, means over a sixth of an octave; grey, that of the noise at rest of the "
-    "same record. The residual of a law that explains a run nowhere exceeds the noise.",
+    "same record. A law explains a run if its residual exceeds the noise in no octave by more than chance.",
     "reading": "Follow each line from left to right against the grey one. A law is rejected where its line "
     "stands well above the noise, most often near the rocking frequency. Lines that scatter "
     "about the grey one, at low frequencies by a factor of several, are noise.",

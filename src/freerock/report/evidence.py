@@ -13,20 +13,18 @@ from freerock.report.scene import Scene, sentences
 from freerock.report.tables import Sortable
 from freerock.tables.candidates import STATUS_WORDS, answers
 from freerock.tables.paper import Cell, Labels, number
-from freerock.tables.text import fixed, quantity
+from freerock.tables.text import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
 EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
-EXPLAINED_NOTE = (
-    "In brackets: in how many of the runs. Medians are over the runs that the model explains. As good: the "
-    "data can't tell it from the one named. Each row leads to its evidence."
-)
+IN_BRACKETS = "In brackets: in how many of the runs. "
+EXPLAINED_NOTE = "Medians are over the runs that the model explains. Each row leads to its evidence."
+AS_GOOD_NOTE = " As good: the data can't tell it from the one named."
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
 QUICK_FIT = "A quick fit rules out: {}."
-LEAST_P = 1e-9  # below it a chance is not told
 
 
 def scenes_of(
@@ -75,9 +73,11 @@ def explained(scenes: Sequence[Mapping[str, Any]]) -> Sortable:
         [Cell(scene["name"], anchor=f"evidence-{i}"), *scene["explained"]]
         for i, scene in enumerate(scenes, 1)
     ]
-    return Sortable(
-        EXPLAINED, rows, "What explains the runs of each block on its foundation", [EXPLAINED_NOTE]
-    )
+    used = [i for i in range(len(EXPLAINED)) if any(row[i].text != "–" for row in rows)]
+    heads, rows = [EXPLAINED[i] for i in used], [[row[i] for i in used] for row in rows]
+    some = any(" (" in cell.text for row in rows for cell in row[2:])
+    note = IN_BRACKETS * some + EXPLAINED_NOTE + AS_GOOD_NOTE * ("As good" in heads)
+    return Sortable(heads, rows, "What explains the runs of each block on its foundation", [note])
 
 
 def together(scenes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -167,8 +167,7 @@ def _against_rest(own: pd.DataFrame) -> str:
     band = f"{quantity(worst['noise_low_hz'])}–{quantity(worst['noise_high_hz'])} Hz"
     if worst["noise_ratio"] < 1:
         return "as at rest"
-    p = f"p = {quantity(worst['noise_p'], digits=2)}" if worst["noise_p"] > LEAST_P else "p < 10⁻⁹"
-    return f"{quantity(worst['noise_ratio'])} times at {band} ({p})"
+    return f"{quantity(worst['noise_ratio'])} times at {band} ({chance(worst['noise_p'])})"
 
 
 def _reason(own: pd.DataFrame) -> str:

@@ -13,14 +13,12 @@ from freerock.report.limits import limits
 from freerock.report.numbers import KNOWN, NOT, Number, Sentence, Tables, Where, listed
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Labels
-from freerock.tables.text import unit_text
+from freerock.tables.text import LEAST_P, MOST_P, quantity, unit_text
 
 TABLES = ("runs", "choice", "candidates", "populations", "foundations", "predictions", "table1", "table3")
 """The tables that the findings are made from."""
 OTHER_RUNS = "other runs"  # of the record, as the table predictions says
 MOST = 4  # names, laws or foundations that are listed
-LEAST_P = 1e-9  # below it a chance is not told
-MOST_P = 0.99  # above it a chance is close to one
 NAMED = {"status": "selected", "explains": True}
 
 
@@ -146,11 +144,11 @@ def _predicted(known: Tables, quoted: Mapping[str, str], labels: Labels) -> list
             most = _at_most(known, from_blocks)
             if len(blocks) <= MOST:
                 of_each: list[Sentence] = [
-                    (*_at_most(known, from_blocks | {"block": each}), f" ({labels.get(each, each)})")
+                    (*_at_most(known, from_blocks | {"block": each}), f" for {labels.get(each, each)}")
                     for each in blocks
                 ]
                 most = listed(of_each)
-            told.append((f"{label}, from each other block: ε_θ ≤ ", *most, "."))
+            told.append((f"{label}, from another block: ε_θ ≤ ", *most, "."))
     return told
 
 
@@ -171,7 +169,8 @@ def _explained(known: Tables) -> list[Sentence]:
     ]
     if counted:
         more = ", further laws some of the others" if len(named) > MOST else ""
-        told.append((*listed(counted), f"{more}: its residual is the noise of the sensor."))
+        residual = "its residual is" if len(named) == 1 else "their residuals are"
+        told.append((*listed(counted), f"{more}: {residual} the noise of the sensor."))
         told.append(_as_possible(known, found))
     if lost := [each for each in found if not each.explained]:
         told += _unexplained(lost, n)
@@ -289,13 +288,30 @@ def _of_records(known: Tables, u: str, where: Where, labels: Labels) -> Sentence
             symbol,
             *known.ends("populations", "mean", where),
             f" {unit_text(own['unit'].iloc[0])}".rstrip(),
+            *_of_width(known, where),
         )
     names = own["block"] if own["block"].is_unique else own["test"]
     each: list[Sentence] = [
         (known.value("populations", "mean", {**where, "test": test}, u), f" ({labels.get(name, name)})")
         for test, name in zip(own["test"], names, strict=True)
     ]
-    return symbol, *listed(each)
+    return symbol, *listed(each), *_of_width(known, where)
+
+
+def _of_width(known: Tables, where: Where) -> Sentence:
+    """A fitted distance of the corners in per cent of the block's width: the lowest and the highest."""
+    if where["parameter"] != "width":
+        return ()
+    widths = known["table1"].set_index("block")["width_m"]
+    shares = []
+    for row in known.rows("populations", where).itertuples():
+        factor = 100 / widths[row.block]
+        of_record = {**where, "level": "record", "test": row.test}
+        text = quantity(factor * row.mean, digits=3)
+        shares.append((factor * row.mean, Number(text, "populations", ("mean",), of_record, factor=factor)))
+    ends = [end(shares, key=lambda each: each[0])[1] for end in (min, max)]
+    apart: Sentence = (ends[0],) if ends[0].text == ends[1].text else (ends[0], " to ", ends[1])
+    return ", ", *apart, " % of the block's width"
 
 
 def _number(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
@@ -304,7 +320,8 @@ def _number(known: Tables, u: str, where: Where, labels: Labels) -> Sentence:
     if own.empty:
         return (f"{SYMBOLS[parameter]} unknown",)
     if len(own) == 1:
-        return f"{SYMBOLS[parameter]} = ", known.value("populations", "mean", where, u)
+        symbol = f"{SYMBOLS[parameter]} = "
+        return symbol, known.value("populations", "mean", where, u), *_of_width(known, where)
     return _of_records(known, u, where, labels)
 
 
@@ -390,12 +407,12 @@ def _chance(known: Tables, where: Where) -> Sentence:
 
 
 def _p(known: Tables, column: str, where: Where) -> Sentence:
-    """A p-value, in words where it is close to one."""
+    """A p-value, a bound where it is close to one."""
     p = known.rows("foundations", where).iloc[0][column]
     if not p > LEAST_P:
         return ()
     if p > MOST_P:
-        return ("p close to one",)
+        return "p > ", Number(f"{MOST_P:g}", "foundations", (column,), where, "above")
     return "p = ", known.value("foundations", column, where, digits=2)
 
 

@@ -52,8 +52,9 @@ def limits(known: Tables, quoted: set[str]) -> list[Sentence]:
         (bool(single.any()), "how much runs scatter, if a record has only one"),
         (
             len(housner) > 0,
-            "that r of the fitted Housner law is the restitution of an impact: the fit also compensates for "
-            "a base that yields",
+            "that r of the fitted Housner law is the restitution of an impact"
+            + " where that law is rejected" * ("housner" in quoted)
+            + ": the fit also compensates for a base that yields",
         ),
         (bool(found), "that the same holds for releases at other angles"),
     ]

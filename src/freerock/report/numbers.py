@@ -14,7 +14,8 @@ KNOWN = "*"
 NOT = "!"
 """Before what a column must not hold."""
 Where = Mapping[str, object]
-How = Literal["value", "rows", "distinct", "lowest", "highest"]
+How = Literal["value", "above", "rows", "distinct", "lowest", "highest"]
+IN_WORDS = {"rows": "rows counted", "above": "lies above it, the value"}
 
 
 class Number(NamedTuple):
@@ -32,7 +33,8 @@ class Number(NamedTuple):
         What the rows hold, by column; `KNOWN` picks those that hold something, `NOT` before a text those
         that hold another.
     how : str
-        "value" of one row, number of "rows", of "distinct" entries, "lowest" or "highest" value.
+        "value" of one row, which may lie "above" the number, number of "rows", of "distinct" entries,
+        "lowest" or "highest" value.
     factor : float
         By which the printed number is larger than that of the table.
     """
@@ -48,7 +50,7 @@ class Number(NamedTuple):
     def source(self) -> str:
         """Where it is found, in words."""
         of = f" of {', '.join(self.columns)}" if self.columns else ""
-        return f"tables/{self.table}.csv: {'rows counted' if self.how == 'rows' else self.how}{of}"
+        return f"tables/{self.table}.csv: {IN_WORDS.get(self.how, self.how)}{of}"
 
 
 Part = str | Number

@@ -102,7 +102,10 @@ def write_report(
     environment.filters |= {"indices": _indices, "cited": html_of}
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     content = _content(provenance, tables, blocks, shown)
-    known = facts(tables["runs"], sections, tables["restitution_comparison"], blocks)
+    compared = tables["restitution_comparison"]
+    if content["yielding"]:
+        compared = compared[compared["foundation"].isin(content["yielding"])]
+    known = facts(tables["runs"], sections, compared, blocks)
     tested = " ".join(map(plain, content["findings"][0].sentences))
     made_with = provenance["software"], provenance["git"]
     paragraphs = methods(provenance["config"], known, tested, content["free"], *made_with)
@@ -156,10 +159,15 @@ def _content(
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
         **({"fragility": made.overturning(rows["fragility"], labels)} if "fragility" in rows else {}),
     }
-    laws = set(laws_of_foundations(tables["choice"]).values())
+    named_on = laws_of_foundations(tables["choice"])
+    laws = set(named_on.values())
+    rigid = {name: bool(law) and not law_of(law).is_foundation for name, law in named_on.items()}
     return {
         "config": config,
-        "rigid": bool(laws) and all(law and not law_of(law).is_foundation for law in laws),
+        "rigid": bool(rigid) and all(rigid.values()),
+        "yielding": {name: labels.get(name, name) for name in rigid if not rigid[name]}
+        if any(rigid.values())
+        else {},
         "simulated": simulated,
         "simulated_note": SIMULATED_NOTE,
         "origin_word": config["origin"],

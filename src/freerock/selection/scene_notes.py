@@ -80,16 +80,18 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
     if not abs(change) > TELLING.alike:
         return
     said, reason = list[str](), "pushed"
+    of_input = as_well.pulled if evidence(as_well).needs_an_input else ""
     if "tilt" in {**values, **fit.values}:
         tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
-        said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
+        if tilt or "levelled_deg" not in of_input:
+            said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
     if "edge_radius" in {**values, **fit.values}:
         radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
-    if evidence(as_well).needs_an_input:
-        said, reason = [*said, as_well.pulled], "pulled_input"
+    if of_input:
+        said, reason = [*said, of_input], "pulled_input"
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")

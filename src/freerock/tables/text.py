@@ -7,6 +7,7 @@ from freerock.populations.means import LAW
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one
+LEAST_P, MOST_P = 1e-9, 0.99  # beyond them a chance is told as a bound
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 INPUT_LABELS = {
     "runs": "runs",
@@ -60,6 +61,13 @@ def quantity(value: float, stderr: float = math.nan, digits: int = 3) -> str:
         text = f"({text})" if known else text
         text += "·10" + str(power).translate(SUPERSCRIPTS)
     return text
+
+
+def chance(p: float) -> str:
+    """A p-value as "p = 0.29", or as a bound: "p < 10⁻⁹", "p > 0.99"."""
+    if p > MOST_P:
+        return f"p > {MOST_P:g}"
+    return f"p = {quantity(p, digits=2)}" if p > LEAST_P else "p < 10⁻⁹"
 
 
 def between(low: float, high: float, digits: int = 3) -> str:
