@@ -29,6 +29,7 @@ OUTSIDE = {  # file of the repository: page of the site
     "README.md": "index.md",
     "config/README.md": "configuration.md",
     "benchmarks/README.md": "benchmarks.md",
+    "src/freerock_bench/golden/solutions/README.md": "golden.md",
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
@@ -44,7 +45,7 @@ CHAPTERS = {  # page of a chapter: its heading and pages
     "reference": (
         "Reference",
         "questions configuration command-line datasets verdicts records equations reliability "
-        "glossary benchmark versions api/index",
+        "glossary benchmark golden versions api/index",
     ),
     "project": ("Project", "architecture contributing benchmarks changelog"),
 }

@@ -20,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "python -m freerock_bench.golden.grade",
         description="Grade somebody's solutions of the free-rocking benchmark.",
         epilog="FILE is a CSV with the columns scene, time_s, theta_rad and, if known, theta_rate_rad_s, or "
-        "a netCDF file like golden.nc; docs/benchmark.md states the scenes. Any of them may be left out. "
+        "a netCDF file like golden.nc; README.md beside golden.nc states the scenes. You may omit scenes. "
         "Prints a row for the table there, and each scene, the worst first.",
     )
     parser.add_argument("file", metavar="FILE", help="trajectories of the benchmark's scenes")

@@ -1,7 +1,7 @@
 """The power series of a scene's motion, and its regimes, for `taylor`.
 
 The contact is the interval of the base in which two linear functions of u are positive: the depth and, under
-the tensionless rule, the force over a positive factor (docs/benchmark.md). Nothing is shared with
+the tensionless rule, the force over a positive factor (solutions/README.md). Nothing is shared with
 `freerock.models`.
 """
 

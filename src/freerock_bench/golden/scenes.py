@@ -1,4 +1,4 @@
-"""The scenes of the benchmark: docs/benchmark.md states them so that anybody can solve them."""
+"""The scenes of the benchmark: solutions/README.md states them so that anybody can solve them."""
 
 import math
 from collections.abc import Mapping
