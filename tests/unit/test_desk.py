@@ -34,7 +34,8 @@ from freerock.review.signals import signals_of
 from freerock.tables.paper import table2_text
 from freerock.tables.populations import populations_table
 from freerock.tables.summary import table2
-from freerock.tables.tidy import contributions_table, parameters_table, restitution_table
+from freerock.tables.text import quantity
+from freerock.tables.tidy import contributions_table, parameters_table, restitution_table, runs_table
 from freerock.virtual_lab.record import Recording, Release, simulate_record
 from freerock.virtual_lab.tdms import write_records
 
@@ -177,6 +178,11 @@ def test_a_correction_gives_what_the_jobs_write(desk, tmp_path):
     make_fits(of_fits, tmp_path / "r.nc", tmp_path / "f.nc")
     assert parameters(tried["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
     assert parameters(whole["picture"]) == numbers_in(tmp_path / "f.nc", "run_1")
+    (row,) = runs_table([open_record(tmp_path / "r.nc")])[:1].itertuples()
+    assert row.theta0_u_deg > 0
+    for each in (tried, whole):
+        theta0 = quantity(row.theta0_deg, row.theta0_u_deg)  # as report and quality page print it
+        assert each["picture"]["facts"][0] == ["θ₀", f"{theta0}°"]
     fits = [open_fits(tmp_path / "f.nc")]
     means = populations_table(parameters_table(fits), contributions_table(fits))
     assert parameters(whole["picture"], "means") == {

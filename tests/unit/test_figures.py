@@ -3,6 +3,7 @@ from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 import pandas as pd
 import pytest
@@ -203,6 +204,51 @@ def test_the_set_up_is_drawn_to_scale():
     assert set_up.caption(data, LABELS) == "Slender block on Marble, mat."
 
 
+def test_blocks_of_every_row_are_drawn_to_one_scale():
+    shapes = {f"b{i}": Block(0.6 - 0.05 * i, 0.06, 1.0) for i in range(9)}
+    set_ups = {name: {"foundations": ["table"], "lasers": []} for name in shapes}
+    figure, _ = set_up.draw(shapes, set_ups, "measured")
+    figure.draw_without_rendering()
+    assert len(figure.axes) == 9  # three by three, no row with one block
+    scales = [ax.get_window_extent().height / np.ptp(ax.get_ylim()) for ax in figure.axes]
+    np.testing.assert_allclose(scales, scales[0], rtol=0.01)
+    heights = [ax.get_window_extent().height for ax in figure.axes]
+    assert heights[8] < 0.8 * heights[0]
+
+
+def test_blocks_on_one_foundation_stand_side_by_side():
+    scenes = [(f"b{i}", "table") for i in range(4)]
+    with style.styled():
+        matplotlib.rcParams["figure.figsize"] = 7.0, 1.0
+        figure, panels = style.panels_per_scene(scenes, None, 2.0, (1.5, 1.0))
+        style.outer_labels({scene: own[1] for scene, own in panels.items()}, "x", "y")
+    assert list(panels) == scenes and figure.get_figheight() == pytest.approx(4.5)
+    columns = [own[0].get_subplotspec().colspan.start for own in panels.values()]
+    assert columns == [0, 1, 0, 1]
+    assert [own[0].get_title(loc="left") for own in panels.values()][3] == "(d) b3, table"
+    assert all(own[0].get_shared_x_axes().joined(*own) for own in panels.values())
+
+
+def test_a_place_without_a_record_is_empty_and_the_panel_above_it_has_numbers():
+    scenes = [("a", "x"), ("a", "y"), ("b", "x")]
+    with style.styled():
+        figure, panels = style.panel_per_scene(scenes, None, 2.0, sharex=True)
+        style.outer_labels(panels, "frequency", "density")
+    assert [ax.axison for ax in figure.axes] == [True, True, True, False]
+    assert [ax.get_xlabel() for ax in panels.values()] == ["", "frequency", "frequency"]
+    assert [ax.get_title(loc="left")[:3] for ax in panels.values()] == ["(a)", "(b)", "(c)"]
+    figure.draw_without_rendering()
+    shown = [ax.xaxis.get_major_ticks()[0].label1.get_visible() for ax in panels.values()]
+    assert shown == [False, True, True]
+
+
+def test_numbers_of_an_axis_differ():
+    ax = Figure().subplots()
+    style.number_ticks(ax.xaxis, 1.987e6, 2.013e6, 2, 0.25)
+    texts_of_ticks = [tick.get_text() for tick in ax.get_xticklabels()]
+    assert len(set(texts_of_ticks)) == len(texts_of_ticks) > 1
+
+
 def test_restitution_without_any_impact():
     broken = failed_record()
     figure, data = drawn_restitution([broken], [fits(broken)])
@@ -379,6 +425,15 @@ def test_predictions_stand_beside_the_fit_of_the_run_itself(datasets):
     own, other, _ = figure.axes[0].lines
     np.testing.assert_allclose(other.get_xdata(), 3 * np.array(own.get_xdata()))
     assert style.FOOTER in texts(figure)
+
+
+def test_predictions_are_of_the_law_named_for_each_scene(datasets):
+    frame, epsilon = predicted(datasets)
+    named = np.where(epsilon["foundation"] == "marble", "housner", "hunt_crossley")
+    epsilon["selected"] = epsilon["model"] == named
+    figure, data = predictions.draw(frame, epsilon, "simulated", LABELS)
+    drawn = data.groupby("model")["foundation"].unique().map(list).to_dict()
+    assert drawn == {"housner": ["marble"], "hunt_crossley": ["mat"]} and len(figure.axes) == 2
 
 
 def test_a_single_run_of_a_single_block_predicts_nothing_and_its_own_fits_are_shown():

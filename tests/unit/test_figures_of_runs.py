@@ -69,12 +69,43 @@ def test_parameters_have_a_row_per_run_record_and_foundation(tables):
     drawn = [tables[name] for name in ("parameters", "populations", "choice")]
     figure, data = parameters.draw(*drawn, "simulated", LABELS)
     assert set(data["model"]) == {"hunt_crossley"}
-    assert data.groupby("level")["test"].count().to_dict() == {"run": 14, "record": 8, "foundation": 4}
+    assert data.groupby("level")["test"].count().to_dict() == {"run": 12, "record": 8, "foundation": 4}
+    alone = tables["runs"][~tables["runs"]["excluded"]].groupby("test")["run"].nunique() == 1
+    assert alone.any() and not set(alone.index[alone]) & set(data[data["level"] == "run"]["test"])
     own = data[(data["level"] == "run") & (data["parameter"] == "k")]
     np.testing.assert_allclose(own["value"], 6.88e6)
     np.testing.assert_allclose(own["high"] - own["low"], 2 * 1.96 * 1.2e4)
     assert "Slender block, Marble" in texts(figure)
     assert parameters.caption(data) == "Law: Hunt–Crossley, named by 7 of 7 runs. Runs of 4 records."
+
+
+def test_parameters_are_of_the_law_of_each_foundation(tables):
+    """On marble Housner is named, on the mat Hunt–Crossley for one of two blocks."""
+    choice = tables["choice"].copy()
+    named = np.where(choice["foundation"] == "marble", "housner", "hunt_crossley")
+    selected = (choice["model"] == named) & (choice["test"] != "b2_mat")
+    choice["status"] = np.where(selected, "selected", "rejected")
+    figure, data = parameters.draw(tables["parameters"], tables["populations"], choice, "simulated", LABELS)
+    laws = data.groupby("foundation")["model"].unique().map(list).to_dict()
+    assert laws == {"marble": ["housner"], "mat": ["hunt_crossley"]}
+    assert "b2_mat" not in set(data["test"]) and set(data[data["foundation"] == "mat"]["parameter"]) == {
+        "k",
+        "lambda",
+    }
+    assert [ax.get_xlabel() for ax in figure.axes if ax.axison] == [
+        "restitution r",
+        "k / (N m⁻²)",
+        "λ / (N s m⁻³)",
+    ]
+    on_marble, on_mat = parameters.caption(data, LABELS).removeprefix("Laws: ").split("; ")
+    assert re.fullmatch(r"Housner \(Marble\), named by (\d) of \1 runs", on_marble)
+    assert re.match(r"Hunt–Crossley \(mat\), named by \d of \d runs\. Runs of ", on_mat)
+
+
+def test_a_spread_that_is_nothing_is_nought(tables):
+    populations = tables["populations"].assign(tau=0.0, tau_high=0.0, scatter_p=1.0)
+    figure, data = parameters.draw(tables["parameters"], populations, tables["choice"], "simulated", LABELS)
+    assert set(data["tau_text"].dropna()) <= {"", "0"} and "0" in texts(figure)
 
 
 def test_parameters_of_a_rejected_law_are_open(tables):

@@ -15,7 +15,7 @@ from freerock.figures.style import (
     gathered,
     legend_on_top,
     nothing_drawn,
-    pairs_per_scene,
+    panels_per_scene,
     printed,
     scaled,
 )
@@ -82,12 +82,13 @@ def draw(
         why = "no law of a compliant foundation is named"
         return nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
     scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
-    figure, panels = pairs_per_scene(scenes, labels, 2.1, (1.0, 1.0))
+    figure, panels = panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
     parts = []
     for scene, (tree, estimate) in zip(scenes, found, strict=True):
         own = _over_time(tree, estimate, estimate.block_of(blocks[scene[0]]), debonding)
         parts.append(own)
-        _draw(*panels[scene], own)
+        depth, force = panels[scene]
+        _draw(depth, force, own)
     legend_on_top(figure)
     footer(figure, origin)
     return figure, gathered(parts, COLUMNS)

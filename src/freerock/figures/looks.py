@@ -18,11 +18,12 @@ _LAW_LOOKS = (
     ("#009e73", ":", "D"),
     ("#56b4e9", (0, (1, 1, 4, 1)), "P"),
 )
+RIVAL = "#7a3b9a"  # colour of candidates beside the laws themselves
 _BY_LAW = dict(zip(LAWS, cycle(_LAW_LOOKS), strict=False))
 
 
 def _look(model: str) -> Style:
-    """Colour by law; of a rival a dash as long as its law asks, dots for what it is free in, no fill."""
+    """Colour by law, one of all rivals; of these a dash for the law, dots for what is free, and no fill."""
     candidate = CANDIDATES[model]
     color, line, _ = _BY_LAW[candidate.law]
     style: Style = {"color": color, "linestyle": line, "label": MODEL_LABELS[model]}
@@ -30,7 +31,11 @@ def _look(model: str) -> Style:
         moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
         dots = 1 + candidate.width + 2 * moves
         dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
-        style |= {"linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)), "markerfacecolor": "none"}
+        style |= {
+            "color": RIVAL,
+            "linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)),
+            "markerfacecolor": "none",
+        }
     return style
 
 

@@ -54,7 +54,7 @@ def draw(
     """
     scenes = [(tree.attrs["block"], tree.attrs["foundation"]) for tree in fits]
     sigma_deg = {(test, str(run)): sigma for test, run, sigma in runs[SIGMA].itertuples(index=False)}
-    figure, panels = style.pairs_per_scene(scenes, labels, 2.3, (1.5, 1.0))
+    figure, panels = style.panels_per_scene(scenes, labels, 2.3, (1.5, 1.0))
     parts: list[pd.DataFrame] = []
     for scene, tree in zip(scenes, fits, strict=True):
         motion, residual = panels[scene]

@@ -1,6 +1,6 @@
 """Parameters run by run, with the mean of each record and of each foundation, and where the next will lie."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -75,7 +75,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> tuple[Figure, pd.DataFrame]:
-    """Parameters of the law that most runs name: a row for each run, record and foundation.
+    """Parameters of the law that most runs of a foundation name: a row for each run, record and foundation.
 
     Parameters
     ----------
@@ -87,53 +87,71 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`; SI units.
     """
-    model = _named_most(parameters, choice)
-    if not model:
+    laws = _laws(parameters, choice)
+    if not laws:
         return nothing_drawn("no run has a fit that may be used", origin), pd.DataFrame(columns=COLUMNS)
-    rows = _rows(parameters, populations, choice, model, labels)
-    names = [name for name in MODELS[model] if any(name in set(row.numbers["parameter"]) for row in rows)]
+    rows = _rows(parameters, populations, choice, laws, labels)
     groups = [[*own] for _, own in groupby(rows, lambda row: row.numbers["foundation"].iloc[0])]
-    beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
-    stacked = groups if beside > 1 else groups * len(names)
-    room = [len(own) + 2.0 for own in stacked]
+    names = [_names(own) for own in groups]
+    beside = max(map(len, names))
+    beside = beside if size(1)[0] > NARROWEST_IN * (1 + beside) else 1
+    panels = [
+        (own, names[i][k : k + beside])
+        for k in range(0, max(map(len, names)), beside)
+        for i, own in enumerate(groups)
+        if names[i][k : k + beside]
+    ]
+    room = [len(own) + 2.0 for own, _ in panels]
     figure = Figure(figsize=size(0.8 + 0.17 * sum(room)))
-    axes = figure.subplots(len(stacked), beside, squeeze=False, sharey="row", height_ratios=room)
-    for i, own in enumerate(stacked):
-        shown = names if beside > 1 else [names[i // len(groups)]]
-        for ax, name in zip(axes[i], shown, strict=True):
+    axes = figure.subplots(len(panels), beside, squeeze=False, sharey="row", height_ratios=room)
+    for line, (own, shown) in zip(axes, panels, strict=True):
+        for ax, name in zip(line, shown, strict=False):
             _panel(ax, own, name, 0.5 / beside)
             ax.set_xlabel(axis_of(name) if name != "r" else "restitution r")
             ax.text(1.02, 1.0, "τ", transform=ax.transAxes, va="bottom", fontsize="small")
-        axes[i, 0].set_yticks(range(len(own)), [row.name for row in own])
-        axes[i, 0].set_ylim(len(own) - 0.4, -0.6)
-        for text, row in zip(axes[i, 0].get_yticklabels(), own, strict=True):
+        for ax in line[len(shown) :]:
+            ax.set_axis_off()
+        line[0].set_yticks(range(len(own)), [row.name for row in own])
+        line[0].set_ylim(len(own) - 0.4, -0.6)
+        for text, row in zip(line[0].get_yticklabels(), own, strict=True):
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
     legend_on_top(figure)
     footer(figure, origin)
-    numbers = gathered((row.numbers for row in rows), COLUMNS)
-    return figure, numbers.assign(named_by=named_by(model, choice))
+    return figure, gathered((row.numbers for row in rows), COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Of which law the parameters are, and how many runs and records are drawn."""
+    """Of which laws the parameters are, and how many runs and records are drawn."""
     if data.empty:
         return "No run has a fit that may be used."
-    model = MODEL_LABELS[data["model"].iloc[0]]
-    told = f"Law: {model}, named by {data['named_by'].iloc[0]}."
+    known, told = labels or {}, list[str]()
+    for (model, named), own in data.groupby(["model", "named_by"], sort=False):
+        on = ", ".join(known.get(each, each) for each in own["foundation"].unique())
+        several = data["model"].nunique() > 1
+        told.append(f"{MODEL_LABELS[model]}{f' ({on})' * several}, named by {named}")
     runs, records = (data[data["level"] == level] for level in ("run", "record"))
-    n = records["test"].nunique()
-    drawn = number_of(n, "record")
-    return f"{told} Drawn: means of {drawn}." if runs.empty else f"{told} Runs of {drawn}."
+    drawn = number_of(records["test"].nunique(), "record")
+    means = f"Drawn: means of {drawn}." if runs.empty else f"Runs of {drawn}."
+    return f"Law{'s' * (len(told) > 1)}: {'; '.join(told)}. {means}"
 
 
-def _named_most(parameters: pd.DataFrame, choice: pd.DataFrame) -> str:
-    """The law of a foundation that most runs name, or the first that was fitted; else whatever was."""
-    usable = set(parameters[parameters["success"].astype(bool)]["model"])
-    named = choice[choice["status"] == "selected"]["model"].value_counts()
-    ranked = sorted(
-        usable, key=lambda model: (not law_of(model).is_foundation, -named.get(model, 0), order(model))
-    )
-    return ranked[0] if ranked else ""
+def _laws(parameters: pd.DataFrame, choice: pd.DataFrame) -> dict[str, str]:
+    """By foundation the law that most of its runs name; else one of a foundation that was fitted."""
+    found = {}
+    for foundation, own in parameters[parameters["success"].astype(bool)].groupby("foundation", sort=False):
+        here = choice[(choice["foundation"] == foundation) & (choice["status"] == "selected")]
+        named = here["model"].value_counts()
+        usable = sorted(set(own["model"]), key=order)
+        found[str(foundation)] = min(
+            usable, key=lambda model: (-named.get(model, 0), not law_of(model).is_foundation)
+        )
+    return found
+
+
+def _names(rows: list[_Row]) -> list[str]:
+    """The parameters of the law of some rows, as far as they are known."""
+    numbers = pd.concat([row.numbers for row in rows])
+    return [name for name in MODELS[numbers["model"].iloc[0]] if name in set(numbers["parameter"])]
 
 
 def order(model: str) -> int:
@@ -142,15 +160,21 @@ def order(model: str) -> int:
 
 
 def _rows(
-    parameters: pd.DataFrame, populations: pd.DataFrame, choice: pd.DataFrame, model: str, labels: Labels
+    parameters: pd.DataFrame,
+    populations: pd.DataFrame,
+    choice: pd.DataFrame,
+    laws: Mapping[str, str],
+    labels: Labels,
 ) -> list[_Row]:
-    """Rows downwards: of each foundation the records, each below its runs, and last the foundation."""
-    runs = parameters[(parameters["model"] == model) & parameters["success"].astype(bool)]
-    runs = runs[runs["parameter"].isin(MODELS[model])]
-    found = populations[(populations["model"] == model) & populations["parameter"].isin(MODELS[model])]
-    rejected = choice[(choice["model"] == model) & (choice["status"] == "rejected")]
+    """Rows downwards: of each foundation the records that name its law, each below its runs where there are
+    several, and last the foundation."""
+    runs, found = (_of_laws(table, laws) for table in (parameters, populations))
+    runs, named = runs[runs["success"].astype(bool)], _of_laws(choice, laws)
+    rejected = named[named["status"] == "rejected"]
     no = set(zip(rejected["test"], rejected["run"].astype(str), strict=True))
-    records = found[found["level"] == "record"]
+    tests = set(named[named["status"] == "selected"]["test"]) or set(found["test"])
+    records = found[(found["level"] == "record") & found["test"].isin(tests)]
+    runs = runs[runs["test"].isin(tests)]
     with_runs = len(runs[["test", "run"]].drop_duplicates()) + records["test"].nunique() <= MOST_ROWS
     rows: list[_Row] = []
     for foundation, of_foundation in records.groupby("foundation", sort=False):
@@ -158,14 +182,25 @@ def _rows(
         for test, record in of_foundation.groupby("test", sort=False):
             scene = f"{label(labels, record['block'].iloc[0])}, {label(labels, str(foundation))}"
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
-            if with_runs:
-                rows += _of_runs(runs[runs["test"] == test], no)
+            own = runs[runs["test"] == test]
+            if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):
+                rows += _of_runs(own, no)
             rows.append(_Row(name, _numbers("record", record)))
         of_records = found[(found["level"] == "foundation") & (found["foundation"] == foundation)]
         if len(of_records):
             name = f"{label(labels, str(foundation))}, {of_records['n_records'].iloc[0]} records"
             rows.append(_Row(name, _numbers("foundation", of_records)))
+    by = {law: named_by(law, named[named["model"] == law]) for law in set(laws.values())}
+    rows = [_Row(row.name, row.numbers.assign(named_by=row.numbers["model"].map(by))) for row in rows]
     return rows[-MOST_ROWS:] if not with_runs else rows
+
+
+def _of_laws(table: pd.DataFrame, laws: Mapping[str, str]) -> pd.DataFrame:
+    """The rows of a table that are of the law of their foundation, and of its parameters."""
+    own = table[table["model"] == table["foundation"].map(laws)]
+    if "parameter" not in own:
+        return own
+    return own[[each in MODELS[law] for law, each in zip(own["model"], own["parameter"], strict=True)]]
 
 
 def _of_runs(runs: pd.DataFrame, rejected: set[tuple[str, str]]) -> Iterator[_Row]:
@@ -188,7 +223,8 @@ def _spread(row: Any) -> str:
         return ""
     percent = 100 / row.mean
     if row.scatter_p > SCATTERS or row.tau == 0:
-        return f"< {quantity(percent * row.tau_high, digits=2)} %"
+        bound = percent * row.tau_high
+        return f"< {quantity(bound, digits=2)} %" if bound else "0"
     return f"{quantity(percent * row.tau, digits=2)} %"
 
 

@@ -29,7 +29,7 @@ from freerock.models.laws import MODEL_LABELS, MODELS
 FIGURE = {
     "title": "Discrepancy with parameters of the run itself, of other runs, and of other blocks",
     "caption": "Discrepancy ε_θ of each run with its own parameters, with those of the other runs of its "
-    "record, and with those of another block on the same foundation; for the laws named for any run. "
+    "record, and with those of another block on the same foundation; for the laws named there. "
     "Failed fits are omitted.",
     "reading": "A run's own fit stands at the left, and every prediction lies to its right. Circles show "
     "how well another run of the record predicts this one, crosses how well another block "
@@ -44,6 +44,7 @@ MARKERS: dict[str, Style] = {
     OTHER_RUNS: {"marker": "o", "color": "#0072b2", "markersize": 4, "markerfacecolor": "none"},
     "another block": {"marker": "x", "color": "#d55e00", "markersize": 4},
 }
+SCENE = ["block", "foundation", "model"]
 NARROWEST_IN = 2.2  # of a panel
 
 
@@ -65,8 +66,9 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns of `predictions`, with a row per fit of a run, basis `OWN`.
     """
-    laws = set(epsilon["model"][epsilon["selected"]]) or set(epsilon["model"])
-    epsilon, predictions = (table[table["model"].isin(laws)] for table in (epsilon, predictions))
+    named = epsilon[epsilon["selected"]] if epsilon["selected"].any() else epsilon
+    epsilon, predictions = (table.merge(named[SCENE].drop_duplicates()) for table in (epsilon, predictions))
+    laws = set(epsilon["model"])
     own = epsilon[epsilon["success"]].assign(basis=OWN, n_runs=1)[predictions.columns]
     data = gathered([each for each in (own, predictions) if len(each)], predictions.columns)
     if data.empty:

@@ -25,7 +25,7 @@ from freerock.figures.style import (
 from freerock.figures.ticks import lighten
 from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
 from freerock.products.choices import choices_of
-from freerock.products.groups import Attrs, impacts_of, reasons_in, runs_of
+from freerock.products.groups import Attrs, impacts_of, reasons_in, release_angle_of, runs_of
 from freerock.products.verdicts import verdict_of_run
 from freerock.rotation.faults import Fault, listed_faults
 from freerock.runs.verdict import in_one_line
@@ -273,9 +273,8 @@ def _found(number: int, fits: xr.DataTree) -> str:
 
 
 def _facts(run: xr.DataTree, sigma_deg: float) -> str:
-    sure = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
     facts = [
-        f"θ₀ = {quantity(*np.degrees([run['theta0'].item(), run[sure].item()]))} °",
+        f"θ₀ = {quantity(*release_angle_of(run))} °",
         f"σ = {quantity(sigma_deg, digits=2)} °",
         f"release at {quantity(run['release'].item(), run['release_stderr'].item())} s",
         impacts_of(run),

@@ -1,7 +1,7 @@
 """The set-up as it is configured: each block with its beams, to scale."""
 
 from collections.abc import Mapping
-from math import degrees, sin
+from math import degrees
 from typing import Any
 
 import pandas as pd
@@ -49,18 +49,23 @@ def draw(
     figure, data : Figure, pandas.DataFrame
         Columns `COLUMNS`, a row per block and laser.
     """
-    beside = max(1, min(len(set_ups), MOST_BESIDE, int(size(1)[0] / 1.7)))
-    rows = -(-len(set_ups) // beside)
+    most = max(1, min(len(set_ups), MOST_BESIDE, int(size(1)[0] / 1.7)))
+    rows = -(-len(set_ups) // most)
+    beside = -(-len(set_ups) // rows)
     shown = {name: blocks[name] for name in set_ups}
     tallest, widest = (
         max(getattr(each, f"{way}_m") for each in shown.values()) for way in ("height", "width")
     )
-    figure = Figure(figsize=size(0.2 + 2.6 * rows))
-    axes = figure.subplots(rows, beside, squeeze=False)
+    heights = [each.height_m for each in shown.values()]
+    low = 0.2 * tallest
+    high = [1.12 * max(heights[i * beside : (i + 1) * beside]) for i in range(rows)]
+    room = [(low + each) / (1.32 * tallest) for each in high]
+    figure = Figure(figsize=size(0.2 + 0.3 * rows + 2.3 * sum(room)))
+    axes = figure.subplots(rows, beside, squeeze=False, height_ratios=room)  # one scale for all
     for i, (ax, (name, block)) in enumerate(zip(axes.ravel(), shown.items(), strict=False)):
         _panel(ax, block, set_ups[name], labels)
         half = max(1.6 * widest, 0.42 * tallest)
-        ax.set(xlim=(-half, half), ylim=(-0.2 * tallest, 1.12 * tallest), aspect="equal")
+        ax.set(xlim=(-half, half), ylim=(-low, high[i // beside]), aspect="equal")
         ax.set_title(wrapped(panel(i, len(shown), label(labels, name)), 0.8 / beside), loc="left")
     for ax in axes.ravel():
         ax.set_axis_off()
@@ -98,7 +103,7 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     span = (90, 90 + turn) if side > 0 else (90 - turn, 90)
     ax.add_patch(Arc((corner, 0), 1.3 * h, 1.3 * h, theta1=span[0], theta2=span[1], color="#0a5bd3"))
     small: Style = {"fontsize": "small", "color": "#0a5bd3"}
-    ax.text(corner - side * 0.72 * h * sin(block.theta_cr / 2), 0.7 * h, "α", ha="center", **small)
+    ax.text(corner + side * 0.12 * b, 0.62 * h, "α", ha="left" if side > 0 else "right", **small)
     ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
     stands = ", ".join(label(labels, each) for each in set_up["foundations"])

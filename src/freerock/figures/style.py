@@ -243,7 +243,7 @@ def nothing_drawn(why: str, origin: str) -> Figure:
     return figure
 
 
-NARROWEST_IN = 1.7  # of a panel of a scene
+NARROWEST_IN, ALONE_IN = 1.7, 2.1  # of a panel of a scene, beside other foundations and beside other blocks
 Scene = tuple[str, str]
 """A block on a foundation."""
 
@@ -258,23 +258,41 @@ def of_scene(table: pd.DataFrame, block: str, foundation: str) -> pd.DataFrame:
     return table[(table["block"] == block) & (table["foundation"] == foundation)]
 
 
-def panel_per_scene(
+def _places(scenes: Sequence[Scene]) -> tuple[int, int, dict[Scene, tuple[int, int]]]:
+    """Rows, columns and the place of each scene: blocks by foundations, or side by side on a single one."""
+    above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
+    if len(under) > 1:
+        places = {
+            each: (above.index(each[0]), under.index(each[1]))
+            for each in sorted({*scenes}, key=lambda each: (above.index(each[0]), under.index(each[1])))
+        }
+        return len(above), len(under), places
+    rows = -(-len(above) // max(1, min(len(above), int(size(1)[0] / ALONE_IN))))
+    beside = -(-len(above) // rows)
+    return rows, beside, {(block, under[0]): divmod(i, beside) for i, block in enumerate(above)}
+
+
+def panels_per_scene(
     scenes: Sequence[Scene],
     labels: Labels,
     height_in: float,
+    ratios: Sequence[float] = (1.0,),
     narrowest_in: float = NARROWEST_IN,
     **shared: Any,
-) -> tuple[Figure, dict[Scene, Axes]]:
-    """A figure with a row for each block and a column for each foundation, titled.
+) -> tuple[Figure, dict[Scene, tuple[Axes, ...]]]:
+    """A figure with a row for each block and a column for each foundation, titled; blocks stand side by side
+    where there is one foundation.
 
     Parameters
     ----------
     scenes : sequence of (str, str)
-        Block and foundation of each panel; places of others stay empty.
+        Block and foundation of each; places of others stay empty.
     labels : mapping of str to str, optional
         Printed names of blocks and foundations.
     height_in : float
         Of a row [inch], for the double column.
+    ratios : sequence of float
+        Heights of the panels of a scene, one above the other over the same axis.
     narrowest_in : float
         Of a panel [inch]: with more foundations the figure grows wider than its target.
     **shared :
@@ -282,55 +300,50 @@ def panel_per_scene(
 
     Returns
     -------
-    figure, axes : Figure, dict of (str, str) to Axes
-        The panel of each block and foundation.
+    figure, panels : Figure, dict of (str, str) to tuple of Axes
+        The panels of each block and foundation.
     """
-    above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
-    width, height = size(0.5 + height_in * len(above))
-    figure = Figure(figsize=(max(width, narrowest_in * len(under)), height))
-    axes = figure.subplots(len(above), len(under), squeeze=False, **shared)
-    panels = {
-        (block, foundation): axes[i, j] for i, block in enumerate(above) for j, foundation in enumerate(under)
-    }
-    for n, ((block, foundation), ax) in enumerate(panels.items()):
-        title = panel(n, len(panels), f"{label(labels, block)}, {label(labels, foundation)}")
-        ax.set_title(wrapped(title, 0.8 / len(under)), loc="left")
+    n, (rows, beside, places) = len(ratios), _places(scenes)
+    width, height = size(0.5 + height_in * rows)
+    figure = Figure(figsize=(max(width, narrowest_in * beside), height))
+    axes = figure.subplots(n * rows, beside, squeeze=False, height_ratios=[*ratios] * rows, **shared)
+    panels: dict[Scene, tuple[Axes, ...]] = {}
+    for scene, (i, j) in places.items():
+        own = axes[n * i : n * (i + 1), j]
+        for ax in own[:-1]:
+            own[-1].sharex(ax)
+            ax.tick_params(labelbottom=False)
+        title = panel(len(panels), len(places), ", ".join(label(labels, name) for name in scene))
+        own[0].set_title(wrapped(title, 0.8 / beside), loc="left")
+        panels[scene] = (*own,)
+    shown = {(n * i + k, j) for i, j in places.values() for k in range(n)}
+    for at, ax in np.ndenumerate(axes):
+        if at not in shown:
+            ax.set_axis_off()
+        elif at[0] % n == n - 1 and (at[0] + 1, at[1]) not in shown:
+            ax.tick_params(labelbottom=True)  # above an empty place
     return figure, panels
 
 
-def pairs_per_scene(
-    scenes: Sequence[Scene], labels: Labels, height_in: float, ratios: tuple[float, float]
-) -> tuple[Figure, dict[Scene, tuple[Axes, Axes]]]:
-    """As `panel_per_scene`, with two panels over the same time one above the other for each scene."""
-    above, under = (list(dict.fromkeys(names)) for names in zip(*scenes, strict=True))
-    width, height = size(0.5 + height_in * len(above))
-    figure = Figure(figsize=(max(width, NARROWEST_IN * len(under)), height))
-    axes = figure.subplots(2 * len(above), len(under), squeeze=False, height_ratios=ratios * len(above))
-    panels: dict[Scene, tuple[Axes, Axes]] = {}
-    for i, block in enumerate(above):
-        for j, foundation in enumerate(under):
-            upper, lower = axes[2 * i : 2 * i + 2, j]
-            if (block, foundation) not in scenes:
-                upper.set_axis_off()
-                lower.set_axis_off()
-                continue
-            lower.sharex(upper)
-            upper.tick_params(labelbottom=False)
-            title = panel(
-                len(panels), len(set(scenes)), f"{label(labels, block)}, {label(labels, foundation)}"
-            )
-            upper.set_title(wrapped(title, 0.8 / len(under)), loc="left")
-            panels[block, foundation] = upper, lower
-    return figure, panels
+def panel_per_scene(
+    scenes: Sequence[Scene], labels: Labels, height_in: float, **options: Any
+) -> tuple[Figure, dict[Scene, Axes]]:
+    """As `panels_per_scene`, with one panel for each scene."""
+    figure, panels = panels_per_scene(scenes, labels, height_in, **options)
+    return figure, {scene: own[0] for scene, own in panels.items()}
 
 
 def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
     """Label the axes of panels at the left and at the foot."""
-    n = len({foundation for _, foundation in panels})
+    places = {
+        (spec.rowspan.start, spec.colspan.start) for spec in (ax.get_subplotspec() for ax in panels.values())
+    }
+    n = len({column for _, column in places})
     for ax in panels.values():
-        if ax.get_subplotspec().is_last_row():
+        spec = ax.get_subplotspec()
+        if (spec.rowspan.start + 1, spec.colspan.start) not in places:
             ax.set_xlabel(wrapped(x, 0.8 / n))
-        if ax.get_subplotspec().is_first_col():
+        if spec.is_first_col():
             ax.set_ylabel(y)
 
 
@@ -351,7 +364,8 @@ def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1
     ticks = ticks[(low < ticks) & (ticks < high)]
     beside = room * size(1)[0] * 72 / (10 * CHARACTER * _points("xtick.labelsize"))
     ticks = ticks[:: -(-len(ticks) // max(2, int(beside)))] if len(ticks) else ticks
-    axis.set_ticks(ticks, [quantity(tick, digits=2) for tick in ticks])
+    texts = ([quantity(tick, digits=digits) for tick in ticks] for digits in (2, 3, 4, 5, 6))
+    axis.set_ticks(ticks, next((each for each in texts if len({*each}) == len(each)), list(map(str, ticks))))
 
 
 def whole_decades(axis: Any) -> None:

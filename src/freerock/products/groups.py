@@ -1,6 +1,7 @@
 """The groups of a dataset: its runs, the fits in it, and which of them may be used."""
 
 import json
+import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -52,6 +53,12 @@ def runs_of(tree: xr.DataTree) -> dict[int, xr.DataTree]:
 def n_restitutions(run: xr.DataTree) -> int:
     """How many impacts of a run of a record have a restitution."""
     return int(np.isfinite(run.dataset["restitution"].values).sum())
+
+
+def release_angle_of(run: xr.DataTree) -> tuple[float, float]:
+    """Release angle of a run [°] and its total standard uncertainty; that by noise if no input is known."""
+    u = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
+    return math.degrees(run["theta0"].item()), math.degrees(run[u].item())
 
 
 def impacts_of(run: xr.DataTree) -> str:

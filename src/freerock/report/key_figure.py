@@ -102,8 +102,13 @@ def key_figure(
         "run": number,
         "sigma_deg": quantity(math.degrees(sigma), digits=2),
         "svg": drawing(theta, residuals),
-        "keys": [looks[source] for source in ("measured", *models)],
+        "keys": [looks["measured"], *(_named(looks[model], model == chosen) for model in models)],
     }
+
+
+def _named(look: Mapping[str, Any], named: bool) -> dict[str, Any]:
+    """The look of a law, with a word where it is the one that the choice names."""
+    return {**look, "label": look["label"] + " (named)" * named}
 
 
 def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:

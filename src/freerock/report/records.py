@@ -12,7 +12,7 @@ import xarray as xr
 from freerock.arrays import Floats
 from freerock.models.laws import MODEL_LABELS, law_of, symbol_of
 from freerock.products.choices import GROUP
-from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of
+from freerock.products.groups import fits_of, n_restitutions, reasons_in, release_angle_of, runs_of
 from freerock.report.charts import run_curves
 from freerock.runs.verdict import VERDICTS, in_one_line
 from freerock.tables.text import fixed, quantity, unit_text
@@ -161,16 +161,13 @@ def _section(record: xr.DataTree, line: Mapping[str, Any], provenance: Mapping[s
 def _run(number: int, run: xr.DataTree, found: tuple[str, str], time: Floats) -> dict[str, Any]:
     verdict, reasons = found
     known = {name: run.dataset[name].item() for name in ("release", "fit_start", "end")}
-    u = "theta0_u" if "theta0_u" in run.dataset else "theta0_stderr"
-    theta0, u_theta0, sigma = (
-        math.degrees(run.dataset[name].item()) for name in ("theta0", u, "sigma_theta")
-    )
+    sigma = math.degrees(run.dataset["sigma_theta"].item())
     return {
         "number": number,
         "verdict": verdict + (", excluded" if run.attrs["excluded"] else ""),
         "kind": "excluded" if run.attrs["excluded"] else verdict,
         "reasons": reasons,
-        "theta0": quantity(theta0, u_theta0),
+        "theta0": quantity(*release_angle_of(run)),
         "sigma": quantity(sigma, digits=2),
         "impacts": f"{run.dataset['n_impacts'].item()} impacts, {n_restitutions(run)} with r",
         "instants": [fixed(instant, 3) for instant in known.values()],

@@ -9,7 +9,7 @@ from freerock.arrays import Floats
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, MODELS, symbol_of
 from freerock.products.choices import GROUP
-from freerock.products.groups import impacts_of, reasons_in, runs_of, total_uncertainty
+from freerock.products.groups import impacts_of, reasons_in, release_angle_of, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.review.bench import Analysed
 from freerock.review.signals import Json, on_screen, thin
@@ -85,7 +85,6 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
     sources = {"measured": (run.dataset, release)} | {
         model: (fit.dataset, 0.0) for model, fit in models.items() if model in _drawn(group, models)
     }
-    theta0, stderr = (math.degrees(run[name].item()) for name in ("theta0", "theta0_stderr"))
     return {
         "run": number,
         "release": release,
@@ -96,7 +95,7 @@ def run_picture(found: Analysed, number: int, block: Block, means: bool = True) 
         "reasons": [{"verdict": each.verdict, "text": each.text} for each in verdict.reasons],
         "excluded": bool(run.attrs["excluded"]),
         "facts": [
-            ["θ₀", f"{quantity(theta0, stderr)}°"],
+            ["θ₀", f"{quantity(*release_angle_of(run))}°"],
             ["σ", f"{quantity(math.degrees(sigma), digits=2)}°"],
             ["Impacts", impacts_of(run)],
         ],
