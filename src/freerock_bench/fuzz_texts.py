@@ -48,90 +48,16 @@ YAML = (SHIPPED / "config/campaigns/palermo_virtual.yaml").read_bytes()
 CSV = (SHIPPED / "config/campaigns/palermo_virtual.csv").read_bytes()
 TRUTH = json.dumps({"one": {"model": "winkler", "runs": [{"k": 1e6, "c": 1e3}] * 3}}, indent=1).encode()
 TABLE = b"V,mm\n" + b"".join(b"%d.5,%d\n" % (n, 5 * n) for n in range(11))
-LONG = (
-    "9" * 5000,
-    "a" * 300,
-    "_" * 50_000,
-    " " * 5000,
-    "[" * 5000,
-    "{a: " * 2000,
-    "\n" * 5000,
-    "1," * 40_000,
-)
-MARKS = (
-    "[",
-    "]",
-    "{",
-    "}",
-    ":",
-    ": ",
-    "- ",
-    "? ",
-    ",",
-    ";",
-    "|",
-    ">",
-    "'",
-    '"',
-    "#",
-    "\n",
-    "\t",
-    "\r",
-    "%",
-    "@",
-    "`",
-    "!",
-    "&a ",
-)
-WORDS = (
-    "*a",
-    "<<: *a",
-    "---",
-    "...",
-    "%YAML 1.1\n",
-    "!!int ''",
-    "!!bool x",
-    "!!timestamp x",
-    "!!python/name:os",
-    "=",
-    "~",
-)
-NUMBERS = (
-    "017",
-    "1:30",
-    "1_000",
-    "1e999",
-    "-1e999",
-    ".nan",
-    "NaN",
-    "-.inf",
-    "Infinity",
-    "0x1f",
-    "5e-324",
-    "-0",
-    "true",
-    "null",
-)
+LONG = ("9" * 5000, "a" * 300, "_" * 50_000, " " * 5000, "[" * 5000)
+LONG += ("{a: " * 2000, "\n" * 5000, "1," * 40_000)
+MARKS = (*"[]{}:,;|>'\"#\n\t\r%@`!", ": ", "- ", "? ", "&a ")
+WORDS = "*a|<<: *a|---|...|%YAML 1.1\n|!!int ''|!!bool x|!!timestamp x|!!python/name:os|=|~"
+NUMBERS = "017 1:30 1_000 1e999 -1e999 .nan NaN -.inf Infinity 0x1f 5e-324 -0 true null"
 SIGNS = (
-    "\x00",
-    "\x1b[31m",
-    "\x85",
-    "\u2028",
-    "\ufeff",
-    "\u202e",
-    "é",
-    "θ",
-    "😀",
-    "$x_{$",
-    "\\frac{$",
-    "\\",
-    "<b>",
-    "{x}",
-    "../",
-    "/",
-    "=1+1",
+    *"\x00\x85\u2028\ufeff\u202eéθ😀\\/",
+    *["\x1b[31m", "$x_{$", "\\frac{$", "<b>", "{x}", "../", "=1+1"],
 )
-TOKENS = (*LONG, *(MARKS + WORDS + NUMBERS + SIGNS) * 8)
+TOKENS = (*LONG, *(*MARKS, *WORDS.split("|"), *NUMBERS.split(), *SIGNS) * 8)
 
 
 def spoilt(content: bytes, n: int) -> Iterator[bytes]:

@@ -1,10 +1,9 @@
-"""The study of converters of few bits, and its figure."""
+"""The study of converters of few bits."""
 
 import pandas as pd
 import pytest
 
 from freerock_bench import bits
-from freerock_bench.figures import bits as figure
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +19,7 @@ def test_a_step_of_ten_sigma_leaves_a_clean_run_ok(frame):
     assert (frame["error"] / frame["stderr"]).abs().max() < 4
 
 
-def test_the_figure_and_the_table_have_a_row_per_noise_and_converter(frame, tmp_path):
-    drawn, data = figure.draw(frame)
-    drawn.savefig(tmp_path / "bits.png")
+def test_the_table_has_a_row_per_noise_and_converter(frame):
+    data = bits.told(frame)
     assert list(data["bits"]) == [24, 10, 12] and list(data["ok"]) == [100.0] * 3
     assert len(bits.markdown(frame).splitlines()) == 2 + 3

@@ -23,13 +23,15 @@ DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "kind
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release", "others"]
-FIGURES_OF_STUDIES = [study for study in STUDIES if study != "stability"]
+AS_TABLES = ["bits", "faults", "drawn"]  # their tables are on docs/validation.md
+FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 
 
 rule studies:
     input:
         expand("results/studies/figures/{study}.{suffix}", study=FIGURES_OF_STUDIES, suffix=["pdf", "png"]),
         expand("results/studies/figures/stability_{page}.{suffix}", page=PAGES, suffix=["pdf", "png"]),
+        expand("results/studies/{study}.csv", study=AS_TABLES),
 
 
 rule study:

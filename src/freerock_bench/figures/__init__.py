@@ -5,13 +5,10 @@ the figures that name them. Returned are the figure, or its pages, and the rows 
 """
 
 __all__ = [
-    "bits",
     "confusion",
     "cost",
     "coverage",
-    "drawn",
     "engines",
-    "faults",
     "numerics",
     "paper",
     "shared",
