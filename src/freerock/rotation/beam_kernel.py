@@ -8,6 +8,8 @@ that with the corners expected), all in metres. With t = tan(θ/2), 1/cos θ - 1
 import math
 from typing import Any
 
+import numpy as np
+
 from freerock.models.compiled import compiled
 
 CLOSE = 1e-14  # share of a reading to which the angle of a held block is found
@@ -157,36 +159,46 @@ def is_small(theta: Number) -> Number:
 
 
 @compiled()
-def seen_at_once(theta: Number, z_cb: Number, rests: Number, sign: Number, beam: Number, out: Number) -> None:
-    """`seen` of small angles by a sensor that takes no time: without branches, several samples in one."""
+def seen_if_small(
+    theta: Number, z_cb: Number, weights: Number, rests: Number, sign: Number, beam: Number, out: Number
+) -> None:
+    """`seen` of small angles: without branches, several samples in one."""
     vertical, place, height, edge, corner, expected = beam
-    sinks = rests == rests
-    if vertical:
-        for i in range(out.size):
-            turn = sign * theta[i]
-            sine, cosine = small_sine_cosine(turn)
-            half, slope = sine / (1 + cosine), sine / cosine
-            sunk = z_cb[i] - rests + corner * abs(sine) if sinks else 0.0
-            lever = corner - place if turn > 0 else corner + place
-            s = sunk - abs(slope) * (height * abs(half) + lever)
-            side = 1.0 if turn > 0 else -1.0
+    sinks, mean = rests == rests, np.zeros(out.size)
+    out[:] = 0.0
+    for j in range(weights.size):
+        if vertical:
+            for i in range(out.size):
+                turn = sign * theta[j, i]
+                sine, cosine = small_sine_cosine(turn)
+                half, slope = sine / (1 + cosine), sine / cosine
+                sunk = z_cb[j, i] - rests + corner * abs(sine) if sinks else 0.0
+                lever = corner - place if turn > 0 else corner + place
+                mean[i] += weights[j] * turn
+                out[i] += weights[j] * (sunk - abs(slope) * (height * abs(half) + lever))
+        else:
+            for i in range(out.size):
+                # denormals of a long rest are slow
+                turn = sign * theta[j, i] if abs(theta[j, i]) > STILL else 0.0
+                sine, cosine = small_sine_cosine(turn)
+                half, slope = sine / (1 + cosine), sine / cosine
+                sunk = z_cb[j, i] - rests + corner * abs(sine) if sinks else 0.0
+                width = edge + corner if turn > 0 else edge - corner
+                mean[i] += weights[j] * sign * theta[j, i]
+                out[i] += weights[j] * (slope * (place + sunk - width * half))
+    for i in range(out.size):
+        s = out[i]
+        if vertical:
+            side = 1.0 if mean[i] > 0 else -1.0
             lever = expected - side * place
             root = math.sqrt(lever * lever + s * (s - 2 * height))
             out[i] = -side * s / (lever + (root if lever > 0 else -root))
-    else:
-        for i in range(out.size):
-            turn = sign * theta[i] if abs(theta[i]) > STILL else 0.0
-            sine, cosine = small_sine_cosine(turn)
-            half, slope = sine / (1 + cosine), sine / cosine
-            sunk = z_cb[i] - rests + corner * abs(sine) if sinks else 0.0
-            width = edge + corner if turn > 0 else edge - corner
-            s = slope * (place + sunk - width * half)
+        else:
             width = edge + expected if s > 0 else edge - expected
             out[i] = s / (place + math.sqrt(place * place + s * (s - 2 * width)))
     for i in range(out.size):
         found = twice_arctangent(out[i])
-        shown = found == found and (vertical or abs(theta[i]) > STILL)
-        out[i] = sign * found if shown else theta[i]
+        out[i] = sign * (found if found == found and (vertical or abs(mean[i]) > STILL) else mean[i])
 
 
 @compiled()
@@ -194,15 +206,15 @@ def seen(
     theta: Number, z_cb: Number, weights: Number, rests: Number, sign: Number, beam: Number, out: Number
 ) -> None:
     """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks."""
-    sinks = rests == rests
-    if weights.size == 1 and is_small(theta):
-        seen_at_once(theta[0], z_cb[0], rests, sign, beam, out)
+    if is_small(theta):
+        seen_if_small(theta, z_cb, weights, rests, sign, beam, out)
         return
+    sinks = rests == rests
     for i in range(out.size):
         mean = reading = 0.0
         for j in range(weights.size):
             mean += weights[j] * sign * theta[j, i]
-        if not beam[0] and not abs(mean) > STILL:  # denormals of a long rest are slow
+        if not beam[0] and not abs(mean) > STILL:
             out[i] = sign * mean
             continue
         for j in range(weights.size):

@@ -6,6 +6,8 @@ about it. The blur of a motion is its mean over a few moments, by the rules of G
 and Laguerre: exact for motions that are polynomials of fifth degree in time.
 """
 
+from functools import cache
+
 import numpy as np
 
 from freerock.arrays import Floats
@@ -23,8 +25,12 @@ def moments(response_s: float, kind: str = "average") -> tuple[Floats, Floats]:
     """Instants [s] beside the one that a sample belongs to, its delay taken off, and their weights."""
     if response_s == 0:
         return np.zeros(1), np.ones(1)
-    if kind == "average":
-        at, weight = np.polynomial.legendre.leggauss(MOMENTS)
-        return at * response_s / 2, weight / 2
-    at, weight = np.polynomial.laguerre.laggauss(MOMENTS)
-    return (1 - at) * response_s, weight
+    at, weight = _rule(kind)
+    return (at * response_s / 2, weight / 2) if kind == "average" else ((1 - at) * response_s, weight)
+
+
+@cache
+def _rule(kind: str) -> tuple[Floats, Floats]:
+    """Abscissas and weights of Gauss and Legendre, or of Gauss and Laguerre."""
+    polynomial = np.polynomial
+    return (polynomial.legendre.leggauss if kind == "average" else polynomial.laguerre.laggauss)(MOMENTS)
