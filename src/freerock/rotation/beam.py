@@ -143,10 +143,9 @@ def rotation_and_sensitivity(
     return theta, slope
 
 
-def beam_of(block: Block, laser: Laser, expected: Block | None = None) -> tuple[float, ...]:
-    """A beam as `beam_kernel` takes it, where `expected` has the corners expected, if they are others."""
-    vertical, size = float(laser.beam == "vertical"), (block.height_m, block.width_m / 2)
-    return (vertical, laser.position, *size, block.b, (expected or block).b)
+def beam_of(block: Block, laser: Laser) -> tuple[float, ...]:
+    """A beam as `beam_kernel` takes it."""
+    return float(laser.beam == "vertical"), laser.position, block.height_m, block.width_m / 2, block.b
 
 
 def mirrored(laser: Laser) -> bool:

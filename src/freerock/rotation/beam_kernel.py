@@ -1,8 +1,8 @@
 """The geometry of `beam` number by number, compiled: fits use it thousands of times.
 
 Angles and displacements are those of the left face and of the top; who asks mirrors the right face. A beam
-is (1 where it is vertical or 0, position, height, half width B, half distance b of the corners turned about,
-that with the corners expected), all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
+is (1 where it is vertical or 0, position, height, half width B, half distance b of the corners turned about),
+all in metres. With t = tan(θ/2), 1/cos θ - 1 = t tan θ.
 """
 
 import math
@@ -40,7 +40,7 @@ def small_sine_cosine(x: Number) -> Number:
 @compiled(forceinline=True)
 def displaced(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number:
     """`beam.displaced`: (F30) to (F32); sunk is the depth of the base centre where it sinks, else 0."""
-    vertical, place, height, edge, corner, _ = beam
+    vertical, place, height, edge, corner = beam
     sine, cosine = sine_cosine(turn)
     half, slope = sine / (1 + cosine), sine / cosine
     if sinks:
@@ -55,7 +55,7 @@ def displaced(turn: Number, sunk: Number, sinks: Number, beam: Number) -> Number
 @compiled(forceinline=True)
 def turned_near(s: Number, near: Number, beam: Number) -> Number:
     """`beam.turned`, on the side of a rotation near to it."""
-    vertical, place, height, edge, _, corner = beam
+    vertical, place, height, edge, corner = beam
     if vertical:
         side = 1.0 if near > 0 else -1.0
         lever = corner - side * place
@@ -97,7 +97,7 @@ def twice_arctangents(halves: Number) -> None:
 @compiled()
 def rotations(s: Number, side: Number, beam: Number, theta: Number, slope: Number) -> None:
     """`beam.turned` of displacements and `beam.sensitivity` there; a side is +1 or -1, of a vertical beam."""
-    vertical, place, height, edge, _, corner = beam
+    vertical, place, height, edge, corner = beam
     for i in range(s.size):
         if vertical:
             lever = corner - side[i] * place
@@ -128,7 +128,7 @@ def rotations_of_two(
 ) -> None:
     """Of the displacements of two beams at a distance the rotation, the translation along them, and
     `beam.sensitivity` of the first there; the error of the tangent becomes that of the rotation."""
-    vertical, place, height, edge, _, corner = beam
+    vertical, place, height, edge, corner = beam
     for i in range(first.size):
         s = first[i]
         tangent = (s - second[i]) / apart
@@ -160,10 +160,17 @@ def is_small(theta: Number) -> Number:
 
 @compiled()
 def seen_if_small(
-    theta: Number, z_cb: Number, weights: Number, rests: Number, sign: Number, beam: Number, out: Number
+    theta: Number,
+    z_cb: Number,
+    weights: Number,
+    rests: Number,
+    sign: Number,
+    beam: Number,
+    expected: Number,
+    out: Number,
 ) -> None:
     """`seen` of small angles: without branches, several samples in one."""
-    vertical, place, height, edge, corner, expected = beam
+    vertical, place, height, edge, corner = beam
     sinks, mean = rests == rests, np.zeros(out.size)
     out[:] = 0.0
     for j in range(weights.size):
@@ -186,15 +193,16 @@ def seen_if_small(
                 width = edge + corner if turn > 0 else edge - corner
                 mean[i] += weights[j] * sign * theta[j, i]
                 out[i] += weights[j] * (slope * (place + sunk - width * half))
+    _, place, height, edge, corner = expected
     for i in range(out.size):
         s = out[i]
         if vertical:
             side = 1.0 if mean[i] > 0 else -1.0
-            lever = expected - side * place
+            lever = corner - side * place
             root = math.sqrt(lever * lever + s * (s - 2 * height))
             out[i] = -side * s / (lever + (root if lever > 0 else -root))
         else:
-            width = edge + expected if s > 0 else edge - expected
+            width = edge + corner if s > 0 else edge - corner
             out[i] = s / (place + math.sqrt(place * place + s * (s - 2 * width)))
     for i in range(out.size):
         found = twice_arctangent(out[i])
@@ -203,11 +211,19 @@ def seen_if_small(
 
 @compiled()
 def seen(
-    theta: Number, z_cb: Number, weights: Number, rests: Number, sign: Number, beam: Number, out: Number
+    theta: Number,
+    z_cb: Number,
+    weights: Number,
+    rests: Number,
+    sign: Number,
+    beam: Number,
+    expected: Number,
+    out: Number,
 ) -> None:
-    """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks."""
+    """`view.View.seen`; rests is the depth from which the beam counts, NaN where no corner sinks; the reading
+    of a beam is taken for that of the one expected."""
     if is_small(theta):
-        seen_if_small(theta, z_cb, weights, rests, sign, beam, out)
+        seen_if_small(theta, z_cb, weights, rests, sign, beam, expected, out)
         return
     sinks = rests == rests
     for i in range(out.size):
@@ -221,14 +237,13 @@ def seen(
             turn = sign * theta[j, i]
             sunk = z_cb[j, i] - rests if sinks else 0.0
             reading += weights[j] * displaced(turn, sunk, sinks, beam)
-        found = turned_near(reading, mean, beam)
+        found = turned_near(reading, mean, expected)
         out[i] = sign * (found if abs(mean) < BEYOND and found == found else mean)
 
 
 @compiled()
-def released(turn: Number, load: Number, rests: Number, beam: Number) -> Number:
+def released(turn: Number, load: Number, rests: Number, beam: Number, expected: Number) -> Number:
     """`view.View.released`; load is m g/k, the weight over the stiffness [m²], 0 where no corner sinks."""
-    expected = (*beam[:4], beam[5], beam[5])
     reading = displaced(turn, 0.0, False, expected)
     before, error_before, now = turn, math.nan, turn
     for i in range(MOST):

@@ -10,7 +10,8 @@ from scipy.special import ndtr
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.rotation.beam import displaced, mirrored, turned
+from freerock.rotation.beam import beam_of, displaced, mirrored
+from freerock.rotation.beam_kernel import seen
 from freerock.rotation.sensor import Laser
 
 UNITS = dict.fromkeys(("height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"), "m")
@@ -123,12 +124,16 @@ class Laboratory:
             return theta * by.scales[0] / self.scales[0]
         if (self.block.face, sensors, self.scales) == (by.block.face, others, by.scales):
             return theta
+        if len(sensors) == 1:
+            each, out = np.array(theta, ndmin=2), np.empty(theta.size)
+            gain, sign = np.array([by.scales[0] / self.scales[0]]), -1.0 if mirrored(others[0]) else 1.0
+            beams = beam_of(self.block, sensors[0]), beam_of(by.block, others[0])
+            seen(each, each, gain, math.nan, sign, *beams, out)
+            return out
         readings = [
             displaced(theta, self.block, laser) * now / then
-            for laser, then, now in zip(sensors, self.scales, by.scales, strict=False)
+            for laser, then, now in zip(sensors, self.scales, by.scales, strict=True)
         ]
-        if len(sensors) == 1:
-            return turned(readings[0], by.block, others[0], np.where(theta < 0, -1.0, 1.0))
         angle = np.arctan((readings[0] - readings[1]) / (others[0].position - others[1].position))
         return -angle if mirrored(others[0]) else np.asarray(angle)
 

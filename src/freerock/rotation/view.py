@@ -65,7 +65,7 @@ class View:
             return np.asarray(weights @ theta)
         out = np.empty(theta.shape[1])
         rests = math.nan if foundation is None else self._rests(block, foundation)
-        beam_kernel.seen(theta, z_cb, weights, rests, self._sign, self._beam(block), out)
+        beam_kernel.seen(theta, z_cb, weights, rests, self._sign, *self._beams(block), out)
         return out
 
     def released(self, theta0: float, block: Block, foundation: Foundation | None) -> float:
@@ -75,15 +75,16 @@ class View:
         load = rests = 0.0
         if foundation is not None:
             load, rests = block.mass_kg * GRAVITY / foundation.k, self._rests(block, foundation)
-        return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, self._beam(block)))
+        return float(self._sign * beam_kernel.released(self._sign * theta0, load, rests, *self._beams(block)))
 
     @cached_property
     def _sign(self) -> float:
         return -1.0 if mirrored(self.laser) else 1.0
 
-    def _beam(self, block: Block) -> tuple[float, ...]:
-        """What `beam_kernel` takes."""
-        return beam_of(block, self.laser, self.block)
+    def _beams(self, block: Block) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """The beam on the block, and that with the corners expected."""
+        beam = beam_of(block, self.laser)
+        return beam, (*beam[:4], self.block.b)
 
     def _rests(self, block: Block, foundation: Foundation) -> float:
         """Depth from which the beam counts [m]: see `beam.displaced`."""
