@@ -1,6 +1,6 @@
-"""Campaigns of many records: wall time, processor time and memory over their number, and what a record costs.
+"""Campaigns of many records: wall time, processor time and memory over their number.
 
-python -m freerock_bench.scale run [6 60 600 …] | plan [600 6000 …] | parts
+python -m freerock_bench.scale run [6 60 600 …] | plan [600 6000 …]
 """
 
 import argparse
@@ -15,7 +15,6 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
@@ -152,110 +151,14 @@ def plan(numbers: list[int]) -> None:
         )
 
 
-IMPORTS = {  # what starting the job of a step costs: its script's imports
-    "record": "freerock.jobs.record, freerock.jobs.each, freerock.jobs.log",
-    "fit": "freerock.jobs.fit, freerock.jobs.each, freerock.jobs.log",
-    "quality": "freerock.jobs.quality, freerock.jobs.each, freerock.jobs.log",
-}
-PARTS = {  # function of a step's module -> part of the cost
-    "record": {
-        "provenance": "reading",
-        "check_file": "reading",
-        "read_record": "reading",
-        "find_rotation": "processing",
-        "judged_runs": "processing",
-        "write_record": "writing",
-    },
-    "fit": {
-        "open_record": "reading",
-        "provenance": "reading",
-        "identify_runs": "fits",
-        "doubts_about": "fits",
-        "find_impacts": "processing",
-        "write_fits": "writing",
-    },
-    "quality": {"open_record": "reading", "open_fits": "reading", "save": "writing pages"},
-}
-
-
-@contextmanager
-def timed(step: str, spent: dict):
-    """Add the processor time of the functions a step calls to the parts they belong to."""
-    from importlib import import_module
-
-    module = import_module(f"freerock.jobs.{step}")
-    kept = {name: getattr(module, name) for name in PARTS[step]}
-
-    def wrapped(function, part):
-        def call(*arguments, **options):
-            start = time.process_time()
-            try:
-                return function(*arguments, **options)
-            finally:
-                spent[part] += time.process_time() - start
-
-        return call
-
-    for name, part in PARTS[step].items():
-        setattr(module, name, wrapped(kept[name], part))
-    yield module
-    for name, function in kept.items():
-        setattr(module, name, function)
-
-
-def parts(n: int = 24) -> None:
-    """What a record costs, part by part: n records, one after the other in this process."""
-    from freerock.config import step_settings as settings
-    from freerock.config.campaign import load_campaign
-    from freerock.jobs.describe import described
-
-    spent, whole = defaultdict(float), 0.0
-    with tempfile.TemporaryDirectory() as scratch:
-        write_campaign(Path(scratch), n)
-        os.chdir(scratch)
-        campaign = load_campaign("config/campaigns/scale.yaml")
-        own, shared = settings.record_settings(campaign, campaign.records, {})
-        own_fit, shared_fit = settings.fit_settings(campaign, campaign.records)
-        texts = {campaign.name: settings.descriptions(campaign)}
-        own, own_fit = described(own, texts), described(own_fit, texts)
-        tests, labels = [record.test for record in campaign.records], settings.labels(campaign)
-        work = {
-            "record": lambda step, test: step.make_record(own[test] | shared, f"{test}.nc"),
-            "fit": lambda step, test: step.make_fits(
-                own_fit[test] | shared_fit, f"{test}.nc", f"{test}_fits.nc"
-            ),
-            "quality": lambda step, test: step.make_pages(f"{test}.nc", f"{test}_fits.nc", test, labels),
-        }
-        for step, make in work.items():
-            with timed(step, defaultdict(float)) as module:
-                make(module, tests[0])  # caches warm, as in a job of many records
-            with timed(step, spent) as module:
-                start = time.process_time()
-                for test in tests[1:]:
-                    make(module, test)
-                whole += time.process_time() - start
-    for step, imports in IMPORTS.items():
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-c", f"import {imports}"], check=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        print(f"start-up of {step:7s} {seconds:6.3f} s, {seconds / RECORDS_PER_JOB:.3f} s per record")
-    for part, seconds in spent.items():
-        print(f"{part:17s} {seconds / (n - 1):6.3f} s per record")
-    print(f"{'the rest':17s} {(whole - sum(spent.values())) / (n - 1):6.3f} s per record")
-
-
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     for command, numbers in (("run", [6, 60, 600]), ("plan", [600, 6000])):
         commands.add_parser(command).add_argument("numbers", type=int, nargs="*", default=numbers)
     commands.choices["run"].add_argument("--cores", type=int, default=2)
-    commands.add_parser("parts")
     given = parser.parse_args()
-    if given.command == "parts":
-        parts()
-    elif given.command == "plan":
+    if given.command == "plan":
         plan(given.numbers)
     else:
         run(given.numbers, given.cores)

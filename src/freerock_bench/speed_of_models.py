@@ -1,7 +1,7 @@
 """Speed of the models: every ratio in one run, the compared methods run in turn.
 
     python -m freerock_bench.speed_of_models            all
-    python -m freerock_bench.speed_of_models methods    only these parts; there are methods, cyrk, parts,
+    python -m freerock_bench.speed_of_models methods    only these parts; there are methods, cyrk,
         kinematics, stiffness, many, overturning
 
 Times are the best of several runs. Figures of another machine differ; ratios hardly.
@@ -17,12 +17,9 @@ from numba import njit
 
 from freerock.identification.problem import COARSE, FINE
 from freerock.models.block import GRAVITY
-from freerock.models.contact import Foundation
 from freerock.models.ground import pulse
-from freerock.models.kernel import _accelerations, _sample, integrate
 from freerock.models.laws import KINEMATICS, Rules
 from freerock.models.published import TABLE_2
-from freerock.models.series import FAST, ORDER, _corner, _fill_theta, _whole
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
 from freerock_bench.atlas.cells import problem_of
@@ -130,125 +127,6 @@ def cyrk():
         solver = Solver(at["freerock"])
         known = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=solver).statistics
         row("  evaluations of freerock", "", f"{known['evaluations']}")
-
-
-@njit
-def _evaluate(states, regimes, law, rounds):
-    """Evaluations, each waiting for the one before, as those of a step do."""
-    total = 0.0
-    for _ in range(rounds):
-        for i in range(states.shape[0]):
-            theta = states[i, 2] + 1e-300 * total
-            a, turn = _accelerations(
-                regimes[i], states[i, 0], states[i, 1], theta, states[i, 3], 0.0, law[6], law
-            )
-            total += a + turn
-    return total
-
-
-@njit
-def _interpolate(dense, time, step, out, rates):
-    """Samples, asked for step by step."""
-    n = t = 0
-    while n < time.size:
-        n = _sample(dense, t, step, t + step, time, n, out, rates)
-        t += step
-
-
-def by_the_kernel(rtol):
-    """The same motion by the methods that take over where series do not reach; its statistics."""
-    out, rates = np.empty(TIME.size), np.empty((0, 3))
-    law = Foundation.of(MARBLE).constants(BLOCK)
-    ground = np.empty(0), np.empty((0, 14))
-    _, *counts, _ = integrate(
-        law, -1.0, False, tuple(map(float, HC.start)), TIME, *ground, rtol * THETA0, 10**6, out, rates
-    )
-    return dict(zip(("steps", "rejected", "implicit", "evaluations"), counts, strict=True))
-
-
-@njit(fastmath=FAST)
-def _series(states, whole, law, rounds):
-    """Coefficients of steps, each waiting for the one before."""
-    z, t = np.zeros(ORDER + 1), np.zeros(ORDER + 1)
-    h = law[4]
-    for _ in range(rounds):
-        for i in range(states.shape[0]):
-            theta = abs(states[i, 2]) + 1e-300 * t[ORDER]
-            s, c = math.sin(theta), math.cos(theta)
-            depth, v, w = states[i, 0] - h * c, states[i, 1] + h * s * states[i, 3], states[i, 3]
-            if whole[i]:
-                _whole(z, t, depth, v, theta, w, s, c, 0.0, law)
-            else:
-                _corner(z, t, depth, v, theta, w, s, c, 0.0, law)
-    return t[ORDER]
-
-
-@njit
-def _all_samples(coefficients, time, steps, out):
-    """Samples of series, step by step."""
-    each = time.size // steps
-    for n in range(0, time.size, each):
-        _fill_theta(coefficients, 1.0, time[n], time[n : n + each], out[n : n + each])
-
-
-def parts():
-    """Time of a run against that of its evaluations and its samples alone: of series, and of the kernel."""
-    rtol = 1e-6
-    response = simulate(HC.model, BLOCK, MARBLE, TIME, theta0=THETA0, solver=Solver(rtol))
-    k, c, lam, b, h, inertia, g, *_ = Foundation.of(MARBLE).constants(BLOCK)
-    # steps are short where corners come and go: an even mix has fewer of the whole base
-    states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])[::7]
-    n, rounds = response.statistics["evaluations"], 20
-    law, whole = (k, c, lam, b, h, inertia - h * h, g), (response.contact == 0)[::7]
-    timed = interleaved(
-        [
-            partial(own, rtol),
-            partial(_series, states, whole, law, rounds),
-            partial(_all_samples, np.ones(ORDER + 1), TIME, n, np.empty(TIME.size)),
-        ],
-        20,
-        in_a_row=3,
-    )
-    run, coefficients, samples = (seconds for _, seconds, _ in timed)
-    coefficients /= rounds * len(states)
-    row(
-        "series: a run over its coefficients and samples alone",
-        "",
-        f"{run / (n * coefficients + samples):.2f}",
-        f"{1e6 * run:.0f} µs; {n} × {1e9 * coefficients:.0f} ns + {1e6 * samples:.0f} µs",
-    )
-    _parts_of_the_kernel(rtol, response)
-
-
-def _parts_of_the_kernel(rtol, response):
-    """The second row of `parts`, with the evaluations along a motion."""
-    law = Foundation.of(MARBLE).constants(BLOCK)
-    states = np.column_stack([response.z_cb, response.z_cb_rate, response.theta, response.theta_rate])
-    # evaluations fall where the steps are short: an even mix of the regimes is close to theirs
-    regimes = np.choose(response.contact % 4, [0, 3, 9, 1])
-    rounds = 20
-    dense, out, rates = np.random.default_rng(0).normal(size=(4, 5)), np.empty(TIME.size), np.empty((0, 3))
-    counts = by_the_kernel(rtol)
-    step = 5 / counts["steps"]
-    timed = interleaved(
-        [
-            partial(by_the_kernel, rtol),
-            partial(_evaluate, states, regimes, law, rounds),
-            partial(_interpolate, dense, TIME, step, out, rates),
-        ],
-        20,
-        in_a_row=3,
-    )
-    kernel, evaluation, sample = (seconds for _, seconds, _ in timed)
-    evaluation, sample = evaluation / (rounds * len(states)), sample / TIME.size
-    n = counts["evaluations"]
-    least = n * evaluation + TIME.size * sample
-    row(
-        "kernel time over evaluations and samples alone",
-        "≤ 1.3",
-        f"{kernel / least:.2f}",
-        f"{1e6 * kernel:.0f} µs; {n} × {1e9 * evaluation:.1f} ns + {TIME.size} × {1e9 * sample:.1f} ns",
-    )
 
 
 def kinematics():
@@ -360,7 +238,6 @@ def overturning():
 PARTS = {
     "methods": methods,
     "cyrk": cyrk,
-    "parts": parts,
     "kinematics": kinematics,
     "stiffness": stiffness,
     "many": many,

@@ -2,24 +2,15 @@
 
 import subprocess
 import sys
-from importlib import import_module
 from pathlib import Path
 
 import pytest
-
-from freerock_bench.scale import PARTS
 
 pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).parents[2]
 SCRIPTS = [*sorted((ROOT / "src/freerock_bench").glob("*.py")), ROOT / "docs/images/draw.py"]
 IMPORT = "import runpy, sys; [runpy.run_path(path, run_name='imported') for path in sys.argv[1:]]"
-
-
-def test_the_functions_whose_cost_is_taken_are_there():
-    for step, functions in PARTS.items():
-        module = import_module(f"freerock.jobs.{step}")
-        assert all(hasattr(module, name) for name in functions)
 
 
 def test_benchmarks_are_imported():

@@ -67,11 +67,6 @@ def laboratory(campaign: Campaign, record: Record) -> Settings:
     return {"block": geometry(campaign, record), "lasers": lasers, "inputs": inputs(campaign, record)}
 
 
-def laboratories(campaign: Campaign) -> Settings:
-    """The laboratory of each record, by its test."""
-    return {record.test: laboratory(campaign, record) for record in campaign.records}
-
-
 def attributes(campaign: Campaign, record: Record) -> Settings:
     """What identifies a record in its datasets."""
     block = campaign.blocks[record.block]
