@@ -113,13 +113,7 @@ def _where(table: pd.DataFrame, **wanted: str) -> pd.DataFrame:
     return table
 
 
-def _run(
-    tables: Tables,
-    names: Names,
-    test: str,
-    truth: Mapping[str, Any],
-    run: Mapping[str, Any],
-) -> Row:
+def _run(tables: Tables, names: Names, test: str, truth: Mapping[str, Any], run: Mapping[str, Any]) -> Row:
     found = _where(tables["runs"], test=test)
     found = found[(found["release_s"] > run["let_go_s"] - 1.0) & (found["release_s"] < run["free_s"] + 1.0)]
     if found.empty:
@@ -225,7 +219,7 @@ def counts(frame: pd.DataFrame) -> str:
         f"{frame['test'].nunique()} records, {len(frame)} runs: {int(ok.sum())} `ok`, "
         f"{int((~ok).sum())} others, {int(frame['named'].sum())} of them rightly named. {int(given.sum())} "
         f"are explained, {int(wrong.sum())} of them by a wrong law. "
-        f"`ok` with a wrong number or law: {f'{len(false)}:' if len(false) else 'none.'}",
+        f"`ok` with a wrong number or law: {f'{len(false)}:' if len(false) else 'none.'}"
     ]
     listed = [f"- `{row.test}`, run {row.run}: {row.wrong} ({row.model})." for row in false.itertuples()]
     return "\n".join([*lines, "", *listed] if listed else lines)

@@ -82,11 +82,7 @@ def citation_cff(campaign: Campaign, metadata: Metadata) -> str:
     """CITATION.cff of the data set, version 1.2.0 of the format; its strings are JSON's, which YAML reads."""
     article = f" and the article it belongs to, https://doi.org/{metadata.paper}" if metadata.paper else ""
     message = f"Please cite this data set{article}."
-    lines = [
-        "cff-version: 1.2.0",
-        f"message: {_quoted(message)}",
-        "type: dataset",
-    ]
+    lines = ["cff-version: 1.2.0", f"message: {_quoted(message)}", "type: dataset"]
     lines += [f"title: {_quoted(campaign.title)}"]
     if campaign.summary:
         lines.append(f"abstract: {_quoted(campaign.summary)}")

@@ -19,10 +19,7 @@ from freerock.products.runs import sensors_view
 
 
 def make_misfit_maps(
-    settings: Mapping[str, Any],
-    fit_files: Sequence[str | Path],
-    scenes: Iterable[str],
-    output: str | Path,
+    settings: Mapping[str, Any], fit_files: Sequence[str | Path], scenes: Iterable[str], output: str | Path
 ) -> None:
     """Write the misfit maps of a campaign.
 

@@ -8,11 +8,7 @@ from freerock.products.netcdf import open_fits, open_record
 
 
 def make_pages(
-    record_file: str | Path,
-    fits_file: str | Path,
-    stem: str | Path,
-    labels: Labels = None,
-    reason: str = "",
+    record_file: str | Path, fits_file: str | Path, stem: str | Path, labels: Labels = None, reason: str = ""
 ) -> None:
     """Write a page per run as `stem`.pdf and .png, the numbers drawn as .csv.
 

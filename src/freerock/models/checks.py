@@ -22,12 +22,7 @@ from freerock.models.laws import (
 
 
 def check_scene(
-    model: str,
-    parameters: Mapping[str, float],
-    time: ArrayLike,
-    start: ArrayLike,
-    rules: Rules,
-    rtol: float,
+    model: str, parameters: Mapping[str, float], time: ArrayLike, start: ArrayLike, rules: Rules, rtol: float
 ) -> Floats:
     """The instants as an array; raises where an argument is no use."""
     _check_parameters(model, parameters, rules)

@@ -1,9 +1,3 @@
 """Before a test: how well a run determines the parameters, which rival it excludes, how many it takes."""
 
-__all__ = [
-    "cramer_rao",
-    "plan",
-    "plan_campaign",
-    "plan_total",
-    "rivals",
-]
+__all__ = ["cramer_rao", "plan", "plan_campaign", "plan_total", "rivals"]

@@ -84,12 +84,7 @@ def standard_errors(
 
 
 def _rotation(
-    model: str,
-    block: Block,
-    values: Mapping[str, float],
-    time_s: Floats,
-    free: Sequence[str],
-    debonding: str,
+    model: str, block: Block, values: Mapping[str, float], time_s: Floats, free: Sequence[str], debonding: str
 ) -> Floats:
     """θ at the samples [rad]; an error where the block does not come to rest."""
     theta, outcome = simulate_theta(

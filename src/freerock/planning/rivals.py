@@ -144,12 +144,7 @@ def expected_motion(
     return Motion(time_s, theta(time_s), 0.0, theta0, fit_start_s=span_s[0])
 
 
-def best_rival(
-    rival: str,
-    block: Block,
-    motion: Motion,
-    settings: FitSettings | None = None,
-) -> Rival:
+def best_rival(rival: str, block: Block, motion: Motion, settings: FitSettings | None = None) -> Rival:
     """The rival at its nearest to a motion without noise.
 
     Parameters

@@ -10,15 +10,7 @@ from nptdms.log import log_manager
 
 from freerock import bounds
 from freerock.errors import FreerockError
-from freerock.records.channels import (
-    COPY_AGAIN,
-    Channel,
-    Contents,
-    Even,
-    Samples,
-    Stamps,
-    check_declared,
-)
+from freerock.records.channels import COPY_AGAIN, Channel, Contents, Even, Samples, Stamps, check_declared
 from freerock.records.headings import is_time
 
 FORMAT = "TDMS"

@@ -132,12 +132,7 @@ def doubt_about(impacts: Impacts, limits: ImpactLimits = OF_IMPACTS) -> list[Rea
 
 
 def restitution_from_peaks(
-    before: float,
-    before_stderr: float,
-    after: float,
-    after_stderr: float,
-    block: Block,
-    shared: float = 0.0,
+    before: float, before_stderr: float, after: float, after_stderr: float, block: Block, shared: float = 0.0
 ) -> tuple[float, float]:
     """Restitution that takes one peak of a rigid block to the next.
 

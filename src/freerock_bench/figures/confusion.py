@@ -11,7 +11,7 @@ from freerock.models.laws import CANDIDATES, LAWS, MODEL_LABELS, Candidate
 FIGURE = {
     "caption": "Confusion atlas: which candidate is named for which truth, how often the truth is missed "
     "under each noise, and how wrong the stiffness is then. Truths that are always found are left out. All "
-    "runs are simulated.",
+    "runs are simulated."
 }
 
 Truths = list[tuple[str, str, float]]

@@ -9,7 +9,7 @@ from freerock.models.laws import MODEL_LABELS
 FIGURE = {
     "caption": "Discrepancy of every candidate over that of the noise, by its number of parameters; a line "
     "joins the best of each number. Shaded: no more than noise. Ringed: the law that is named; further "
-    "parameters explain no more. All runs are simulated.",
+    "parameters explain no more. All runs are simulated."
 }
 
 NOISE = 1.15  # of the noise at rest, to which the residual of the true law may reach

@@ -14,7 +14,7 @@ from freerock_bench.harness import coverage
 FIGURE = {
     "caption": "How often nominal 95 % intervals hold the truth, in per cent, by case and number: of the "
     "standard error by noise, and of the total uncertainty. Framed: a miss, so few as chance gives in less "
-    "than one of 100 cells. All runs are simulated.",
+    "than one of 100 cells. All runs are simulated."
 }
 
 INTERVALS = {"inside_stderr": "standard error", "inside": "total uncertainty"}

@@ -15,7 +15,7 @@ from freerock.models.published import TABLE_3
 FIGURE = {
     "caption": "Time of a run over its error, for the tools of a laboratory; a panel per law. Lines join the "
     "settings than which no cheaper one errs less; pale marks are other settings. Shaded: below the noise of "
-    "a laser. Arrows: errors below a hundredth of it.",
+    "a laser. Arrows: errors below a hundredth of it."
 }
 
 BELOW_FLOOR = 1e-2  # of the floor, where the first chart ends

@@ -8,7 +8,7 @@ from freerock.models.laws import MODEL_LABELS
 
 FIGURE = {
     "caption": "Order of convergence across impacts, energy of an undamped block, and the end of Housner's "
-    "motion, for the methods compared.",
+    "motion, for the methods compared."
 }
 
 STYLES: dict[str, Style] = {

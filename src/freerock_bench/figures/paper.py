@@ -11,7 +11,7 @@ from freerock.figures.style import FOUNDATION_STYLES, Axes, Labels, headed, labe
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 
 FIGURE = {
-    "caption": "The published models of tables 2 and 3 set against one another; all motions are simulated.",
+    "caption": "The published models of tables 2 and 3 set against one another; all motions are simulated."
 }
 
 BLOCK_MARKERS = "osD^v"

@@ -9,7 +9,7 @@ from freerock.figures.style import Labels, headed, styled
 
 FIGURE = {
     "caption": "How often blocks that differ in k and λ are told apart, by the number of blocks and runs. "
-    "All runs are simulated.",
+    "All runs are simulated."
 }
 
 MARKERS = "osD^v<"

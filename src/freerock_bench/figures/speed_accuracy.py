@@ -12,7 +12,7 @@ from freerock.models.published import PUBLISHED_BLOCK
 
 FIGURE = {
     "caption": "Time of a run over its error, for every method, of configuration 2 on marble: the lower and "
-    "the further left the better. Shaded: errors below the noise of a laser. Other scenes: the table.",
+    "the further left the better. Shaded: errors below the noise of a laser. Other scenes: the table."
 }
 
 LAWS = ("hunt_crossley", "winkler")  # of the panels
