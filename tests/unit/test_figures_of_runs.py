@@ -122,6 +122,20 @@ def test_of_many_runs_the_records_are_drawn(tables, monkeypatch):
     assert set(data["level"]) == {"record", "foundation"}
 
 
+def test_of_hundreds_of_records_some_of_each_block_stand_on_one_page(tables):
+    names = ["parameters", "populations", "choice"]
+    copies = {
+        name: pd.concat([tables[name].assign(test=tables[name]["test"] + f"_{i}") for i in range(100)])
+        for name in names
+    }
+    (drawn,) = in_pages(lambda **taken: parameters.draw(**taken, origin="simulated", labels=LABELS), copies)
+    figure, data = drawn
+    records = data[data["level"] == "record"]
+    assert 25.4 * figure.get_figheight() <= HIGHEST_MM
+    assert records["test"].nunique() == parameters.MOST_RECORDS and set(records["block"]) == {"b1", "b2"}
+    assert (records.groupby("foundation")["test"].nunique() == parameters.MOST_RECORDS // 2).all()
+
+
 def test_nothing_to_draw_is_said():
     tree = failed_record()
     empty = tidy_tables([tree], [fits(tree)])

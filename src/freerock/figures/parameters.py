@@ -44,7 +44,8 @@ FIGURE = {
 }
 
 NARROWEST_IN = 1.8  # of a panel and of the names beside
-MOST_ROWS = 60  # with more there are no rows of runs, and then no more records
+MOST_ROWS = 60  # with more there are no rows of runs
+MOST_RECORDS = 36  # without rows of runs, evenly taken of each foundation: they stand on a page
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
 COLUMNS += ["next_low", "next_high", "tau_text", "rejected", "named_by"]
 LOOKS: dict[str, tuple[Style, str]] = {
@@ -179,6 +180,8 @@ def _rows(
     rows: list[_Row] = []
     for foundation, of_foundation in records.groupby("foundation", sort=False):
         several = of_foundation.groupby("block")["test"].nunique()
+        if not with_runs:
+            of_foundation = _evenly(of_foundation, max(1, MOST_RECORDS // records["foundation"].nunique()))
         for test, record in of_foundation.groupby("test", sort=False):
             scene = f"{label(labels, record['block'].iloc[0])}, {label(labels, str(foundation))}"
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
@@ -192,7 +195,14 @@ def _rows(
             rows.append(_Row(name, _numbers("foundation", of_records)))
     by = {law: named_by(law, named[named["model"] == law]) for law in set(laws.values())}
     rows = [_Row(row.name, row.numbers.assign(named_by=row.numbers["model"].map(by))) for row in rows]
-    return rows[-MOST_ROWS:] if not with_runs else rows
+    return rows
+
+
+def _evenly(records: pd.DataFrame, most: int) -> pd.DataFrame:
+    """The rows of no more than so many records."""
+    tests = records["test"].unique()
+    kept = np.unique(np.linspace(0, len(tests) - 1, min(most, len(tests))).round().astype(int))
+    return records[records["test"].isin(tests[kept])]
 
 
 def _of_laws(table: pd.DataFrame, laws: Mapping[str, str]) -> pd.DataFrame:

@@ -66,10 +66,9 @@ def _panel(ax: Axes, law: str, rows: pd.DataFrame) -> None:
     ax.axvspan(left / 3, floor, color=GOOD, linewidth=0)
     ax.axvline(floor, color="#00805e", linewidth=1)
     ax.axvline(TABLE_3["marble"][law], color="0.4", linewidth=1, linestyle="--")
-    _said(ax, floor, "noise of a laser", "#00805e")
-    place = ax.get_xaxis_transform()
-    ax.text(left / 2.5, 0.98, "errs less", fontsize=6.5, color="#00805e", va="top", transform=place)
-    _said(ax, TABLE_3["marble"][law], "table 3", "0.4")
+    said: Style = {"fontsize": 6, "va": "top", "transform": ax.get_xaxis_transform(), "path_effects": [OVER]}
+    ax.text(left / 2.5, 0.985, "below the noise\nof a laser", color="#00805e", **said)
+    ax.text(TABLE_3["marble"][law], 0.985, "table 3 ", color="0.4", rotation=90, ha="right", **said)
     noted: set[str] = set()
     for method, points in rows.groupby("method", sort=False):
         style = LINE | STYLES[str(method)]
@@ -87,21 +86,6 @@ def _front(ax: Axes, points: pd.DataFrame, style: Style) -> None:
     best = points["epsilon"] <= points["epsilon"].cummin()
     for rows, look in ((points[best], {"linestyle": "-"}), (points[~best], PALE)):
         ax.plot(rows["epsilon"], rows["time_s"], **(style | look))
-
-
-def _said(ax: Axes, x: float, text: str, color: str) -> None:
-    ax.text(
-        x,
-        0.015,
-        f" {text}",
-        rotation=90,
-        ha="right",
-        va="bottom",
-        fontsize=6,
-        color=color,
-        transform=ax.get_xaxis_transform(),
-        path_effects=[OVER],
-    )
 
 
 def _noted(ax: Axes, points: pd.DataFrame, left: float, noted: set[str]) -> None:
