@@ -37,6 +37,16 @@ def test_report_needs_nothing_from_outside(page):
     assert policy.startswith("default-src 'none'")
 
 
+def test_heads_of_cards_have_words_where_no_index_can_be(page):
+    """On a telephone heads of tables come from the style sheet, which draws no index."""
+    assert (
+        '::before { content: "discrepancy / %: "; }' in page.html
+        and 'data-head="discrepancy / %"' in page.html
+    )
+    assert 'aria-label="Discrepancy of each law in per cent' in page.html
+    assert not re.search(r'(content: |data-head=|aria-label=)"[^"]*(ε_θ|\bt_f\b)', page.html)
+
+
 def test_the_first_impacts_are_those_on_foundations_that_yield(tmp_path, monkeypatch):
     laws = {"marble": "housner", "mat": "hunt_crossley"}
     trees = [record("b1_marble"), record("b1_mat", foundation="mat")]

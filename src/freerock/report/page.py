@@ -44,6 +44,7 @@ PUBLISHED = PUBLISHED_NOTE.partition(":")[0]
 COLOURS = 64  # of a figure in the page: lines, text and their smooth edges need no more
 
 INDEXED = re.compile(r"(?<![A-Za-z0-9_])(ε|t|θ)_(θ|f|th|ex)(?![A-Za-z0-9_])")  # in no name, as mat_foam
+SPOKEN = {"ε_θ": "discrepancy", "t_f": "final time"}  # where no index can be
 
 HERE = Path(__file__).parent
 BOKEH = ("bokeh.min.js", "bokeh-api.min.js")
@@ -99,7 +100,7 @@ def write_report(
     wanted = charted(shown.rows(tables["runs"]), MOST_CHARTED)
     sections = sections_of(provenance, tables["runs"], opened, wanted, linked)
     environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined)
-    environment.filters |= {"indices": _indices, "cited": html_of}
+    environment.filters |= {"indices": _indices, "spoken": _spoken, "cited": html_of}
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}  # keys in their order
     content = _content(provenance, tables, blocks, shown)
     compared = tables["restitution_comparison"]
@@ -225,6 +226,12 @@ def _indices(text: str) -> Markup:
     """A text of the report's own with its indices below the line; no number leaves its = or %."""
     shown = re.sub(r" (?=[=≤] )|(?<=[=≤]) | (?=%)", "\N{NO-BREAK SPACE}", str(escape(text)))
     return Markup(INDEXED.sub(r"\1<sub>\2</sub>", shown))
+
+
+def _spoken(text: str) -> str:
+    """A text without indices: in the heads of cards and in what a screen reader says there is none."""
+    said = INDEXED.sub(lambda symbol: SPOKEN.get(symbol[0], symbol[0]), text)
+    return said.replace("Discrepancy discrepancy", "Discrepancy")
 
 
 def published_scenes(config: Mapping[str, Any]) -> list[tuple[str, str]]:
