@@ -20,7 +20,7 @@ def answer(prepare):
     """Answer all cases.
 
     `prepare(scene, setting)` builds the model and returns a function without arguments that gives θ at the
-    instants. Only that is timed.
+    instants. Only that is timed, in processor time: an engine that runs for seconds meets no idle machine.
     """
     answers = []
     out = os.dup(1)
@@ -31,9 +31,9 @@ def answer(prepare):
         try:
             for _ in range(case["rounds"]):
                 run = prepare(case["scene"], case["setting"])
-                begin = time.perf_counter()
+                begin = time.process_time()
                 theta = run()
-                best = min(best, time.perf_counter() - begin)
+                best = min(best, time.process_time() - begin)
                 if best > 2:
                     break
             answers.append({"theta": list(map(float, theta)), "seconds": best})

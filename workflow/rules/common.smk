@@ -74,7 +74,9 @@ def misspelt(targets):
             no_campaign = unknown(name, CAMPAIGNS, A_CAMPAIGN, f"results/{name}")
             if told := no_campaign or unknown(test, sorted(tests), "a record of this campaign", target):
                 yield told
-        elif found := re.fullmatch(r"results/(?!studies/)\w+/figures/(?:\w+/)?(\w+)\.(?:pdf|png|csv|txt)", target):
+        elif found := re.fullmatch(
+            r"results/(?!studies/)\w+/figures/(?:\w+/)?(\w+)\.(?:pdf|png|csv|txt)", target
+        ):
             if told := unknown(found[1], dict.fromkeys(FIGURES), "a figure", target):
                 yield told
 

@@ -67,7 +67,7 @@ def _panel(ax: Axes, law: str, rows: pd.DataFrame) -> None:
     ax.axvline(floor, color="#00805e", linewidth=1)
     ax.axvline(TABLE_3["marble"][law], color="0.4", linewidth=1, linestyle="--")
     said: Style = {"fontsize": 6, "va": "top", "transform": ax.get_xaxis_transform(), "path_effects": [OVER]}
-    ax.text(left / 2.5, 0.985, "below the noise\nof a laser", color="#00805e", **said)
+    ax.text(left / 2.5, 0.985, "below the\nnoise of\na laser", color="#00805e", **said)
     ax.text(TABLE_3["marble"][law], 0.985, "table 3 ", color="0.4", rotation=90, ha="right", **said)
     noted: set[str] = set()
     for method, points in rows.groupby("method", sort=False):
