@@ -75,6 +75,7 @@ def draw(
     right.axvline(0.0, color="0.4", linewidth=0.6)
     left.set_xlabel("shift by the fit / u of the input")
     right.set_xlabel("impact on the parameter / %")
+    right.locator_params(axis="x", nbins=5)
     left.set_title(panel(0, 2, "inputs"), loc="left")
     right.set_title(panel(1, 2, "impacts"), loc="left")
     left.set_yticks(range(len(rows)), [_name(row, labels) for row in rows])
