@@ -121,7 +121,14 @@ def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
     if laser["beam"] == "horizontal":
         side = -1 if laser["face"] == "left" else 1
         ax.annotate("", (side * b, at), (side * 2.6 * b, at), arrowprops=BEAM)
-        ax.text(side * 1.2 * b, at, text, va="bottom", ha="right" if side < 0 else "left", fontsize="small")
+        ax.text(
+            side * 1.2 * b,
+            at + 0.1 * b,
+            text,
+            va="bottom",
+            ha="right" if side < 0 else "left",
+            fontsize="small",
+        )
     else:
         top = block.height_m
         ax.annotate("", (at, top), (at, 1.1 * top), arrowprops=BEAM)
