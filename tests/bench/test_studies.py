@@ -62,6 +62,14 @@ def test_interleaved_times_every_call_and_keeps_the_results():
     assert order == [0, 1, 2] * 3
 
 
+def test_a_call_that_waits_for_its_turn_is_timed_by_its_processor(monkeypatch):
+    """And one on several threads, whose processors take longer together, by the wall."""
+    wall, processor = iter([0.0, 5.0, 10.0, 11.0]), iter([0.0, 1.5, 2.0, 4.0])
+    monkeypatch.setattr("freerock_bench.timing.clock.perf_counter", lambda: next(wall))
+    monkeypatch.setattr("freerock_bench.timing.clock.process_time", lambda: next(processor))
+    assert [best for _, best, _ in interleaved([int, int], rounds=0)] == [1.5, 1.0]
+
+
 @pytest.fixture(scope="module")
 def speeds():
     return speed_accuracy.run("small")
