@@ -2,9 +2,9 @@
 
 import os
 import re
+import runpy
 from pathlib import Path
 
-import pytest
 from small_campaign import ROOT
 
 from freerock.jobs.reruns import code
@@ -19,23 +19,26 @@ def test_only_on_demand(finished):
     assert jobs == {"study": "14", "figure_study": "10", "studies": "1"}
 
 
-@pytest.mark.parametrize("study", ["paper", "cost"])
-def test_a_study_and_its_figure(checkout, study):
-    """Without and with processes of its own, in its small size; what its scripts import is their code."""
+def test_a_study_and_its_figure(checkout):
+    """The smallest one, in its small size, with every module its scripts import among their code."""
     path = os.pathsep.join(str(checkout / part) for part in ("src", "hook"))
-    wanted = [f"results/studies/figures/{study}.{suffix}" for suffix in ("pdf", "png", "csv")]
+    wanted = [f"results/studies/figures/paper.{suffix}" for suffix in ("pdf", "png", "csv")]
     done = checkout.snakemake(
         *wanted, "--config", "studies=small", PYTHONPATH=path, TRACE=str(checkout / "trace")
     )
     assert done.returncode == 0, done.stderr
     assert "is not a figure" not in done.stderr
     assert all((checkout / product).stat().st_size > 0 for product in wanted)
-    modules = {"study.py": study, "figure_study.py": f"figures.{study}"}
+    modules = {"study.py": "paper", "figure_study.py": "figures.paper"}
     for script, module in modules.items():
-        traces = (checkout / "trace").glob(f"{script}*")
+        (trace,) = (checkout / "trace").glob(f"{script}*")
         files = code(ROOT / "workflow/scripts" / script, f"freerock_bench.{module}")
         declared = {Path(file).relative_to(ROOT) for file in files}
-        seen = {file for trace in traces for file in trace.read_text().split("\n")}
-        imported = {Path(file).relative_to(checkout.folder) for file in seen}
+        imported = {Path(file).relative_to(checkout.folder) for file in trace.read_text().split("\n")}
         assert imported <= declared
         assert Path("src/freerock_bench", *module.split(".")).with_suffix(".py") in imported
+
+
+def test_the_processes_of_a_study_do_not_start_its_job_again():
+    """They import the script that started them, under this name and without its job."""
+    runpy.run_path(str(ROOT / "workflow/scripts/study.py"), run_name="__mp_main__")
