@@ -217,8 +217,8 @@ def counts(frame: pd.DataFrame) -> str:
     false = frame[frame["wrong"] != ""]
     lines = [
         f"{frame['test'].nunique()} records, {len(frame)} runs: {int(ok.sum())} `ok`, "
-        f"{int((~ok).sum())} others, {int(frame['named'].sum())} of them rightly named. {int(given.sum())} "
-        f"are explained, {int(wrong.sum())} of them by a wrong law. "
+        f"{int((~ok).sum())} others, {int(frame['named'].sum())} of them for the right reason. "
+        f"{int(given.sum())} are explained, {int(wrong.sum())} of them by a wrong law. "
         f"`ok` with a wrong number or law: {f'{len(false)}:' if len(false) else 'none.'}"
     ]
     listed = [f"- `{row.test}`, run {row.run}: {row.wrong} ({row.model})." for row in false.itertuples()]

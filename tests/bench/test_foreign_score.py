@@ -132,8 +132,8 @@ def test_a_run_elsewhere_is_not_the_one(tmp_path):
 def test_sentence_and_table(tmp_path):
     frame = graded(tmp_path, {"parameters": ["mat,1,winkler,k,1.5e6,10000"]}).to_frame().T
     assert foreign.counts(frame) == (
-        "1 records, 1 runs: 1 `ok`, 0 others, 0 of them rightly named. 1 are explained, 0 of them by a wrong "
-        "law. `ok` with a wrong number or law: 1:\n\n- `mat`, run 1: k (winkler)."
+        "1 records, 1 runs: 1 `ok`, 0 others, 0 of them for the right reason. 1 are explained, "
+        "0 of them by a wrong law. `ok` with a wrong number or law: 1:\n\n- `mat`, run 1: k (winkler)."
     )
     assert foreign.table(frame).splitlines()[2] == (
         "| `mat` | a mat | ok |  | winkler, right | +50 (+50.0) |  | 1 of 2, 0.002 | +0.0 | 0.002 |"
@@ -152,8 +152,8 @@ def test_a_run_without_a_law_and_one_that_was_missed(tmp_path):
         "| `mat` | a mat | fail, missed | 0 of 2 | none |  |  | 1 of 2, 0.002 | +0.0 |  |"
     )
     assert foreign.counts(both) == (
-        "1 records, 2 runs: 0 `ok`, 2 others, 0 of them rightly named. 0 are explained, 0 of them by a wrong "
-        "law. `ok` with a wrong number or law: none."
+        "1 records, 2 runs: 0 `ok`, 2 others, 0 of them for the right reason. 0 are explained, "
+        "0 of them by a wrong law. `ok` with a wrong number or law: none."
     )
 
 

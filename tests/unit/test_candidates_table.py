@@ -86,5 +86,6 @@ def test_choices_are_those_stored_with_the_fits():
     assert own["noise_ratio"].tolist() == [9e4, 2e3, 1.1]
     assert own["n_freed"].tolist() == [1, 3, 3]
     assert (
-        own.loc["hunt_crossley", "reason"] == "the one with fewest parameters whose residual passes for noise"
+        own.loc["hunt_crossley", "reason"]
+        == "the one with fewest parameters whose residual agrees with the noise"
     )

@@ -40,19 +40,19 @@ def statuses(choice):
         (
             [found("housner", **LOUD), found("winkler", 35.0), found("hunt_crossley", -7.0)],
             "hunt_crossley",
-            "the candidate with fewest parameters whose residual passes for noise (4 numbers)",
+            "the candidate with fewest parameters whose residual agrees with the noise (4 parameters)",
         ),
         (
             [found("housner", -5.0), found("hunt_crossley", -9.0)],
             "housner",
-            "the candidate with fewest parameters whose residual passes for noise (3 numbers); the data "
-            "can't tell it from "
+            "the candidate with fewest parameters whose residual agrees with the noise (3 parameters); "
+            "the data can't tell it from "
             "Hunt–Crossley",
         ),
         (
             [found("hunt_crossley", -5.0, added_damping=4.0), found("general", -9.0)],
             "general",
-            "the candidate with fewest parameters whose residual passes for noise (5 numbers)",
+            "the candidate with fewest parameters whose residual agrees with the noise (5 parameters)",
         ),
         (
             [found("housner", -9.0, 2e-3, **LOUD), found("winkler", -5.0, 1e-3, **LOUD)],
@@ -97,11 +97,11 @@ def test_each_candidate_with_its_reason():
     )
     assert [(each.status, each.reason) for each in choice.judged] == [
         ("rejected", "the residual exceeds the noise: 9 times the power at rest, 1 to 2 Hz"),
-        ("also_possible", "its residual passes for noise; BIC +2.0, which is not significant"),
+        ("also_possible", "its residual agrees with the noise; BIC +2.0, not significant"),
         ("rejected", "k lies at its bound"),
-        ("selected", "the one with fewest parameters whose residual passes for noise"),
-        ("rejected", "its residual passes for noise, but the BIC is 20 higher"),
-        ("rejected", "needless: hunt_crossley with 1 more number"),
+        ("selected", "the one with fewest parameters whose residual agrees with the noise"),
+        ("rejected", "its residual agrees with the noise, but the BIC is 20 higher"),
+        ("rejected", "needless: hunt_crossley with 1 more parameter"),
         ("not_fitted", "a smaller one explains the run"),
     ]
     assert choice.also_possible == ("housner_width",)
@@ -170,7 +170,7 @@ def test_a_larger_candidate_is_told_from_its_case_by_the_likelihood(charged, sel
     assert choice.selected == selected
     beaten = (
         choice.judged[0].reason
-        == "its residual passes for noise, but a larger candidate is more likely by 10 in −2 ln L"
+        == "its residual agrees with the noise, but −2 ln L of a larger candidate is lower by 10"
     )
     assert beaten == (selected != "hunt_crossley")
     assert choose([law, replace(worn, bic=1.0)]).selected == "hunt_crossley"

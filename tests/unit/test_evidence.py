@@ -148,7 +148,7 @@ def test_a_run_of_which_none_is_named():
     found = told(paper(), paper() | {"winkler": NAMED})
     assert found["sentences"][1:3] == [
         "No candidate explains 1 of 2 runs: each leaves more than the sensor shows at rest.",
-        "For 1 of 2 runs none is near enough to be named.",
+        "For 1 of 2 runs none is near enough to be selected.",
     ]
     assert (
         unexplained(scene(paper(), paper() | {"winkler": NAMED})[0]) == "No candidate explains 1 of 2 runs."
@@ -165,8 +165,8 @@ def test_table_of_the_evidence():
         [name, runs, freed, "0.00100", "0.00200", "–", bic, loud, why]
         for name, runs, freed, bic, why in (  # the rivals of as many numbers follow
             ("Housner", "rejected in 2", "3", "−15", "rejected housner"),
-            ("Winkler", "named in 1, rejected in 1", "4", "−5", "rejected winkler"),
-            ("Hunt–Crossley", "named in 1, rejected in 1", "4", "5", "rejected hunt_crossley"),
+            ("Winkler", "selected in 1, rejected in 1", "4", "−5", "rejected winkler"),
+            ("Hunt–Crossley", "selected in 1, rejected in 1", "4", "5", "rejected hunt_crossley"),
         )
     ]
     assert [row[0].kind for row in fitted] == ["", "named", "named"]
@@ -200,7 +200,7 @@ def test_the_table_of_scenes_has_no_column_of_dashes():
         return explained(scenes_of(choice, candidates_table(choice, parameters), BLOCKS, {}))
 
     alone = table(paper() | {"hunt_crossley": NAMED})
-    assert alone.heads == ["Block, foundation", "Runs explained", "Named", "Medians"]
+    assert alone.heads == ["Block, foundation", "Runs explained", "Selected", "Medians"]
     assert [len(row) for row in alone.rows] == [4]
     assert alone.notes == [
         "Medians are over the runs that the model explains. Each row leads to its evidence."
@@ -209,7 +209,7 @@ def test_the_table_of_scenes_has_no_column_of_dashes():
         paper() | {"hunt_crossley": NAMED, "winkler": POSSIBLE}, paper() | {"hunt_crossley": NAMED}
     )
     assert beside.heads[-1] == "As good" and beside.rows[0][-1].text == "Winkler (1)"
-    assert beside.notes[0].startswith("In brackets") and beside.notes[0].endswith("the one named.")
+    assert beside.notes[0].startswith("In brackets") and beside.notes[0].endswith("the selected one.")
 
 
 def test_a_chance_is_a_bound_near_nothing_and_near_one():

@@ -195,7 +195,7 @@ YAML_MISTAKES = {
         ("0.05}", "0.05, units: kg}"),
         "lab.yaml:11: lasers.near.units: 'kg' is not '', 'V', 'mV', 'kV', 'mA', 'A', 'm', 'cm', 'mm', "
         "'um', 'rad', 'mrad' or 'deg'; give the unit of the channel: of the output, the displacement or "
-        "the rotation; left out, as the file states it",
+        "the rotation; by default as the file states it",
     ),
     "unit of no channel, and no beam": (
         ("beam: horizontal, position_m: 0.1, range_m: 0.05", "units: degree"),

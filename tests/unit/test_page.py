@@ -245,7 +245,7 @@ def test_each_of_two_lasers_leads_to_its_settings(tmp_path):
 
 
 def test_report_says_how_a_held_angle_is_read(page):
-    assert "held at an angle, read over the last 1 s, is let go" in page.text
+    assert "The release angle was read over the last 1 s of the hold." in page.text
 
 
 def test_report_says_whose_the_published_values_are(page, tmp_path):
@@ -315,13 +315,13 @@ def test_a_channel_of_rotations_and_no_mains(tmp_path):
     page = make(tmp_path, campaign(), lasers={"at_200mm": sensor}, processing=processing)
     assert "Sensor at_200mm: the channel holds the rotation itself, in deg." in page.text
     assert "mains frequency" not in page.text
-    assert "Displacement became rotation" not in page.text
+    assert "Displacements were converted" not in page.text
 
 
 def test_a_laser(tmp_path):
     page = make(tmp_path, campaign())
     assert "Laser at_200mm: horizontal beam at 0.2 m, range 0.1 m." in page.text
-    assert "Lines at the mains frequency (50 Hz)" in page.text
+    assert "Sinusoids at the mains frequency (50 Hz)" in page.text
 
 
 def test_numbers_of_the_report_are_those_of_the_printed_tables(page):

@@ -43,12 +43,12 @@ def test_every_reference_is_an_entry_with_a_doi():
 def test_methods_tell_the_settings_of_the_campaign(written):
     text, _ = written()
     assert "**Tests.** 9 simulated runs in 5 records: Slender and Squat on Marble and Soft mat" in text
-    assert "the first 30 ms after the release" in text
+    assert "The first 30 ms after the release" in text
     assert (
         "Laws fitted: Housner [@housner1963], Winkler [@koh1986], Hunt–Crossley [@hunt1975; @spanos2017]"
         in text
     )
-    assert "each block with a spread of its own" in text and "profile likelihood" not in text
+    assert "a spread for each block" in text and "profile likelihood" not in text
     shipped = settings([])
     runs = shipped["processing"]["runs"] | {"finger_s": 0.05, "min_impacts": 5}
     changed = {
@@ -56,7 +56,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
         "fits": shipped["fits"] | {"models": ["housner"], "kinematics": [], "profile": True},
     }
     other, bib = written(**changed)
-    assert "the first 50 ms after the release" in other
+    assert "The first 50 ms after the release" in other
     assert "fewer than 5 impacts" in other
     assert "Laws fitted: Housner [@housner1963]." in other
     assert "profile likelihood" in other
@@ -66,7 +66,7 @@ def test_methods_tell_the_settings_of_the_campaign(written):
 
 def test_no_test_between_blocks_is_told_where_there_is_one(written):
     one = record(n_runs=1)
-    assert "a spread of its own" not in written(([one], [fits(one)]))[0]
+    assert "a spread for each block" not in written(([one], [fits(one)]))[0]
 
 
 def test_the_page_has_the_same_methods_with_names_for_keys(tmp_path):

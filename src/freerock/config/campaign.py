@@ -82,7 +82,7 @@ class CampaignFile(Section):
     creator: Text = Field("", description="who made the records")
     license: Text = Field("", description="the licence of the records")
     references: Text = Field("", description="publications, as doi:10.…/…")
-    raw: str = Field("", description="the folder of the record files; left out, raw/<name of the campaign>")
+    raw: str = Field("", description="the folder of the record files; by default raw/<name of the campaign>")
     truth: str = Field("", description="the file of true values in the raw folder, of a simulated campaign")
     blocks: dict[Name, BlockSection] = Field(min_length=1, description="one or more blocks, each by its name")
     foundations: dict[Name, FoundationSection] = Field(
@@ -111,7 +111,7 @@ class CampaignFile(Section):
         None, description="values of a publication, printed beside the identified ones"
     )
     plan: PlanSection | None = Field(
-        None, description="what `freerock plan` predicts standard errors for, before any test"
+        None, description="tests for which `freerock plan` predicts standard errors"
     )
 
     @field_validator("figures", "figures_for")

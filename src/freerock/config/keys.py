@@ -73,31 +73,31 @@ class BlockSection(Section):
         gt=0,
         le=100,
         description=(
-            "the distance between the corners about which it rocks, in metres; left out, the full width"
+            "the distance between the corners about which it rocks, in metres; by default the full width"
         ),
     )
     com_height_m: Number | None = Field(
         None,
         gt=0,
         le=100,
-        description="the height of its centre of mass over the base in metres; left out, half the height",
+        description="the height of its centre of mass over the base in metres; by default half the height",
     )
     com_offset_m: Number | None = Field(
         None,
         ge=-100,
         le=100,
-        description=("the distance of its centre of mass right of the middle, in metres; left out, 0"),
+        description=("the distance of its centre of mass right of the middle, in metres; by default 0"),
     )
     inertia_kg_m2: Number | None = Field(
         None,
         gt=0,
-        description="the moment of inertia about its centre of mass in kg m²; left out, that of a uniform "
+        description="the moment of inertia about its centre of mass in kg m²; by default as for a uniform "
         "rectangle",
     )
     release_angle_deg: Number | None = Field(
         None, gt=0, lt=90, description="the nominal release angle in degrees, as printed in table 1"
     )
-    label: Label = Field("", description="the name printed in tables and figures; left out, the key")
+    label: Label = Field("", description="the name printed in tables and figures; by default the key")
     uncertainty: BlockUncertainty = Field(
         BlockUncertainty(), description="the standard uncertainties of its keys"
     )
@@ -150,7 +150,7 @@ class BlockSection(Section):
 class FoundationSection(Section):
     """What the blocks stand on."""
 
-    label: Label = Field("", description="the name printed in tables and figures; left out, the key")
+    label: Label = Field("", description="the name printed in tables and figures; by default the key")
     levelled_deg: Number | None = Field(
         None,
         ge=0,
@@ -219,12 +219,12 @@ class ImpactsSection(Section):
     """A run to its impacts and restitution coefficients."""
 
     min_amplitude_sigmas: Number = Field(
-        10.0, gt=0, description="the lowest peak that counts, as a multiple of σ_θ"
+        10.0, gt=0, description="the lowest peak that is used, as a multiple of σ_θ"
     )
     min_uplift_ratio: Number = Field(
-        2.0, ge=1, description="the lowest peak that counts, as a multiple of the uplift amplitude"
+        2.0, ge=1, description="the lowest peak that is used, as a multiple of the uplift amplitude"
     )
-    min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that counts")
+    min_samples: Whole = Field(12, ge=3, description="the fewest samples of a swing that is used")
 
 
 class ProcessingSection(Section):
@@ -354,7 +354,7 @@ class SensorSection(Section):
         None, gt=0, description="the standard deviation of the noise of θ itself in degrees"
     )
     range_m: Number | None = Field(
-        None, gt=0, description="its measuring range in metres; left out, that of the record's laser"
+        None, gt=0, description="its measuring range in metres; by default as for the record's laser"
     )
 
     @model_validator(mode="after")
@@ -376,7 +376,7 @@ class GroundMotionsSection(Section):
         20, ge=1, le=10_000, description="sets of parameters for each motion, including the means"
     )
     of: Literal["next", "mean"] = Field(
-        "next", description="what is drawn: parameters of the next run, or their mean"
+        "next", description="the parameters that are drawn: of the next run, or the mean ones"
     )
     motions_per_job: Whole = Field(10, ge=1, description="the largest number of motions per job")
 
@@ -409,7 +409,7 @@ class PlanSection(Section):
         (8.0,), description="the durations of a run in seconds, one or more"
     )
     release_angles_deg: dict[Name, tuple[Positive, ...]] = Field(
-        {}, description="block: list of release angles in degrees; left out, release_angle_deg of the block"
+        {}, description="block: list of release angles in degrees; by default release_angle_deg of the block"
     )
     model_error: Number = Field(
         0.0,
@@ -423,7 +423,7 @@ class PlanSection(Section):
     spread_fraction: dict[Name, dict[str, Annotated[Number, Field(ge=0, lt=1)]]] = Field(
         {},
         description="foundation: parameter: spread between runs over their mean, as tau/mean in "
-        "tables/populations.csv; left out, 0",
+        "tables/populations.csv; by default 0",
     )
 
     @field_validator("sampling_rates_hz", "durations_s", "n_runs")

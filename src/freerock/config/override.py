@@ -14,7 +14,7 @@ AS = "2@12.310:19.800 or 2@12.310:19.800 hold 10.000:12.200"
 LEFT_OUT = re.compile(rf"(?P<run>{RUN})|@\s*(?P<at>{SECONDS})|{SECONDS}\s*:\s*{SECONDS}")
 NOTHING, RECORD = "", "record"
 EXCLUDED = (
-    "nothing, record, or runs, stretches of time in seconds and instants of impacts, "
+    "record, or numbers of runs, stretches of time and instants of impacts in seconds, "
     "as 2;3;12.310:12.450;@14.213"
 )
 

@@ -35,12 +35,12 @@ class Record(Section):
         "",
         max_length=bounds.CELL_CHARACTERS,
         description="release and end of a run in seconds, and optionally its hold, as 2@12.310:19.800 hold "
-        "10.000:12.200; more after a ;",
+        "10.000:12.200; several separated by ;",
     )
-    reason: Text = Field("", description="why something is excluded or overridden")
-    note: Text = Field("", description="anything worth keeping")
+    reason: Text = Field("", description="the reason of an exclusion or override; compulsory with either")
+    note: Text = Field("", description="a remark")
     start: Literal["", "hold", "motion"] = Field(
-        "", description="how its runs begin, if not as processing.runs.start: hold or motion"
+        "", description="how its runs begin, hold or motion; by default as processing.runs.start"
     )
     position: str = Field(
         "",

@@ -33,7 +33,7 @@ def markdown_of_keys() -> str:
             "## config/campaigns/NAME.yaml",
             *_sections("", CampaignFile),
             "## config/campaigns/NAME.csv",
-            "One line per record; the first line names the columns. Lines that start with # are left out.",
+            "One line per record; the first line names the columns. Lines that start with # are ignored.",
             _table(Record),
             "## SCENE.yaml",
             "What `freerock simulate` simulates; examples are in the folder `examples`.",

@@ -31,7 +31,7 @@ class PulseSection(Section):
     x_m_s2: Number = Field(0.0, description="the amplitude of the horizontal acceleration in m/s²")
     z_m_s2: Number = Field(0.0, description="the amplitude of the vertical acceleration, upward, in m/s²")
     start_s: Number = Field(0.0, description="when it starts in seconds")
-    cycles: Positive | None = Field(None, description="its length in periods; left out, that of its shape")
+    cycles: Positive | None = Field(None, description="its length in periods; by default as for its shape")
 
 
 class GroundSection(Section):
@@ -56,7 +56,7 @@ class GroundSection(Section):
 
 
 class VirtualLaser(LaserSection):
-    """The laser that watches, and its noise."""
+    """The laser of the record, and its noise."""
 
     noise_v: Positive = Field(0.002, description="the standard deviation of its noise in volts")
     seed: Whole = Field(0, ge=0, description="the seed of the noise, and of release angles and times")
@@ -84,9 +84,9 @@ class Scene(Section):
         "guided",
         description="guided (the base centre is held, as in the paper) or pivoting (about the lower corner)",
     )
-    ground: GroundSection | None = Field(None, description="the motion of the ground; left out, none")
+    ground: GroundSection | None = Field(None, description="the motion of the ground; by default none")
     laser: VirtualLaser | None = Field(
-        None, validate_default=False, description="the laser of a record; left out, θ(t) itself is written"
+        None, validate_default=False, description="the laser of a record; by default θ(t) itself is written"
     )
 
     @field_validator("sampling_rate_hz")

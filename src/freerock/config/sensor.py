@@ -15,7 +15,7 @@ class LaserSection(Section):
 
     units: Unit = Field(
         "",
-        description="the unit of the channel: of the output, the displacement or the rotation; left out, as "
+        description="the unit of the channel: of the output, the displacement or the rotation; by default as "
         "the file states it",
     )
     beam: Literal["horizontal", "vertical"] | None = Field(
@@ -68,7 +68,7 @@ class LaserSection(Section):
     )
     valid_low_v: Number = Field(-0.1, description="the lowest valid output in volts")
     valid_high_v: Number = Field(10.1, description="the highest valid output in volts")
-    error_level_v: Number = Field(10.2, description="the output in volts that means no target")
+    error_level_v: Number = Field(10.2, description="the output in volts if the beam meets no target")
     error_tolerance_v: Number = Field(0.01, ge=0, description="the tolerance of the error level in volts")
     milliamps_at_start: Number = Field(
         4.0, description="the milliamperes at the start of the measuring range"
@@ -78,7 +78,7 @@ class LaserSection(Section):
     )
     valid_low_ma: Number = Field(3.84, description="the lowest valid output in milliamperes")
     valid_high_ma: Number = Field(20.16, description="the highest valid output in milliamperes")
-    error_level_ma: Number = Field(3.75, description="the output in milliamperes that means no target")
+    error_level_ma: Number = Field(3.75, description="the output in milliamperes if the beam meets no target")
     error_tolerance_ma: Number = Field(
         0.01, ge=0, description="the tolerance of the error level in milliamperes"
     )

@@ -17,10 +17,10 @@ from freerock.tables.text import chance, fixed, quantity
 
 HEADS = ["Candidate", "Runs", "Freed", "ε_θ / %", "Held out / %", "Other runs / %", "ΔBIC"]
 HEADS += ["Noise at rest", "Why, why not"]
-EXPLAINED = ["Block, foundation", "Runs explained", "Named", "Medians", "As good", "Nearest of the others"]
+EXPLAINED = ["Block, foundation", "Runs explained", "Selected", "Medians", "As good", "Nearest of the others"]
 IN_BRACKETS = "In brackets: in how many of the runs. "
 EXPLAINED_NOTE = "Medians are over the runs that the model explains. Each row leads to its evidence."
-AS_GOOD_NOTE = " As good: the data can't tell it from the one named."
+AS_GOOD_NOTE = " As good: the data can't tell it from the selected one."
 LEFT_OUT = "Not fitted, as a smaller candidate explains the runs"
 CLAUSES, DIGIT = re.compile(r"[:;,] "), re.compile(r"\d")  # of a reason
 QUICK = f"{STATUS_WORDS['not_fitted']} in"  # begins the status of one that was fitted to no run
@@ -138,7 +138,7 @@ def _row(scene: Scene, model: str) -> list[Cell]:
     mine = scene.choice["model"] == model
     own = scene.choice[mine].assign(above=(scene.choice["bic"] - named)[mine])
     summed, status = scene.summary[model], _status(own)
-    kind = "named" if "named" in status or "possible" in status else "warn" if "nearest" in status else ""
+    kind = "named" if "selected" in status or "possible" in status else "warn" if "nearest" in status else ""
     fitted = own[own["status"] != "not_fitted"]
     medians = fitted[["epsilon_theta", "epsilon_holdout", "epsilon_holdout_runs"]].median()
     return [
@@ -153,7 +153,7 @@ def _row(scene: Scene, model: str) -> list[Cell]:
 
 
 def _status(own: pd.DataFrame) -> str:
-    """What the choice made of a candidate: "named in 2, rejected in 1"."""
+    """What the choice made of a candidate: "selected in 2, rejected in 1"."""
     counted = Counter(own["status"].where((own["status"] != "selected") | own["explains"], "nearest"))
     return ", ".join(f"{word} in {counted[kind]}" for kind, word in STATUS_WORDS.items() if counted[kind])
 

@@ -112,41 +112,42 @@ def _rotation(config: Mapping[str, Any], facts: Mapping[str, Any]) -> Iterator[s
             yield f"Laser {name}: {laser['beam']} beam at {laser['position_m']:g} m{span}."
         else:
             yield f"Sensor {name}: the channel holds the rotation itself, in {laser['units']}."
-    yield "Samples at the sensor's error level or out of its range were left out before any other step."
+    yield "Samples at the error level of a sensor, or out of its range, were excluded first."
     if rotation["mains_hz"]:
         yield (
-            f"Lines at the mains frequency ({rotation['mains_hz']:g} Hz) and its harmonics were removed by "
-            "fitted sinusoids where they stood out of the noise."
+            f"Sinusoids at the mains frequency ({rotation['mains_hz']:g} Hz) and its harmonics were fitted "
+            "at rest, and subtracted where they exceed the noise."
         )
     yield (
-        "The zero was taken from the phases at rest, found in windows of "
-        f"{rotation['window_s']:g} s; no filter was applied."
+        f"The reading at rest, found in windows of {rotation['window_s']:g} s, defines zero. No filter was "
+        "applied."
     )
     if any(laser["beam"] for laser in config["lasers"].values()):
         yield (
-            "Displacement became rotation by the exact geometry of a rectangle that turns about its lower "
-            "corners. In the models the centre of the base moves up and down only; that of the rectangle "
-            f"moves sideways by {facts['shift_mm']} mm at most. A beam also sees the corner sink in: the "
-            "modelled rotation is what the same beam would have seen of the modelled block."
+            "Displacements were converted to rotations by the exact geometry of a rectangle that rotates "
+            "about its lower corners. In the models the centre of the base moves up and down only; the "
+            f"centre of the rectangle's base moves sideways by {facts['shift_mm']} mm at most. A sinking "
+            "corner changes the reading, too: the modelled rotation is the one that the same beam would show "
+            "of the modelled block."
         )
 
 
 def _runs(processing: Mapping[str, Any]) -> Iterator[str]:
     runs, impacts = processing["runs"], processing["impacts"]
     yield (
-        f"A run begins where a block that was held at an angle, read over the last {runs['held_s']:g} s, "
-        f"is let go, and ends at rest; the first {1000 * runs['finger_s']:g} ms after the release, in "
-        "which the support may still touch the block, were not used in a fit."
+        "A run begins at the release of a held block, and ends at rest. The release angle was read over the "
+        f"last {runs['held_s']:g} s of the hold. The first {1000 * runs['finger_s']:g} ms after the release, "
+        "in which the finger may still touch the block, were not fitted."
     )
     yield (
         f"A run with fewer than {runs['min_impacts']} impacts, or more than "
-        f"{100 * runs['max_flagged_fraction']:g} % of its samples left out, failed."
+        f"{100 * runs['max_flagged_fraction']:g} % invalid samples, failed."
     )
     yield (
-        "The restitution of an impact, the angular rate after it over that before, comes from the peaks "
-        "before and after it by the exact motion of a rigid block [@housner1963]; peaks below "
-        f"{impacts['min_amplitude_sigmas']:g} standard deviations of the noise were not used. The same "
-        "estimator served measured and modelled rotations."
+        "The restitution of an impact is the angular rate after it over the rate before it. It follows from "
+        "the peaks before and after the impact by the exact motion of a rigid block [@housner1963]. Peaks "
+        f"below {impacts['min_amplitude_sigmas']:g} standard deviations of the noise were not used. Measured "
+        "and modelled rotations were treated alike."
     )
 
 
@@ -168,8 +169,8 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
     )
     if fits["kinematics"]:
         yield (
-            "Variants of these laws, in which the block turns about the corner that stays down or the "
-            "contact width is free, were tried where no candidate with fewer numbers explains the run."
+            "Variants of these laws, in which the block rotates about the corner that stays down or the "
+            "contact width is free, were tried if no candidate with fewer parameters explains the run."
         )
 
 
@@ -184,47 +185,48 @@ def _identification(fits: Mapping[str, Any], facts: Mapping[str, Any], free: Pai
     if facts["n_integrated"]:
         low, high = facts["rtol_low"], facts["rtol_high"]
         yield (
-            f"The foundation's laws were integrated with a relative tolerance of {low}"
-            f"{f' to {high}' if high != low else ''}, whose error shifts no parameter by more than "
+            "The foundation's laws were integrated with a relative tolerance of "
+            f"{low}{f' to {high}' if high != low else ''}, whose error shifts no parameter by more than "
             f"{facts['error_percent']} % of its standard error; Housner's is a closed form. The last step of "
-            "each fit used every valid sample of θ(t), averaged in groups that cost no standard error more "
-            "than 2 %."
+            "each fit used every valid sample of θ(t), averaged in groups that raise no standard error by "
+            "more than 2 %."
         )
 
 
 def _choice() -> str:
     return (
-        "A candidate explains a run if its residual passes for the noise of the sensor at rest in every "
-        "octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F), if it shows no trace of a "
-        f"number that a wider law adds ({TRACE:.1f} standard errors), and if it predicts the second half of "
-        "the run from the first, and the run from the others of its record, with ε_θ below 1. "
-        f"A difference of {TELLS:g} in the Bayesian information criterion [@schwarz1978] rules a candidate "
-        "out, and so does a candidate that holds it as a case, has the lower criterion and is more likely by "
-        f"{TELLS:g} in −2 ln L. Of the others the one with the fewest free numbers is named; the rest stand "
-        "beside it as also possible. Where none explains a run, the nearest is named and called so."
+        "A candidate explains a run if three conditions hold. Its residual agrees with the noise of the "
+        "sensor at rest in every octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F). No "
+        f"parameter of a larger law is significant if added ({TRACE:.1f} standard errors). ε_θ is below 1 "
+        "when it predicts the second half of the run from the first half, and the run from other runs of its "
+        f"record. A candidate is rejected if its Bayesian information criterion [@schwarz1978] is {TELLS:g} "
+        "above that of another one; or if a larger candidate, of which it is a special case, has a lower "
+        f"criterion and a −2 ln L lower by {TELLS:g}. Of the others the one with the fewest free parameters "
+        "is selected; the rest are also possible. If none explains a run, the nearest is selected and marked "
+        "as such."
     )
 
 
 def _uncertainty(config: Mapping[str, Any]) -> Iterator[str]:
     yield (
-        "Standard errors follow from the spectrum of the noise at rest where the residual is such noise, and "
-        "are not below those of the residual's own scatter and correlation elsewhere."
+        "If the residual agrees with the noise at rest, standard errors follow from the spectrum of that "
+        "noise. Otherwise they are at least those from the scatter and correlation of the residual."
     )
     if config["fits"]["profile"]:
         yield "Intervals are those of the profile likelihood."
     yield (
-        "The runs of a record are a sample of a population: means of ln k, ln c, ln λ and the logit of r are "
-        "those of a random-effects model, its spread after [@paule1982] and its standard error after "
-        "[@hartung2001]. Total standard uncertainties add what is known of block, sensor and clock "
-        "[@jcgm2008]."
+        "Runs of a record were combined by a random-effects model of ln k, ln c, ln λ and the logit of r, "
+        "with its spread after [@paule1982] and its standard error after [@hartung2001]. Total standard "
+        "uncertainties add the uncertainties of block, sensor and clock [@jcgm2008]."
     )
     scenes = {(line["foundation"], line["block"]) for line in config["records"]}
     if len(scenes) > len({foundation for foundation, _ in scenes}):
         yield (
-            "Whether blocks share the parameters of a foundation was tested by the scatter between blocks "
-            "against that between the runs of each block, all parameters together, each block with a spread "
-            "of its own [@coombs1996; @krishnamoorthy2004]; where that is below 0.05, also by χ² of their "
-            "means with the uncertainty of block, sensor and clock. Blocks differ where both are."
+            "To test whether blocks share the parameters of a foundation, the scatter between blocks was "
+            "compared with the scatter between the runs of each block, for all parameters together and with "
+            "a spread for each block [@coombs1996; @krishnamoorthy2004]. A second test, χ² of the means, "
+            "includes the uncertainties of block, sensor and clock. Blocks differ if both p-values are below "
+            "0.05."
         )
 
 

@@ -121,7 +121,7 @@ def _unexplained(scene: Scene) -> list[str]:
             "their standard errors don't say how wrong it is."
         )
     if counted[""]:
-        told.append(f"For {_runs(counted[''], n)} none is near enough to be named.")
+        told.append(f"For {_runs(counted[''], n)} none is near enough to be selected.")
     return told
 
 

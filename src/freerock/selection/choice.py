@@ -201,9 +201,8 @@ def choose(evidence: Sequence[Evidence]) -> Choice:
     chosen = min(left, key=lambda each: (each.n_freed, each.bic))
     judged = tuple(_judged(each, chosen, left, best) for each in evidence)
     beside = [each.evidence.model for each in judged if each.status == "also_possible"]
-    reason = (
-        f"the candidate with fewest parameters whose residual passes for noise ({chosen.n_freed} numbers)"
-    )
+    parameters = f"({chosen.n_freed} parameters)"
+    reason = f"the candidate with fewest parameters whose residual agrees with the noise {parameters}"
     if beside:
         reason += f"; the data can't tell it from {_listed(beside)}"
     return Choice(chosen.model, True, reason, judged, _stories(chosen.model, beside, evidence))
@@ -219,24 +218,30 @@ def plainly(value: float) -> str:
 def _judged(each: Evidence, chosen: Evidence, left: Sequence[Evidence], best: float) -> Judged:
     """What becomes of a candidate beside the one that is selected."""
     if each is chosen:
-        return Judged(each, "selected", "the one with fewest parameters whose residual passes for noise")
+        return Judged(each, "selected", "the one with fewest parameters whose residual agrees with the noise")
     if not each.fitted:
         return Judged(each, "not_fitted", each.message)
     if not each.explains:
         return Judged(each, "rejected", each.objection)
     if each not in left and each.bic <= best + TELLS:
-        why = f"its residual passes for noise, but a larger candidate is more likely by {TELLS:g} in −2 ln L"
+        why = f"its residual agrees with the noise, but −2 ln L of a larger candidate is lower by {TELLS:g}"
         return Judged(each, "rejected", why)
     if each not in left:
         return Judged(
-            each, "rejected", f"its residual passes for noise, but the BIC is {each.bic - best:.0f} higher"
+            each,
+            "rejected",
+            f"its residual agrees with the noise, but the BIC is {each.bic - best:.0f} higher",
         )
     if holds(each.model, chosen.model) and each.bic >= chosen.bic:
         more = each.n_freed - chosen.n_freed
-        return Judged(each, "rejected", f"needless: {chosen.model} with {more} more number{'s' * (more > 1)}")
+        return Judged(
+            each, "rejected", f"needless: {chosen.model} with {more} more parameter{'s' * (more > 1)}"
+        )
     apart = each.bic - chosen.bic
     return Judged(
-        each, "also_possible", f"its residual passes for noise; BIC {apart:+.1f}, which is not significant"
+        each,
+        "also_possible",
+        f"its residual agrees with the noise; BIC {apart:+.1f}, not significant",
     )
 
 

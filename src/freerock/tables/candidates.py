@@ -26,7 +26,7 @@ COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
 POSSIBLE = ("selected", "also_possible")
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
 STATUS_WORDS = {
-    "selected": "named",
+    "selected": "selected",
     "nearest": "nearest",
     "also_possible": "possible",
     "rejected": "rejected",

@@ -10,9 +10,9 @@ from freerock.tables.paper import SIMULATED_NOTE, Cell, Column, Labels, Printed,
 from freerock.tables.text import quantity, with_unit
 
 NOTE = (
-    "Number of runs in which a candidate is named, also possible, rejected, or not fitted. Named: the one "
-    "with the fewest parameters among those whose residual passes for noise; if there is none, the nearest. "
-    "ε_θ: median of the runs to which it was fitted; parameters: of those in which it is named or possible."
+    "Number of runs in which a candidate is selected, also possible, rejected, or not fitted. Selected: the "
+    "one with the fewest parameters whose residual agrees with the noise; otherwise the nearest. ε_θ: median "
+    "of the runs to which it was fitted. Parameters: medians of the runs in which it is selected or possible."
 )
 
 
@@ -31,7 +31,7 @@ def _count(head: str, name: str) -> Column:
 PRINTED = (
     Column("Candidate", lambda row: Cell(MODEL_LABELS[row.model])),
     _count("Freed", "n_freed"),
-    _count("Named", "n_selected"),
+    _count("Selected", "n_selected"),
     _count("Also possible", "n_also_possible"),
     _count("Rejected", "n_rejected"),
     _count("Not fitted", "n_not_fitted"),

@@ -229,7 +229,7 @@ def named(table: Printed) -> Printed:
     frame = table.frame
     own = frame[frame["selected"].astype(bool)]
     lost = [test for test in dict.fromkeys(frame["test"]) if test not in set(own["test"])]
-    none = [f"No candidate is named for most runs of {', '.join(lost)}."] if lost else []
+    none = [f"No candidate is selected for most runs of {', '.join(lost)}."] if lost else []
     marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
     further = [note for note in table.notes if note not in marks]
     return _parameters(own, f"{table.caption}, of the model named for it", [*none, *further], None)
