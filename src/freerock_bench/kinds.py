@@ -331,6 +331,8 @@ def causes_of(result: Analysed) -> list[str]:
             continue
         if reason.name == "pulled_input":
             found += re.findall(r"(\w+) of \S+ (?:fitted|off)", reason.text)
+        elif reason.name == "unmodelled_effect":
+            found += re.findall(r"requires (\w+),", reason.text)
         elif reason.name == "unexplained":
             _, _, causes = reason.text.partition("would take: ")
             for cause in filter(None, causes.split("; ")):

@@ -33,7 +33,7 @@ from freerock.identification.settings import FitSettings, check
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import MODELS, unit_of
-from freerock.rotation.laboratory import Contributions, Laboratory
+from freerock.rotation.laboratory import Contributions, Input, Laboratory
 from freerock.runs.impacts import Impacts
 from freerock.runs.motion import Motion
 
@@ -197,13 +197,14 @@ def fit_record(
     settings: FitSettings | None = None,
     *,
     start: Sequence[float] | Mapping[str, float] | None = None,
+    moved: Mapping[Input, float] | None = None,
 ) -> Fit:
     """Identify a model on several runs jointly: one set of parameters, nuisances per run.
 
     `block` is that of all runs, or a sequence with the block of each; `motions` is a sequence of Motion;
     `start` are the model's parameters to start from [SI], in their order, or by name with what is known of
-    width, theta0 and t0; by default a scan finds them on the first run. All else, and the errors, as in
-    `fit_run`.
+    width, theta0 and t0; by default a scan finds them on the first run. `moved` are the inputs beside that
+    start [standard uncertainties]; by default as stated. All else, and the errors, as in `fit_run`.
     """
     settings = settings or FitSettings()
     blocks = (block,) * len(motions) if isinstance(block, Block) else tuple(block)
@@ -211,8 +212,13 @@ def fit_record(
     problem = posed(model, blocks, motions, settings)
     if start is not None and not isinstance(start, Mapping):
         start = dict(zip(MODELS[model], start, strict=True))
-    problem, end, resolution = search(problem, start)
-    fit, nearest = _fit(problem, end, resolution), stopped(problem, end)
+    if moved:
+        nuisances = Nuisances.of(problem)
+        beside, end, resolution = search(nuisances.posed(nuisances.starting(moved)), start)
+        problem = replace(problem, rtol=beside.rtol, directions=beside.directions)
+    else:
+        problem, end, resolution = search(problem, start)
+    fit, nearest = _fit(problem, end, resolution, moved), stopped(problem, end)
     return fit if nearest is None or fit.diagnostics["noise"] else _of_stopped(*nearest, fit, resolution)
 
 
@@ -229,10 +235,12 @@ def _of_stopped(problem: Problem, end: Solution, in_phase: Fit, resolution: Reso
     return replace(fit, message=message, diagnostics=fit.diagnostics | beside)
 
 
-def _fit(problem: Problem, solution: Solution, resolution: Resolution) -> Fit:
+def _fit(
+    problem: Problem, solution: Solution, resolution: Resolution, moved_by: Mapping[Input, float] | None
+) -> Fit:
     """What the end of the search is worth: with the inputs moved where that leaves noise, else held."""
     moves = solution.success and Nuisances.of(problem).sources
-    best = settled(problem, solution.x) if moves else None
+    best = settled(problem, solution.x, moved=moved_by) if moves else None
     if best is None or best.result is None:
         return _held(problem, solution, resolution)
     moved = _End(best, *uncertainty(best))

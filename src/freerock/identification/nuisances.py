@@ -94,6 +94,11 @@ class Nuisances:
         sources = tuple(each for each in laboratory.inputs if moves(each, problem))
         return cls(replace(problem, walled=not sources), sources)
 
+    def starting(self, moved: Mapping[Input, float] | None) -> Floats:
+        """Inputs at a start by standard uncertainties, within what they may move; zeros as stated."""
+        most = INPUTS.farthest * (1 - 1e-3)
+        return np.array([np.clip((moved or {}).get(each, 0.0), -most, most) for each in self.sources])
+
     def posed(self, z: Floats) -> Problem:
         """The problem with inputs moved by z standard uncertainties, shape (n_sources,)."""
         return in_laboratory(self.problem, self._moved(z)) if z.any() else self.problem
@@ -329,7 +334,13 @@ class Posterior:
         return np.asarray(self.spread[:n, n:] / np.sqrt(np.diag(self.spread)[n:]))
 
 
-def settled(problem: Problem, x: Floats, most: float = np.inf, ftol: float = INPUTS.ftol) -> Posterior:
+def settled(
+    problem: Problem,
+    x: Floats,
+    most: float = np.inf,
+    ftol: float = INPUTS.ftol,
+    moved: Mapping[Input, float] | None = None,
+) -> Posterior:
     """The best of a run and its inputs from a start near it, by `lmfit.Minimizer`.
 
     The start itself, without a result, where no input may move, or where the inputs can't be the cause of
@@ -339,21 +350,23 @@ def settled(problem: Problem, x: Floats, most: float = np.inf, ftol: float = INP
     ----------
     problem : Problem
     x : ndarray, shape (n_parameters,)
-        The fitted numbers with the inputs as stated.
+        The fitted numbers.
     most : float
         Samples that suffice.
     ftol : float
         Relative change of the objective at which the search ends.
+    moved : mapping of Input to float, optional
+        From where the inputs start [standard uncertainties]; by default as stated.
     """
     nuisances = Nuisances.of(problem)
     samples = problem.samples(most=most)
-    start = at(nuisances, x, np.zeros(len(nuisances.sources)), samples)
+    start = at(nuisances, x, nuisances.starting(moved), samples)
     if not nuisances.sources:
         return start
     power = noise_of(problem.motions[0]).variance
     both = np.column_stack([start.residual, start.by_inputs])
     left, *causes = np.sum(without_own(start.jacobian[:, start.free], both) ** 2, axis=0)
-    if left > INPUTS.beyond * (len(samples.time_s) * power + sum(causes)):
+    if not moved and left > INPUTS.beyond * (len(samples.time_s) * power + sum(causes)):
         return start
     end = _minimised(start, ftol)
     rest = end.against_rest

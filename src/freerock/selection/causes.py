@@ -13,8 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
 from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
+from freerock.identification.pursuit import multiplies_errors
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.unmodelled import EITHER, Effect, effects, line_in
 
@@ -83,6 +85,58 @@ def ranked(best: Posterior) -> list[Cause]:
     if any(each.name == LINE for each in causes):
         return causes
     return [*causes[: TOLD - 1], *_named([each for each in every if each.name == LINE])]
+
+
+class Required(NamedTuple):
+    """An effect that no law or input contains: in words with its amount, by how many standard errors that is
+    off zero, and by how much it shifts each free number [SI]."""
+
+    name: str
+    what: str
+    deviations: float
+    shifts: dict[str, float]
+
+
+def required_effect(best: Posterior) -> Required | None:
+    """The most significant effect beside a law that explains a run; None where none is significant.
+
+    By the score of each amount beside all free numbers and inputs with their priors.
+
+    Parameters
+    ----------
+    best : Posterior
+        Where the fit of one run ended, at its tolerance.
+    """
+    if multiplies_errors(best.problem, best.x):  # derivatives are none there
+        return None
+    known, n = [*effects(best)], best.columns.shape[1]
+    value, rows = best.prior
+    prior = value, np.hstack([rows, np.zeros((len(rows), len(known)))])
+    columns = np.column_stack([best.columns, *(each.column for each in known)])
+    noises = [each.noise for each in best.problem.motions]
+    whitened = Whitened(best.residual, columns, best.samples.lengths, noises, prior, best.level)
+    every = np.vstack([whitened.rows, np.column_stack(prior)])
+    left, *own = without_own(every[:, 1 : 1 + n], np.delete(every, np.s_[1 : 1 + n], axis=1)).T
+    size = np.maximum(np.linalg.norm(own, axis=1), np.finfo(float).tiny)
+    score = own @ left / size
+    likely = [
+        j
+        for j, each in enumerate(known)
+        if each.bounds[0] <= -score[j] / size[j] <= each.bounds[1] and abs(score[j]) > EFFECTS / 2
+    ]
+    if not likely:
+        return None
+    alone, at_first = best.whitened.likelihood(), max(likely, key=lambda j: abs(score[j]))
+    effect = known[at_first]
+    beside = best.whitened.adding(effect.column)
+    off = math.sqrt(max(alone.minus_two_log - beside.minus_two_log, 0.0))
+    if off < EFFECTS:
+        return None
+    free = np.flatnonzero(best.free)
+    change = best.problem.gradient(best.x)[np.ix_(free, free)] @ (beside.step[:-1] - alone.step)[: len(free)]
+    names = [best.problem.names[i] for i in free]
+    what = effect.text(float(beside.step[-1]))
+    return Required(effect.name, what, off, dict(zip(names, change.tolist(), strict=True)))
 
 
 def _scored(end: Posterior, known: list[Effect]) -> Iterator[_Tried]:

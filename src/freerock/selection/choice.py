@@ -5,7 +5,7 @@ Pure rules on evidence: nothing is fitted here.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -103,11 +103,6 @@ class Evidence:
     def explains(self) -> bool:
         """Whether only noise is left."""
         return not self.objection
-
-    @property
-    def needs_an_input(self) -> bool:
-        """Whether the candidate would explain the run, were an input beyond its prior."""
-        return not self.pulls_p > REJECTS and replace(self, pulls_p=1.0).explains
 
     def rules_out(self, other: "Evidence") -> bool:
         """Whether the data tell this candidate from another one, in its favour.

@@ -29,6 +29,7 @@ from freerock.selection.scene_notes import (
     notes_on_scene,
     pulled_inputs,
     slow_sensor,
+    unmodelled_effect,
 )
 
 UNEXPLAINED = "no candidate explains the run"
@@ -67,7 +68,8 @@ def doubts_about(
         for other, fit in found.alternatives.items():
             notes += explains_as_well(other, fit, found.fits[chosen])
         notes += pulled_inputs(found.fits[chosen])
-        return [*notes, *slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)]
+        best = found.at_best(chosen, block, motion, hypotheses)
+        return [*notes, *slow_sensor(best, motion), *unmodelled_effect(best)]
     if not found.fits:
         return []
     hints = list(hints_for(block, motion, found.fits, hypotheses))

@@ -18,7 +18,8 @@ class Hypothesis(NamedTuple):
     model : str
         A key of `freerock.models.laws.CANDIDATES`: law, kinematics, contact width as stated or freed.
     widened : tuple of str
-        Of `WIDENED`, in that order: a release other than measured, a base off level, rounded edges.
+        Of `WIDENED`, in that order: a release other than measured, a base off level, rounded edges; then
+        inputs by name.
     """
 
     model: str

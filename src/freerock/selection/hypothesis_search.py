@@ -24,11 +24,20 @@ from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, PER_RUN, law_of
+from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
 from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
-from freerock.selection.quick import Screening, asked_later, asks_for, law_suffices, screen, start_from
+from freerock.selection.quick import (
+    Screening,
+    asked_later,
+    asks_for,
+    law_suffices,
+    narrowed,
+    screen,
+    start_from,
+)
 
 
 @dataclass(frozen=True)
@@ -55,6 +64,8 @@ class Effort:
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
         Radii from which quick fits start: from the one, edges as the other are not found.
+    freed : float
+        Times its prior uncertainty, by which an input that a fit pulls is freed.
     one_radius : float
         Relative difference up to which two ends have come to the same edges.
     """
@@ -66,6 +77,7 @@ class Effort:
     rivals: float = 10.0
     widened: int = 2
     edges_m: tuple[float, float] = (5e-4, 2e-3)
+    freed: float = 10.0
     one_radius: float = 0.1
 
 
@@ -181,22 +193,26 @@ def identify_runs(
 
 
 def of_set(fits: Mapping[str, Fit]) -> dict[str, Fit]:
-    """Fits of the candidates that explain a run, with what it would change to name a larger one of them.
+    """Fits of the candidates that explain a run, each beside those that hold it as a case.
 
-    `discrepancy` takes up the mean square difference to those that hold the candidate as a case, by their
-    odds exp(-ΔBIC/2) against it: worn corners that a run can't tell from other inputs shift k all the same.
+    Worn corners that a run can't tell from other inputs shift k all the same.
     """
     possible = {name: fit for name, fit in fits.items() if evidence(fit).explains}
-    told = {}
-    for name, fit in possible.items():
-        larger = [other for model, other in possible.items() if holds(model, name)]
-        odds = np.exp(np.clip([(fit.bic - other.bic) / 2 for other in larger], None, 700.0))
-        square = np.square(fit.discrepancy)
-        for share, other in zip(odds / (1 + odds.sum()), larger, strict=True):
-            at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
-            square = square + share * (at - fit.value) ** 2
-        told[name] = replace(fit, discrepancy=np.sqrt(square))
-    return told
+    return {
+        name: beside(fit, [other for model, other in possible.items() if holds(model, name)])
+        for name, fit in possible.items()
+    }
+
+
+def beside(fit: Fit, others: Sequence[Fit]) -> Fit:
+    """A fit whose `discrepancy` takes up the mean square difference to others that explain the run, by their
+    odds exp(-ΔBIC/2) against it."""
+    odds = np.exp(np.clip([(fit.bic - other.bic) / 2 for other in others], None, 700.0))
+    square = np.square(fit.discrepancy)
+    for share, other in zip(odds / (1 + odds.sum()), others, strict=True):
+        at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
+        square = square + share * (at - fit.value) ** 2
+    return replace(fit, discrepancy=np.sqrt(square))
 
 
 def _contends(model: str, found: Identified) -> bool:
@@ -371,6 +387,23 @@ class _Search:
                 worth = each not in self.fits or evidence(self.fits[each]).noise_p > EFFORT.clearly
             else:
                 self.left_out[each] = _left_out(end, self.motion, least)
+        for each in [each for each in untried if each in self.explaining and CANDIDATES[each.model].width]:
+            self._narrow(each)
+
+    def _narrow(self, wide: Hypothesis) -> None:
+        """The fit with the contact width as stated, from where one that frees it explains the run: from
+        elsewhere it may end where no input moves."""
+        each = self.hypotheses.of(replace(CANDIDATES[wide.model], width=False).name, wide.widened)
+        if each in self.explaining or each.model not in self.hypotheses.candidates:
+            return
+        start = narrowed(at_end_of(self.fits[wide], self.block, self.motion, self.hypotheses.settings(*wide)))
+        if start is None:
+            return
+        before = self.fits.get(each)
+        self.fit(each, [start[0]], start[1])
+        if before is not None and self._mean_square(each) > before.diagnostics["mean_square"]:
+            self.fits[each] = before
+        self.left_out.pop(each, None)
 
     def _screened(self, each: Hypothesis, beyond: float) -> list[Screening]:
         """Quick fits of a hypothesis; of rounded edges from a small and a large radius."""
@@ -385,8 +418,13 @@ class _Search:
         tried: dict[Hypothesis, Fit | Screening] = {**self.quick, **self.fits}
         return start_from(each, [end for h, end in tried.items() if each in self.hypotheses.neighbours(h)])
 
-    def fit(self, each: Hypothesis, starts: Sequence[Mapping[str, float] | None] = (None,)) -> None:
-        """The best full fit from some starts.
+    def fit(
+        self,
+        each: Hypothesis,
+        starts: Sequence[Mapping[str, float] | None] = (None,),
+        moved: Mapping[Input, float] | None = None,
+    ) -> None:
+        """The best full fit from some starts, with the inputs moved or as stated.
 
         Edges have minima beside minima: of a short run of 0.7 mm one at 0.30 and one at 0.65 mm, 0.4 apart in
         the BIC and 2 % in k. Those that do as well are kept aside.
@@ -396,7 +434,9 @@ class _Search:
             if start is not None and any(_have_one_radius(start, end.values) for end in ends):
                 continue
             try:
-                ends.append(fit_record(each.model, self.block, [self.motion], settings, start=start))
+                ends.append(
+                    fit_record(each.model, self.block, [self.motion], settings, start=start, moved=moved)
+                )
             except FreerockError as error:
                 self.errors[each] = error
                 return
@@ -435,10 +475,28 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
-        for each, fit in self.fits.items():
-            if explaining and self.rank(each) < self.rank(best) and _bic_with_input(fit) <= bar:
-                found.alternatives[each] = fit
+        found.alternatives |= self._with_freed_inputs(best, bar)
         found.fits |= of_set(found.fits)
+        for model in {best.model} & {*found.fits}:
+            found.fits[model] = beside(found.fits[model], [*found.alternatives.values()])
+        return found
+
+    def _with_freed_inputs(self, best: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
+        """Hypotheses with fewer numbers than the best that explain the run as well where the input with the
+        largest pull is freed, too."""
+        found = dict[Hypothesis, Fit]()
+        for each, fit in self.fits.items():
+            own, known = evidence(fit), fit.contributions
+            explains = replace(own, pulls_p=1.0).explains
+            if not explains or self.rank(each) >= self.rank(best) or fit.bic <= bar or known is None:
+                continue
+            j = known.most_pulled
+            if j is None or fit.bic - known.pulls[j] ** 2 > bar:  # the most that it may gain
+                continue
+            settings = self.hypotheses.settings(*each)
+            freed = freeing(known.inputs[j], fit, self.block, self.motion, settings)
+            if freed.success and evidence(freed).explains and freed.bic <= bar:
+                found[Hypothesis(each.model, (*each.widened, known.inputs[j].name))] = freed
         return found
 
     def _fit_nearest(self) -> None:
@@ -460,15 +518,20 @@ class _Search:
         return self.fits[each].diagnostics["mean_square"]
 
 
-def _bic_with_input(fit: Fit) -> float:
-    """The BIC of a fit that needs an input, with that input freed: without its pull and its share of what the
-    priors charge, `Posterior.charge`, as one number more."""
-    found = fit.contributions
-    if found is None or found.most_pulled is None or not evidence(fit).needs_an_input:
-        return math.inf
-    j = found.most_pulled
-    charged = math.log(fit.diagnostics["effective_samples"]) + 2 * math.log(found.remaining[j])
-    return fit.bic - float(found.pulls[j]) ** 2 + charged
+def freeing(source: Input, fit: Fit, block: Block, motion: Motion, settings: FitSettings) -> Fit:
+    """The fit of a run with the prior of an input widened by `EFFORT.freed`.
+
+    The BIC charges it as the prior before does: as a freed contact width, by what it was known to.
+    """
+    laboratory, found = motion.laboratory, fit.contributions
+    assert laboratory is not None and found is not None
+    wide = replace(source, u=EFFORT.freed * source.u)
+    inputs = tuple(wide if each == source else each for each in laboratory.inputs)
+    moved = dict(zip(found.inputs, found.moved.tolist(), strict=True))
+    moved[wide] = moved.pop(source) / EFFORT.freed
+    motion = replace(motion, laboratory=replace(laboratory, inputs=inputs))
+    freed = fit_record(fit.model, block, [motion], settings, start=fit.values, moved=moved)
+    return replace(freed, bic=freed.bic - 2 * math.log(EFFORT.freed))
 
 
 def _beyond(fit: Fit) -> int:

@@ -29,6 +29,7 @@ from freerock.identification.settings import FitSettings, check, is_rounded
 from freerock.identification.start import from_top, posed, tops_of
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, OF_RECORD, PARAMETERS, law_of
+from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.hypotheses import Hypothesis
 
@@ -168,6 +169,54 @@ def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, f
         return None
     traces = {name: PARAMETERS[name].trace * found.get("k", 0.0) for name in MODELS[each.model]}
     return traces | found
+
+
+def narrowed(best: Posterior) -> tuple[dict[str, float], dict[Input, float]] | None:
+    """Where the fit with the contact width as stated may start, from the end of one that frees it.
+
+    By the linear model: numbers and inputs that take up most of what the stated width changes. The width of
+    the block moves its contact width, where no other one is stated.
+
+    Parameters
+    ----------
+    best : Posterior
+        Of one run, with the width freed.
+
+    Returns
+    -------
+    (dict of str to float, dict of Input to float), or None
+        The fitted numbers [SI], and the inputs [standard uncertainties]; None where no input moves.
+    """
+    problem, sources, n = best.problem, best.nuisances.sources, len(best.x)
+    laboratory, at = best.nuisances.problem.motions[0].laboratory, problem.names.index("width")
+    if not sources or laboratory is None:
+        return None
+    stated = laboratory.block
+    name = "width_m" if stated.contact_width_m is None else "contact_width_m"
+    width = next((each for each in laboratory.inputs if each.name == name and each.u > 0), None)
+    every = [*sources, *([width] if width and width not in sources else [])]
+    z = np.append(best.z, np.zeros(len(every) - len(best.z)))
+    of_release, rows = problem.prior_of_release(best.x)
+    m, level = len(best.residual), best.level
+    columns = np.vstack([best.jacobian / level, rows])
+    by_inputs = np.vstack([best.by_inputs / level, best.rows_by_inputs[m:]])
+    by_inputs = np.hstack([by_inputs, np.zeros((len(by_inputs), len(every) - len(sources)))])
+    by_width = columns[:, at] / problem.gradient(best.x)[at, at]
+    value = np.append(best.residual / level, of_release)
+    value = value + by_width * (2 * stated.b - problem.physical(best.x)[at])
+    if width:
+        j = every.index(width)
+        value = value + by_width * width.u * z[j]
+        by_inputs[:, j] += by_width * width.u
+    kept = np.delete(np.arange(n), at)
+    whole = np.hstack([columns[:, kept], by_inputs])
+    whole = np.vstack([whole, np.eye(len(every), whole.shape[1], n - 1)])
+    step = -np.linalg.lstsq(whole, np.append(value, z), rcond=None)[0]
+    x = best.x.copy()
+    x[kept] += step[: n - 1]
+    values = dict(zip(problem.names, problem.physical(x).tolist(), strict=True))
+    del values["width"]
+    return values, dict(zip(every, (z + step[n - 1 :]).tolist(), strict=True))
 
 
 def leaves_noise(

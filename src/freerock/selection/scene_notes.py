@@ -5,15 +5,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
-from freerock.identification.levels import PULLED, SLOWER, WARNS
+from freerock.identification.levels import EFFECTS, PULLED, SLOWER, WARNS
 from freerock.identification.nuisances import Posterior
 from freerock.identification.problem import release_bounds
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS
+from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
-from freerock.selection.choice import evidence
+from freerock.selection.causes import required_effect
 from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
 
@@ -80,18 +80,20 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
     if not abs(change) > TELLING.alike:
         return
     said, reason = list[str](), "pushed"
-    of_input = as_well.pulled if evidence(as_well).needs_an_input else ""
     if "tilt" in {**values, **fit.values}:
         tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
-        if tilt or "levelled_deg" not in of_input:
+        if tilt or "levelled_deg" not in other.widened:
             said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
     if "edge_radius" in {**values, **fit.values}:
         radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
-    if of_input:
-        said, reason = [*said, of_input], "pulled_input"
+    known = as_well.contributions
+    for source, by in zip(known.inputs, known.moved, strict=True) if known else ():
+        if source.name in other.widened:
+            off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
+            said, reason = [*said, f"{source.name} of {source.owner} off by {off}"], "pulled_input"
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
@@ -123,6 +125,21 @@ def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
         width = "width" in best.problem.names
         text += " stated: " + ("measure the contact width first, which is fitted too" if width else SET_IT)
         yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER, "1")
+
+
+def unmodelled_effect(best: Posterior) -> Iterator[Reason]:
+    """A warning where a run that a law explains requires an effect that no law or input contains."""
+    found = required_effect(best)
+    if found is None:
+        return
+    values = dict(zip(best.problem.names, best.problem.physical(best.x).tolist(), strict=True))
+    shifts = (
+        f"{name} {100 * found.shifts[name] / values[name]:+.2g} %"
+        for name in MODELS[best.problem.model]
+        if found.shifts.get(name)
+    )
+    text = f"requires {found.name}, {found.what}: it would change {' and '.join(shifts)}"
+    yield Reason("warn", "unmodelled_effect", text, found.deviations, EFFECTS, "1")
 
 
 def _of_base(fit: Fit, block: Block) -> Reason:
