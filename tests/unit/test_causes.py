@@ -17,7 +17,8 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
-from freerock.selection.causes import ranked
+from freerock.selection.causes import ranked, required_effect
+from freerock.selection.scene_notes import unmodelled_effect
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
 
@@ -67,6 +68,13 @@ SOIL, THETA0 = {"k": 2.86e6, "lambda": 8.16e7}, math.radians(8)
 
 def unexplained(besides, lost=0, incline=0.0):
     """Causes of a run of another simulator with something that the law of its fit has not."""
+    motion = seen(besides, lost, incline)
+    fit = fit_run("hunt_crossley", BLOCK, replace(motion, laboratory=None))
+    return ranked(at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None))
+
+
+def seen(besides, lost=0, incline=0.0):
+    """A run of another simulator with something that the law of its fit has not."""
     scene = Scene(BLOCK, SOIL, False, THETA0, 1e-7, besides=besides)
     moves = Rocking(scene, 1e3, 2.5)
     way = read(moves.states, scene, LASER.position, incline)
@@ -75,9 +83,7 @@ def unexplained(besides, lost=0, incline=0.0):
     noise = 0.2 * SIGMA * np.random.default_rng(3).standard_normal(theta.size)
     time_s, view = np.arange(theta.size) * 1e-3, view_of([LASER], BLOCK)
     given = 0.2 * SIGMA, float(theta[0]), SIGMA / 50, 2e-4
-    motion = Motion(time_s, theta + noise, *given, view=view, laboratory=STATED)
-    fit = fit_run("hunt_crossley", BLOCK, replace(motion, laboratory=None))
-    return ranked(at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None))
+    return Motion(time_s, theta + noise, *given, view=view, laboratory=STATED)
 
 
 @pytest.mark.parametrize(
@@ -104,3 +110,30 @@ def test_a_part_that_swings_is_a_line_of_its_frequency():
     causes = {cause.name: cause for cause in unexplained({"top": 0.3, "top_hz": 30.0})}
     hz = float(causes["oscillation"].what.split("at ")[1].split(" Hz")[0])
     assert 25 < hz < 45
+
+
+@pytest.mark.parametrize(
+    ("name", "besides", "without"),
+    [
+        ("friction", {"rub_nm": 2e-4}, {}),
+        ("relaxation", {"relaxing": 5e-3, "relaxes_s": 0.02}, {"relaxing": 0.0, "relaxes_s": 0.02}),
+    ],
+)
+def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(name, besides, without):
+    motion, clean = seen(besides), seen(without)
+    fit, true = (fit_run("hunt_crossley", BLOCK, each) for each in (motion, clean))
+    assert (
+        required_effect(at_end(posed("hunt_crossley", (BLOCK,), (clean,), FitSettings()), true.values, None))
+        is None
+    )
+    found = required_effect(
+        at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None)
+    )
+    assert found.name == name and found.deviations > 4
+    off = fit.values["lambda"] - true.values["lambda"]
+    assert found.shifts["lambda"] == pytest.approx(-off, rel=0.4)
+    (note,) = unmodelled_effect(
+        at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None)
+    )
+    assert (note.verdict, note.name, note.value) == ("warn", "unmodelled_effect", found.deviations)
+    assert note.text.startswith(f"requires {name}, ") and " and lambda " in note.text
