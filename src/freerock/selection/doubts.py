@@ -69,7 +69,9 @@ def doubts_about(
             notes += explains_as_well(other, fit, found.fits[chosen])
         notes += pulled_inputs(found.fits[chosen])
         best = found.at_best(chosen, block, motion, hypotheses)
-        return [*notes, *slow_sensor(best, motion), *unmodelled_effect(best)]
+        notes += slow_sensor(best, motion)
+        warned = any(note.verdict == "warn" for note in notes)
+        return notes if warned else [*notes, *unmodelled_effect(best)]
     if not found.fits:
         return []
     hints = list(hints_for(block, motion, found.fits, hypotheses))
