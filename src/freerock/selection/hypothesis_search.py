@@ -475,7 +475,7 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
-        found.alternatives |= self._with_freed_inputs(best, bar)
+        found.alternatives |= self._with_freed_inputs(best, bar) if explaining else {}
         found.fits |= of_set(found.fits)
         for model in {best.model} & {*found.fits}:
             found.fits[model] = beside(found.fits[model], [*found.alternatives.values()])
