@@ -25,6 +25,7 @@ LINE = "oscillation"
 LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
+HIDDEN = ("air", "friction", "slip", "hardening", "relaxation", "beam", "sensor")  # by the numbers of a law
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
@@ -101,7 +102,8 @@ def required_effect(best: Posterior) -> Required | None:
     """The most significant effect beside a law that explains a run; None where none is significant.
 
     By the score of each amount beside all free numbers and inputs with their priors. Lost samples are left
-    out: at one of so many instants chance seems to lose half of one.
+    out, since at one of so many instants chance seems to lose half of one; so is what differs from left to
+    right, which a tilt or the zero of the sensor does as well.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def required_effect(best: Posterior) -> Required | None:
     """
     if multiplies_errors(best.problem, best.x):  # derivatives are none there
         return None
-    known, n = [each for each in effects(best) if each.name != "samples"], best.columns.shape[1]
+    known, n = [each for each in effects(best) if each.name in HIDDEN], best.columns.shape[1]
     value, rows = best.prior
     prior = value, np.hstack([rows, np.zeros((len(rows), len(known)))])
     columns = np.column_stack([best.columns, *(each.column for each in known)])
