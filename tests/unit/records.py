@@ -2,12 +2,14 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from subprocess import PIPE, Popen
 from zipfile import ZipFile
 
+import c3d as c3d_files
 import h5py
 import numpy as np
 from nptdms import ChannelObject, RootObject, TdmsWriter
@@ -17,7 +19,7 @@ from scipy.io import netcdf_file, savemat
 from freerock.records import hdf5_walk
 
 TIME = np.arange(100) / 200
-VOLTS = np.round(5 + np.cos(20 * TIME), 6)
+VOLTS = np.round(320 + 64 * np.cos(20 * TIME)) / 64  # exact in six digits and in single precision
 
 
 def tdms(path):
@@ -101,6 +103,15 @@ def netcdf(path):
             variable.units = units
 
 
+def c3d(path):
+    writer = c3d_files.Writer(point_rate=200.0)
+    for volts in VOLTS:
+        writer.add_frames([(np.array([[volts, 0, 1, 0, 0]], np.float32), np.zeros((0, 1)))])
+    writer.set_point_labels(["laser"])
+    with open(path, "wb") as file, warnings.catch_warnings(action="ignore"):  # of no analog channels
+        writer.write(file)
+
+
 # Kind of file: suffix and writer.
 KINDS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "tdms": (".tdms", tdms),
@@ -114,6 +125,7 @@ KINDS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "sheet": (".xlsx", excel),
     "hdf5": (".h5", hdf5),
     "netcdf": (".nc", netcdf),
+    "c3d": (".c3d", c3d),
 }
 
 

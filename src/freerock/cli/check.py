@@ -20,11 +20,11 @@ from freerock.virtual_lab.truth import read_truth
 
 if TYPE_CHECKING:
     from freerock.arrays import Floats
-    from freerock.records.channels import Channel
+    from freerock.records.channels import Named
     from freerock.rotation.calibration import Calibration
     from freerock.rotation.sensor import Laser
 
-    Contents = dict[str, Channel] | FreerockError
+    Contents = Named | FreerockError
 
 
 @dataclass(frozen=True)

@@ -93,12 +93,21 @@ class Contents:
         Attributes of the dataset: format, and start_time where the file states it.
     notes : sequence of str
         What the reader found out about the file by itself; attribute `reading`.
+    computed : callable
+        Gives the channel that the reader computes from others under a name; None where the name is no such.
     """
 
     channels: Sequence[Channel]
     read: Callable[[Sequence[Any]], Mapping[Any, SampleColumn]]
     attrs: dict[str, str]
     notes: Sequence[str] = ()
+    computed: Callable[[str], Channel | None] = lambda name: None
+
+
+class Named(dict[str, Channel]):
+    """Channels of a file by name, and those that its reader computes."""
+
+    computed: Callable[[str], Channel | None]
 
 
 def one_rate(path: object, rates: Mapping[str, Even]) -> Even | None:
@@ -153,7 +162,7 @@ def check_declared(path: Path, n_bytes: float, densest: float = bounds.UNPACKED_
         raise FreerockError(path, what, COPY_AGAIN)
 
 
-def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
+def by_name(path: Path, contents: Contents) -> Named:
     """Channels by name, or by group/name where two groups share a name.
 
     Raises
@@ -161,17 +170,19 @@ def by_name(path: Path, channels: Sequence[Channel]) -> dict[str, Channel]:
     FreerockError
         No channel, or more than any record has.
     """
+    channels = contents.channels
     if len(channels) > bounds.RECORD_CHANNELS:
         what = f"the file has {len(channels)} channels, more than {bounds.RECORD_CHANNELS}"
         raise FreerockError(path, what, "export those of the record alone")
     short = Counter(c.name for c in channels)
-    names = {c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels}
+    names = Named({c.name if short[c.name] == 1 else f"{c.group}/{c.name}": c for c in channels})
+    names.computed = contents.computed
     if not names:
         raise FreerockError(path, "the file holds no channel", COPY_AGAIN)
     return names
 
 
-def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dict[str, Channel]:
+def chosen(path: Path, names: Named, channel: str | None) -> dict[str, Channel]:
     """The channel requested, or all that can be read.
 
     Raises
@@ -187,6 +198,8 @@ def chosen(path: Path, names: Mapping[str, Channel], channel: str | None) -> dic
     full = {f"{c.group}/{c.name}": name for name, c in names.items()}
     name = channel if channel in names else full.get(channel)
     if name is None:
+        if computed := names.computed(channel):
+            return {channel: computed}
         remedy = "correct the channel column of the campaign's CSV"
         raise FreerockError(path, f"no channel {channel!r}; its channels are {listed(names)}", remedy)
     if isinstance(names[name].clock, str):

@@ -49,7 +49,7 @@ def dataset(path: Path, contents: Contents, channel: str | None) -> "xr.Dataset"
         A missing or empty channel, channels of several time bases, time stamps that no even grid fits, a
         sampling interval that is none, or two that contradict each other.
     """
-    wanted = chosen(path, by_name(path, contents.channels), channel)
+    wanted = chosen(path, by_name(path, contents), channel)
     clocks = list(dict.fromkeys(c.clock for c in wanted.values() if not isinstance(c.clock, str)))
     stamps = [clock for clock in clocks if isinstance(clock, Stamps)]
     others = [clock for c in wanted.values() for clock in c.also if isinstance(clock, Stamps)]

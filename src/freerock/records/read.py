@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from freerock.errors import FreerockError
 from freerock.files import check_special
-from freerock.records.channels import COPY_AGAIN, Channel, Contents, by_name
+from freerock.records.channels import COPY_AGAIN, Contents, Named, by_name
 from freerock.records.dataset import dataset
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ READERS = {
     ".h5": "hdf5",
     ".hdf5": "hdf5",
     ".nc": "hdf5",
+    ".c3d": "c3d",
 }
 
 
@@ -62,7 +63,7 @@ def read_record(path: str | Path, channel: str | None = None) -> "xr.Dataset":
         return dataset(path, contents, channel or None)
 
 
-def list_channels(path: str | Path) -> dict[str, Channel]:
+def list_channels(path: str | Path) -> Named:
     """The channels of a record file, without reading their samples where the format allows it.
 
     Parameters
@@ -72,8 +73,8 @@ def list_channels(path: str | Path) -> dict[str, Channel]:
 
     Returns
     -------
-    dict of str to freerock.records.channels.Channel
-        By the names that `read_record` accepts; if a channel can't be read, `clock` states why.
+    freerock.records.channels.Named
+        Channel by the names that `read_record` accepts; if a channel can't be read, `clock` states why.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def list_channels(path: str | Path) -> dict[str, Channel]:
     """
     path = Path(path)
     with _opened(path) as contents:
-        return by_name(path, contents.channels)
+        return by_name(path, contents)
 
 
 @contextmanager
