@@ -1,11 +1,14 @@
 """The shipped campaign, from record files to report."""
 
 import math
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
+import xarray as xr
 from found_again import found_again
 
 from freerock.models.block import Block
@@ -45,6 +48,36 @@ CONTRACT = {
     "restitution_law": "campaign block foundation quantity n_runs n_impacts speed_low_m_s speed_high_m_s "
     "speed_m_s r r_stderr slope_s_m slope_stderr slope_low slope_high trend",
 }
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+NUMBER = r"(\d+(?:\.\d+)?)"
+INPUTS = {"width": "width_m", "beam": "position_m", "height": "height_m", "scale": "scale_fraction"}
+INPUTS |= {"centre of mass": "com_height_m", "inertia": "inertia_kg_m2", "runs": "runs"}
+
+
+def text_of(page):
+    return (DOCS / page).read_text(encoding="utf-8")
+
+
+def rows_of_records(first):
+    """Cells of the rows of docs/uncertainty.md below a heading, by record."""
+    below = text_of("uncertainty.md").partition(first)[2].partition("\n\n")[0]
+    rows = re.findall(r"^\| configuration (\d), (\w+) \| (.*) \|$", below, re.M)
+    assert len(rows) == 4
+    return {f"config{n}_{bed.lower()}": cells.split(" | ") for n, bed, cells in rows}
+
+
+def agrees(stated, value):
+    """Whether a number as printed is a value, rounded."""
+    (printed,) = re.findall(NUMBER, stated)
+    digits = len(printed.partition(".")[2])
+    return abs(float(printed) - value) <= 0.5001 * 10**-digits
+
+
+def budget_of_k(palermo):
+    budget = table(palermo, "budget").query("level == 'record' and model == 'hunt_crossley'")
+    return budget.query("parameter == 'k'")
 
 
 def table(palermo, name):
@@ -104,6 +137,63 @@ def test_the_report_says_simulated_and_loads_nothing(palermo):
     assert '<p class="simulated">' in page
     assert "default-src 'none'" in page
     assert (palermo / "report.html").stat().st_size < 6e6
+
+
+def test_the_docs_state_the_measured_uncertainties_of_the_products(palermo):
+    runs, impacts = table(palermo, "runs"), table(palermo, "restitution").query("source == 'experiment'")
+    for test, cells in rows_of_records("| | θ₀ | stderr |").items():
+        (run,) = runs.query(f"test == '{test}' and run == '1'").to_dict("records")
+        (one,) = impacts.query(f"test == '{test}' and run == '1' and impact == 1").to_dict("records")
+        with xr.open_dataset(palermo / f"records/{test}.nc", group="run_1") as dataset:
+            stderr = math.degrees(float(dataset["theta0_stderr"]))
+        values = run["theta0_deg"], stderr, run["theta0_u_deg"], one["r"], one["r_stderr"], one["r_u"]
+        assert all(map(agrees, cells, values)), test
+    every = impacts.query("run == '1'").dropna(subset=["r_u"])
+    loud = every["r_stderr"] ** 2 > every["r_u"] ** 2 / 2
+    assert every[~loud]["impact"].max() == 7  # "from the eighth impact on, noise dominates"
+
+
+def test_the_docs_state_the_budget_of_the_products(palermo):
+    budget = budget_of_k(palermo)
+    means = table(palermo, "populations").query("model == 'hunt_crossley' and parameter == 'k'")
+    for test, (k, stderr, total, shares) in rows_of_records("| | k [N/m²] |").items():
+        (mean,) = means.query(f"test == '{test}'").to_dict("records")
+        assert agrees(k.partition("·")[0], mean["mean"] / 1e6)
+        assert agrees(stderr, 100 * mean["stderr"] / mean["mean"])
+        assert agrees(total, 100 * mean["u_total"] / mean["mean"])
+        found = budget.query(f"test == '{test}'").set_index("input")["share_percent"]
+        printed = re.findall(rf"([a-z]+) {NUMBER} %", shares)
+        assert [INPUTS[name] for name, _ in printed] == list(found.nlargest(len(printed)).index)
+        assert all(agrees(percent, found[INPUTS[name]]) for name, percent in printed)
+    largest = budget.loc[budget.groupby("test")["share_percent"].idxmax()]
+    assert (largest["input"] == "runs").all() and (largest["share_percent"] > 50).sum() == 5
+    shift = (100 * budget["contribution"] / budget["mean"]).abs().groupby(budget["input"]).max()
+    (sentence,) = re.findall(
+        r"One default uncertainty shifts k by at most (.*?)\.\n", text_of("uncertainty.md"), re.S
+    )
+    stated = re.findall(rf"{NUMBER} %\s\(([^)]*)\)", sentence)
+    assert len(stated) == 5
+    assert all(agrees(percent, shift[INPUTS[" ".join(name.split())]]) for percent, name in stated)
+
+
+def test_the_docs_state_the_correlation_of_k_and_damping(palermo):
+    fits = {}
+    for path in sorted((palermo / "fits").glob("*.nc")):
+        with xr.open_dataset(path, group="run_1/hunt_crossley") as fit:
+            of = {"parameter": "k"}, {"parameter": "lambda"}
+            errors = [100 * float(fit["stderr"].sel(each) / fit["value"].sel(each)) for each in of]
+            fits[path.stem] = [float(fit["correlation"].sel(parameter="k", parameter_b="lambda")), *errors]
+    correlation, of_k, of_damping = zip(*fits.values(), strict=True)
+    stated = re.search(
+        rf"it is {NUMBER} to {NUMBER}\. .* at most {NUMBER} % of k and {NUMBER} % of λ",
+        text_of("identification.md"),
+        re.S,
+    )
+    assert stated and len(fits) == 6
+    values = min(correlation), max(correlation), max(of_k), max(of_damping)
+    assert all(map(agrees, stated.groups(), values))
+    order = sorted(fits, key=lambda test: fits[test][0])
+    assert order[0] == "config3_marble" and order[-1] == "config1_marble"
 
 
 def test_first_impact_of_the_compliant_base_is_later_than_the_rigid_one():

@@ -1,0 +1,38 @@
+"""docs/validation.md: sentences that repeat numbers of its tables."""
+
+from pathlib import Path
+
+DOCS = Path(__file__).parents[2] / "docs"
+TEXT = " ".join((DOCS / "validation.md").read_text(encoding="utf-8").split("\n"))
+TOTALS = ("clean", "others", "all")
+
+
+def rows(begin, end):
+    """Rows of the table between two markers, as lists of cells."""
+    between = (DOCS / "validation.md").read_text(encoding="utf-8").partition(f"<!-- {begin} -->")[2]
+    lines = between.partition(f"<!-- {end} -->")[0].strip().splitlines()[2:]
+    return [[cell.strip() for cell in line[1:-1].split("|")] for line in lines]
+
+
+def test_false_alarms_are_those_of_the_noises():
+    found = rows("noises", "end of the noises")
+    assert len(found) == 17
+    records, failed, warned, in_doubt = (sum(int(row[i]) for row in found) for i in range(1, 5))
+    assert failed == 0
+    spaced = f"{records:,}".replace(",", " ")
+    assert f"Of the {spaced} clean records under seventeen noises, none fails, {warned} are warned, " in TEXT
+    assert f"and {in_doubt} true laws are in doubt." in TEXT
+    louder = sum(int(row[4]) for row in found if row[0] in ("speckle by rate", "10 ms in motion"))
+    stated = (
+        f"{in_doubt} of {spaced} records under [seventeen noises](validation.md#signals), {louder} of them"
+    )
+    assert stated in (DOCS / "identification.md").read_text(encoding="utf-8")
+
+
+def test_missed_faults_are_those_of_the_kinds():
+    found = {row[0].strip("*"): row for row in rows("kinds", "end of the kinds")}
+    ok, warned, failed = (int(each) for each in found["others"][1:4])
+    assert f"Of the {ok + warned + failed} faulty or unusual records " in TEXT
+    beyond = sum(row[7] != "" for name, row in found.items() if name not in TOTALS)
+    assert f"{ok} are `ok`, and {beyond} of these err beyond 2 u." in TEXT
+    assert f"{beyond} of {found['all'][1]} `ok` records err beyond 2 u" in TEXT
