@@ -41,7 +41,7 @@ def run(size: str = "full") -> pd.DataFrame:
     pandas.DataFrame
         A row per record: bits; sigma_mv, noise before the converter; record, scene; level and names of the
         run's verdict; sigma_ratio, σ found over that of noise and rounding; of the fit of the true law, noise
-        (whether its residual passes for it), error and stderr of k [N/m²], inside: 1.96 stderr hold it. NaN
+        (whether its residual agrees with it), error and stderr of k [N/m²], inside: 1.96 stderr hold it. NaN
         where there is no run or no fit.
     """
     scenes = [i for i in range(2 * max(SIZES.values())) if names_of(i)[2] != "rigid"][: SIZES[size]]

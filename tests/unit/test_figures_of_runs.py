@@ -257,7 +257,7 @@ def test_pulls_stand_beside_the_impacts_of_their_inputs(tables):
     assert pulls.caption(data) == told
     empty = pulls.draw(pd.DataFrame(rows)[:0], tables["choice"], "simulated", LABELS)
     assert "no run moved its inputs" in texts(empty[0]) and pulls.caption(empty[1]).startswith(
-        "No run has a fit of its named law"
+        "No run has a fit of its selected law"
     )
 
 

@@ -154,7 +154,7 @@ def test_the_page_begins_with_the_findings_and_says_where_each_number_stands(tmp
     assert doubtful.count("<li>") == 1 and "the file is truncated" in doubtful
     assert page.html.index('id="findings"') < page.html.index("<table")
     assert "<svg" in first
-    assert first.count(" (named)</span>") == 1 and "Hunt–Crossley (named)" in first
+    assert first.count(" (selected)</span>") == 1 and "Hunt–Crossley (selected)" in first
 
 
 def test_a_chance_near_one_is_a_bound_and_lies_above_it(tmp_path):

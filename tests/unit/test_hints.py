@@ -47,7 +47,7 @@ def test_the_other_rule_of_debonding():
     assert hints(run(rules=TENSIONLESS), "winkler") == [
         (
             "other_debonding",
-            "would fit with fits.debonding: tensionless: Winkler then passes for noise",
+            "would fit with fits.debonding: tensionless: Winkler then agrees with the noise",
         )
     ]
 
@@ -59,7 +59,7 @@ def read_with_the_other_sign(theta):
 def test_the_other_sign_of_the_laser():
     motion = run("hunt_crossley", view=VIEW, seen=read_with_the_other_sign)
     assert hints(motion, "hunt_crossley") == [
-        ("other_sign", "would fit with the other sign of the laser: Hunt–Crossley then passes for noise")
+        ("other_sign", "would fit with the other sign of the laser: Hunt–Crossley then agrees with the noise")
     ]
 
 

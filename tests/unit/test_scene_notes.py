@@ -179,7 +179,7 @@ def test_rounded_edges_are_found_with_their_radius_and_spare_the_law(foundation,
 
 
 def hardly_rounded(seed):
-    """A short run that hardly shows its edges: the law passes for noise, k 15 standard errors off."""
+    """A short run that hardly shows its edges: the law agrees with the noise, k 15 standard errors off."""
     motion = rounded(7e-4, "aerstop", seed, 2 * SIGMA, 0.6 * ANGLE)
     sharp = fit_run("hunt_crossley", BLOCK, motion)
     problem = posed("hunt_crossley", (BLOCK,), (motion,), FitSettings())

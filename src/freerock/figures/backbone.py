@@ -1,4 +1,4 @@
-"""Period against amplitude, recorded and of the named law."""
+"""Period against amplitude, recorded and of the selected law."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""A panel for each block, in it the impacts of its runs and of the law named for them, by foundation."""
+"""A panel for each block, in it the impacts of its runs and of the law selected for them, by foundation."""
 
 from collections.abc import Callable, Mapping
 from itertools import cycle
@@ -58,7 +58,7 @@ def draw_by_block(
     origin: str,
     labels: Labels,
 ) -> Figure:
-    """Impacts of all runs as signs, those of the named law of the first run of each scene as lines.
+    """Impacts of all runs as signs, those of the selected law of the first run of each scene as lines.
 
     Parameters
     ----------
@@ -119,5 +119,5 @@ def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, o
             bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": scaled(0.8)}
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
     if len(law):
-        line = look | {"marker": "", "linewidth": scaled(1.1), "label": f"{name}, named law"}
+        line = look | {"marker": "", "linewidth": scaled(1.1), "label": f"{name}, selected law"}
         ax.plot(law[shown.x], law[shown.y], **line)

@@ -30,7 +30,7 @@ from freerock.products.groups import runs_of
 FIGURE = {
     "title": "Contact over the first swings",
     "caption": "Depth of the two corners below the ground, and the contact force over the block's weight, of "
-    "the law named for the first run. The force is that of the law, since no sensor measured it.",
+    "the law selected for the first run. The force is that of the law, since no sensor measured it.",
     "reading": "The corner that is down sinks deepest between two impacts and hands over to the other one. "
     "The peak of the force at an impact, in weights of the block, grows with the stiffness of "
     "the base. Both are computed from the fitted law, so they are as good as that law.",
@@ -79,7 +79,7 @@ def draw(
     """
     found = [(tree, estimate) for tree in fits if (estimate := _first(tree))]
     if not found:
-        why = "no law of a compliant foundation is named"
+        why = "no law of a compliant foundation is selected"
         return nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
     scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
     figure, panels = panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
@@ -101,7 +101,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 
 def _first(tree: xr.DataTree) -> Estimate | None:
-    """The fit of the law named for the first run of a dataset that names one of a foundation."""
+    """The fit of the law selected for the first run of a dataset that names one of a foundation."""
     named = {number: named_in(run) for number, run in runs_of(tree).items()}
     of_law = (each for each in estimates_in(tree) if each.model == named[each.run])
     return next((each for each in of_law if law_of(each.model).is_foundation), None)

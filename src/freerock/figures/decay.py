@@ -33,7 +33,7 @@ def draw(
     origin: str,
     labels: Labels = None,
 ) -> tuple[Figure, pd.DataFrame]:
-    """|θ_n|/α against n of all runs, and of the law named for the first run of each scene.
+    """|θ_n|/α against n of all runs, and of the law selected for the first run of each scene.
 
     Parameters
     ----------

@@ -33,7 +33,7 @@ from freerock.tables.candidates import accepted_fits
 
 FIGURE = {
     "title": "Misfit maps around the identified parameters",
-    "caption": "Discrepancy ε_θ of the law named for each record, in per cent, around the parameters "
+    "caption": "Discrepancy ε_θ of the law selected for each record, in per cent, around the parameters "
     "identified on its first run. Full dot: these parameters; open dots: those identified on its other "
     "runs. Law rejected: no law with two parameters explains the first run; the parameters describe the "
     "fit, not the foundation.",

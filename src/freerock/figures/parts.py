@@ -44,7 +44,7 @@ FIT = ["test", "run", "model"]
 def draw(
     parts: pd.DataFrame, parameters: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
 ) -> tuple[Figure, pd.DataFrame]:
-    """Parameters of the named law from each part of a run, over those of the whole run.
+    """Parameters of the selected law from each part of a run, over those of the whole run.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from freerock.tables.text import INPUT_LABELS
 
 FIGURE = {
     "title": "Pulls of the inputs, and their impacts on the parameters",
-    "caption": "Left: shift of each input by the fit of the named law, over its standard uncertainty u; "
+    "caption": "Left: shift of each input by the fit of the selected law, over its standard uncertainty u; "
     "bars: u after the fit. Open: the run does not depend on the input. Shaded: ±1 and ±2. Right: "
     "shift of each parameter if the input is one remaining uncertainty higher and all else is "
     "fitted again, in per cent; medians of the runs.",
@@ -90,7 +90,7 @@ def draw(
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs there are, how many inputs were defaults, and the largest pull."""
     if data.empty:
-        return "No run has a fit of its named law that moved its inputs."
+        return "No run has a fit of its selected law that moved its inputs."
     n_runs = len(data[["test", "run"]].drop_duplicates())
     inputs = data.drop_duplicates(OF_INPUT)
     told = f"Fits of {n_runs} run{'s' * (n_runs != 1)}; {len(inputs)} inputs"

@@ -19,7 +19,7 @@ FIGURE = {
     "1 − 1.5 sin²α of a rectangle (Housner 1963).",
     "reading": "Compare the points with the dotted line, which is Housner's r of that block on a rigid "
     "base. A constant r would be a horizontal row; a slope means that r depends on amplitude. "
-    "The line of the named law should pass through its points although it was fitted to θ(t), "
+    "The line of the selected law should pass through its points although it was fitted to θ(t), "
     "not to r.",
     "reads": ["runs", "restitution", "epsilon", "blocks"],
 }

@@ -96,7 +96,7 @@ def epsilon_theta(time_s: Floats, theta_model: Floats, theta_measured: Floats) -
 
 
 def is_white(residual: Floats, level: float = 1.63) -> bool:
-    """Whether a residual passes for white noise: Bartlett's test of the cumulative periodogram.
+    """Whether a residual agrees with white noise: Bartlett's test of the cumulative periodogram.
 
     The cumulated periodogram of white noise rises along the diagonal; its greatest distance from it
     follows Kolmogorov's law (Durbin 1969, doi:10.1093/biomet/56.1.1).

@@ -99,8 +99,8 @@ class Fit:
         evaluations; rtol; integrator_error (largest shift of a parameter over its standard error); averaged
         (samples averaged into one); residual_over_sigma; mean_square (of the residual and the pulls [rad²],
         with the inputs moved also where that does not explain the run); coloured (1 where neighbouring
-        residuals correlate); white (1 where the residual passes for
-        white noise); noise (1 where it passes for the noise at rest), noise_p, noise_ratio, noise_low_hz,
+        residuals correlate); white (1 where the residual agrees with
+        white noise); noise (1 where it agrees with the noise at rest), noise_p, noise_ratio, noise_low_hz,
         noise_high_hz (chance of that, and the band that tells most, see `noise.AgainstRest`);
         effective_samples; charged (part of the BIC that is for freed numbers and inputs);
         widened (largest factor by which a standard error was raised, of a run whose first
@@ -272,7 +272,7 @@ def _held(problem: Problem, solution: Solution, resolution: Resolution, moved: "
 
 
 def _is_noise(best: Posterior) -> bool:
-    """Whether the residual passes for noise: for that at rest, and for white where no rest shows it."""
+    """Whether the residual agrees with the noise: for that at rest, and for white where no rest shows it."""
     known = all(motion.noise is not None for motion in best.problem.motions)
     return best.against_rest.is_noise and (known or is_white(best.residual))
 
@@ -287,7 +287,7 @@ class _End:
 
     @cached_property
     def is_noise(self) -> bool:
-        """Whether the residual passes for noise."""
+        """Whether the residual agrees with the noise."""
         return _is_noise(self.best)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Test whether a residual passes for the noise of the sensor at rest."""
+"""Test whether a residual agrees with the noise of the sensor at rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -79,7 +79,7 @@ class AgainstRest:
 
     @property
     def is_noise(self) -> bool:
-        """Whether the residual passes for noise."""
+        """Whether the residual agrees with the noise."""
         return self.p > RESIDUAL
 
 

@@ -108,7 +108,7 @@ def key_figure(
 
 def _named(look: Mapping[str, Any], named: bool) -> dict[str, Any]:
     """The look of a law, with a word where it is the one that the choice names."""
-    return {**look, "label": look["label"] + " (named)" * named}
+    return {**look, "label": look["label"] + " (selected)" * named}
 
 
 def drawing(theta: Sequence[Curve], residuals: Sequence[Curve]) -> Markup:

@@ -115,7 +115,7 @@ def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypo
 def hints_for(
     block: Block, motion: Motion, fits: Mapping[str, Fit], hypotheses: Hypotheses
 ) -> Iterator[Reason]:
-    """The other rule of debonding, and the other sign of the laser, where a law then passes for noise.
+    """The other rule of debonding, and the other sign of the laser, where a law then agrees with the noise.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def hints_for(
         settings = hypotheses.settings(model)
         start = {name: fits[model].values[name] for name in MODELS[model]}
         (other,) = {*DEBONDING} - {settings.debonding}
-        would = f"would fit with {{}}: {MODEL_LABELS[model]} then passes for noise"
+        would = f"would fit with {{}}: {MODEL_LABELS[model]} then agrees with the noise"
         if leaves_noise(model, block, replace(settings, debonding=other), start, motion):
             text = would.format(f"fits.debonding: {other}")
             yield Reason("warn", "other_debonding", text)
