@@ -80,8 +80,9 @@ def doubts_about(
     disturbance = None
     if "alternating_restitution" not in measured.names:  # its cause acts all through the run
         disturbance = find_disturbance(block, motion, found.fits, hypotheses.settings)
+    unexplained = Reason("warn", "unexplained", UNEXPLAINED + _causes_of(block, motion, found, hypotheses))
     if disturbance is None:
-        return [Reason("warn", "unexplained", UNEXPLAINED + _causes_of(block, motion, found, hypotheses))]
+        return [unexplained]
     start_s, end_s = disturbance
     name, what = (
         "disturbed",
@@ -94,7 +95,7 @@ def doubts_about(
             f"free rocking begins only {end_s:.2f} s after the release: the block ",
         )
         what += "was let go slowly, pushed, hit, braked, or caught and let go again"
-    return [Reason("warn", name, f"{what}: leave the run out"), Reason("warn", "unexplained", UNEXPLAINED)]
+    return [Reason("warn", name, f"{what}: leave the run out"), unexplained]
 
 
 def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypotheses) -> str:
