@@ -16,8 +16,8 @@ from freerock.tables.text import fixed, quantity
 
 FIGURE = {
     "title": "{Measured} rotation and the law selected for it",
-    "caption": "Rotation θ of all runs of a record and the law selected for each, as in figure 3 of Spanos et "
-    "al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
+    "caption": "Rotation θ of all runs of a record and the law selected for each, as in figure 3 of Spanos "
+    "et al. 2017; below, modelled minus recorded rotation Δθ over σ, the standard deviation of one "
     "sample of θ at rest. The grey band is ±1.96 σ: it holds 95 % of the "
     "samples if the residual is white noise. The scale is linear up to ±3 σ and logarithmic beyond.",
     "reading": "The black line hides in the grey record if the law follows the motion. Look at the lower "
