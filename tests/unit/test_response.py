@@ -9,8 +9,10 @@ import pytest
 from scipy.special import ndtr
 
 from freerock.errors import FreerockError
+from freerock.figures import overturning
 from freerock.jobs.respond import SCENE, fragility_table, known_laws, make_responses
 from freerock.models.block import GRAVITY, Block
+from freerock.report.tables import overturning as overturning_table
 from freerock.response.draws import Known, drawn
 from freerock.response.ensemble import respond
 from freerock.response.fragility import fit_lognormal, fragility
@@ -161,6 +163,35 @@ def test_a_block_that_never_falls_has_a_share_and_no_curve():
     table = fragility_table(make_responses(laws, blocks, [shaken(1, 0.1)], (1.0,), 3))
     assert set(table["kind"]) == {"none"}
     assert table["probability"].tolist() == [0.0, 0.0]
+
+
+def test_a_record_without_a_law_has_a_row_that_says_so():
+    """Absence would read as safety."""
+    scene = dict(zip(SCENE, ("c", "01", "b", "f", "housner"), strict=True))
+    blocks = {"b": {"height_m": 0.28, "width_m": 0.07, "mass_kg": 5.84}}
+    records = [
+        {"campaign": "c", "test": test, "block": "b", "foundation": "f"} for test in ("00", "01", "02")
+    ]
+    responses = make_responses([(scene, {"r": Known(0.9)})], blocks, [shaken(1, 0.1)], (1.0,), 3)
+    table = fragility_table(responses, records)
+    assert table["test"].tolist() == ["01", "01", "00", "02"]
+    assert table["kind"].tolist() == ["none", "none", "no_law", "no_law"]
+    assert table.loc[2:, ["model", "probability", "median"]].isna().all(axis=None)
+    nothing = fragility_table(make_responses([], {}, [], (1.0,), 1), records)
+    assert nothing["test"].tolist() == ["00", "01", "02"] and set(nothing["kind"]) == {"no_law"}
+
+    shown = overturning_table(table, {})
+    assert [[cell.text for cell in row[3:7]] for row in shown.rows[2:]] == [
+        ["no law", "–", "not known", ""]
+    ] * 2
+    assert "whether its block overturns is not known" in shown.notes[-1]
+    assert len(overturning_table(table[:2], {}).notes) == 1
+    for some in (table, nothing):
+        drawn_of, data = overturning.draw(some, "simulated")
+        assert "or no law explains their runs" in drawn_of.get_suptitle()
+        told = overturning.caption(data)
+        assert told.endswith("Not known, as no law explains the runs: " + ", ".join(data["test"]) + ".")
+    assert overturning.caption(data[:0]) == ""
 
 
 def test_the_law_that_most_runs_name_is_taken_with_the_spread_of_the_next_run():

@@ -70,6 +70,15 @@ def test_a_campaign_with_ground_motions_says_whether_its_blocks_fall(checkout, m
     assert checkout.snakemake().returncode == 0
     assert batches[1].read_bytes() == whole
 
+    checkout.edit("config/campaigns/small.csv", "squat,mat,low,,,,", "squat,mat,low,record,,spilt water,")
+    assert checkout.snakemake().returncode == 0
+    curves = pd.read_csv(folder / "tables/fragility.csv")
+    assert curves.loc[curves["test"] == "squat_mat", "kind"].tolist() == ["no_law"]
+    assert (curves.loc[curves["test"] == "tall_mat", "kind"] != "no_law").all()
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "whether its block overturns is not known" in page
+    assert "Not known, as no law explains the runs: squat_mat." in page
+
     motion = checkout / "raw/ground/motion_3.csv"
     motion.write_text(motion.read_text().replace("time [s],acceleration [g]", "time [s],acceleration"))
     done = checkout.snakemake()

@@ -49,6 +49,7 @@ rule fragility:
         mem_mb=memory(1000),
     params:
         code=code("fragility"),
+        records=of_campaign(settings.scenes_tested),
     message:
         "{wildcards.campaign}: probability of overturning"
     script:

@@ -5,4 +5,4 @@ from freerock.jobs.ledger import at_work
 with at_work(snakemake, __file__):
     from freerock.jobs.respond import make_fragility
 
-    make_fragility(snakemake.input.responses, snakemake.output.curves)
+    make_fragility(snakemake.input.responses, snakemake.params.records, snakemake.output.curves)

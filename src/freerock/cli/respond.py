@@ -36,7 +36,7 @@ def run(chosen: Namespace) -> None:
             remedy = f"run snakemake --config campaigns={campaign.name} first"
             raise FreerockError(tables / f"{name}.csv", "is missing", remedy)
 
-    from freerock.config.step_settings import geometries
+    from freerock.config.step_settings import geometries, scenes_tested
     from freerock.jobs.respond import fragility_table, known_laws, make_responses
     from freerock.response.motions import motions_in
     from freerock.tables.csvfile import read_csv, write_csv
@@ -54,12 +54,14 @@ def run(chosen: Namespace) -> None:
     blocks, into = geometries(campaign), Path(chosen.into or tables.parent / "response")
     debonding = campaign.fits.debonding
     responses = make_responses(laws, blocks, motions, chosen.scales, chosen.draws, debonding)
-    curves = fragility_table(responses)
+    curves = fragility_table(responses, scenes_tested(campaign))
     for name, table in (("response", responses), ("fragility", curves)):
         write_csv(table, into / f"{name}.csv")
     for (test, model), own in responses.groupby(["test", "model"], sort=False):
         share = own["overturned"].mean()
         print(f"{test} ({model}): overturns in {share:.1%} of {len(own)} responses, {campaign.origin} runs")
+    for test in curves.loc[curves["kind"] == "no_law", "test"]:
+        print(f"{test}: no law explains its runs, so whether it overturns is not known")
     print(f"\nwritten: {into}/response.csv, fragility.csv")
 
 

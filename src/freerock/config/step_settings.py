@@ -165,6 +165,14 @@ def ensemble(campaign: Campaign) -> Settings:
     return plain(campaign.ground_motions, "folder", "motions_per_job") if campaign.ground_motions else {}
 
 
+def scenes_tested(campaign: Campaign) -> list[dict[str, str]]:
+    """Campaign, test, block and foundation of each record."""
+    return [
+        {"campaign": campaign.name, "test": each.test, "block": each.block, "foundation": each.foundation}
+        for each in campaign.records
+    ]
+
+
 def release_angles(campaign: Campaign) -> dict[str, float]:
     """Nominal release angle [degree] of each block that has one."""
     angles = {name: section.release_angle_deg for name, section in campaign.blocks.items()}

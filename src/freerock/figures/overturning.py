@@ -21,6 +21,7 @@ from freerock.figures.style import (
     size,
     wrapped,
 )
+from freerock.records.channels import listed
 from freerock.response.fragility import INTENSITIES
 
 FIGURE = {
@@ -51,14 +52,16 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[F
         The rows drawn.
     """
     data = fragility[fragility["kind"] != "none"].reset_index(drop=True)
-    if data.empty:
-        return nothing_drawn("no ensemble has a curve: the blocks always or never overturn", origin), data
-    names, looks = list(dict.fromkeys(data["block"])), foundation_looks(data)
+    curves = data[data["kind"] != "no_law"]
+    if curves.empty:
+        why = "no ensemble has a curve: blocks always or never overturn, or no law explains their runs"
+        return nothing_drawn(why, origin), data
+    names, looks = list(dict.fromkeys(curves["block"])), foundation_looks(curves)
     figure = Figure(figsize=size(0.7 + 1.9 * len(names)))
     axes = figure.subplots(len(names), len(INTENSITIES), squeeze=False, sharey=True)
     for i, name in enumerate(names):
         for j, (measure, text) in enumerate(INTENSITIES.items()):
-            ax, own = axes[i, j], data[(data["block"] == name) & (data["measure"] == measure)]
+            ax, own = axes[i, j], curves[(curves["block"] == name) & (curves["measure"] == measure)]
             for (_, foundation), scene in own.groupby(["test", "foundation"], sort=False):
                 _curve(ax, scene, looks[foundation], label(labels, foundation))
             title = panel(2 * i + j, 2 * len(names), label(labels, name))
@@ -72,16 +75,15 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[F
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many motions, and how many responses failed or have no curve."""
-    if data.empty:
-        return ""
-    told = f"{number_of(int(data['n_motions'].max()), 'ground motion').capitalize()}."
-    failed = int(data.drop_duplicates("test")["n_failed"].sum())
-    return (
-        f"{told} {number_of(failed, 'response').capitalize()} left out: the integration failed."
-        if failed
-        else told
-    )
+    """How many motions, how many responses failed, and of which records no law is known."""
+    told, lawless = [], data.loc[data["kind"] == "no_law", "test"]
+    if len(lawless) < len(data):
+        told.append(f"{number_of(int(data['n_motions'].max()), 'ground motion').capitalize()}.")
+    if failed := int(data.drop_duplicates("test")["n_failed"].sum()):
+        told.append(f"{number_of(failed, 'response').capitalize()} left out: the integration failed.")
+    if len(lawless):
+        told.append(f"Not known, as no law explains the runs: {listed(lawless)}.")
+    return " ".join(told)
 
 
 def _curve(ax: Axes, scene: pd.DataFrame, look: Style, name: str) -> None:

@@ -115,17 +115,24 @@ def make_batch(
     write_csv(make_responses(laws, settings["blocks"], read, *of_motions, settings["debonding"]), output)
 
 
-def make_fragility(batches: Sequence[str | Path], output: str | Path) -> None:
-    """Write the fragility of all batches of responses."""
+def make_fragility(
+    batches: Sequence[str | Path], records: Sequence[Mapping[str, str]], output: str | Path
+) -> None:
+    """Write the fragility of all batches of responses; records as for `fragility_table`."""
     used = [*SCENE, "motion", *INTENSITIES, "overturned"]
     parts = [read_csv(path)[used] for path in batches]
-    write_csv(fragility_table(pd.concat(parts, ignore_index=True)), output)
+    write_csv(fragility_table(pd.concat(parts, ignore_index=True), records), output)
 
 
-def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INTENSITIES)) -> pd.DataFrame:
+def fragility_table(
+    responses: pd.DataFrame,
+    records: Iterable[Mapping[str, str]] = (),
+    measures: Sequence[str] = tuple(INTENSITIES),
+) -> pd.DataFrame:
     """Fragility of each record against each measure: columns `CURVE`, rows of kind fitted and counted.
 
-    A block that always or never falls has one row, with its share and no curve.
+    A block that always or never falls has one row, with its share and no curve. So has, of kind no_law, each
+    of the campaign's records (campaign, test, block, foundation) without responses: no law explains its runs.
     """
     tables = []
     for key, own in responses.groupby(SCENE, sort=False):
@@ -144,6 +151,10 @@ def fragility_table(responses: pd.DataFrame, measures: Sequence[str] = tuple(INT
             numbers |= {"beta_low": found.beta_low, "beta_high": found.beta_high}
             for kind, curve in (("fitted", found.curve), ("counted", found.counted)):
                 tables.append(curve.assign(**scene, measure=measure, kind=kind, **numbers, **counts))
+    known = {*responses["test"]}
+    none = {"kind": "no_law", "n_motions": 0, "n_failed": 0}
+    lawless = [{**each, **none} for each in records if each["test"] not in known]
+    tables += [pd.DataFrame(lawless)] if lawless else []
     if not tables:
         return pd.DataFrame(columns=CURVE)
     return pd.concat(tables, ignore_index=True).reindex(columns=CURVE)

@@ -81,6 +81,11 @@ def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
     """Whether blocks fall under the ground motions of the campaign: a row per record and intensity."""
     rows = []
     for row in frame[frame["kind"] != "counted"].drop_duplicates(["test", "model", "measure"]).itertuples():
+        if row.kind == "no_law":
+            unknown = map(Cell, ["no law", "–", "not known", "", "", ""])
+            first = Cell(row.test, anchor=f"record-{row.test}")
+            rows.append([first, *_scene(row, labels), *unknown, number("0", 0)])
+            continue
         known = [row.median, row.median_low, row.median_high, row.beta]
         without = {0.0: "never", 1.0: "always"}.get(row.probability, "–")  # all failed
         told = [fixed(each, 3) for each in known] if row.kind == "fitted" else [without, "", "", ""]
@@ -100,6 +105,10 @@ def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
     heads = ["Record", "Block", "Foundation", "Law", "Intensity", "Median", "from", "to", "β", "Motions"]
     caption = "Intensity at which half of the responses overturn, with its 95 % interval, and dispersion β"
     notes = ["The law was identified in free rocking; no test here shows that it holds under a shaking base."]
+    if (frame["kind"] == "no_law").any():
+        notes.append(
+            "No law: none explains the runs of the record, so whether its block overturns is not known."
+        )
     return Sortable(heads, rows, caption, notes)
 
 
