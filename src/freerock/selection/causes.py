@@ -25,7 +25,7 @@ LINE = "oscillation"
 LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
-HIDDEN = ("air", "friction", "slip", "hardening", "relaxation", "beam", "sensor")  # by the numbers of a law
+HIDDEN = ("air", "friction", "slip", "hardening", "relaxation")  # by the numbers of a law
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
@@ -103,7 +103,7 @@ def required_effect(best: Posterior) -> Required | None:
 
     By the score of each amount beside all free numbers and inputs with their priors. Lost samples are left
     out, since at one of so many instants chance seems to lose half of one; so is what differs from left to
-    right, which a tilt or the zero of the sensor does as well.
+    right, which a tilt or the zero of the sensor does too, and what bends the reading, as slow noise does.
 
     Parameters
     ----------
