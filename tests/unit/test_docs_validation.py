@@ -34,5 +34,6 @@ def test_missed_faults_are_those_of_the_kinds():
     ok, warned, failed = (int(each) for each in found["others"][1:4])
     assert f"Of the {ok + warned + failed} faulty or unusual records " in TEXT
     beyond = sum(row[7] != "" for name, row in found.items() if name not in TOTALS)
-    assert f"{ok} are `ok`, and {beyond} of these err beyond 2 u." in TEXT
-    assert f"{beyond} of {found['all'][1]} `ok` records err beyond 2 u" in TEXT
+    err = "errs" if beyond == 1 else "err"
+    assert f"{ok} are `ok`, and {beyond} of these {err} beyond 2 u." in TEXT
+    assert f"{beyond} of {found['all'][1]} `ok` records {err} beyond 2 u" in TEXT
