@@ -230,11 +230,31 @@ def test_a_law_with_an_input_beyond_its_prior_is_named_beside_a_freed_width(apar
     search.fits[wider] = replace(search.fits[wider], bic=freed.bic - apart, diagnostics=explains)
     found = search.found()
     assert found.choice(BY_DEFAULT).selected == wider.model
-    with_height = Hypothesis("housner", ("height_m",))
+    with_height = Hypothesis("housner", ("height_m of b",))
     assert [*found.alternatives] == [with_height] * is_named
     notes = list(explains_as_well(with_height, freed, replace(freed, value=2 * freed.value)))
     assert [(note.verdict, note.name) for note in notes] == [("warn", "pulled_input")]
     assert notes[0].text.startswith("Housner with height_m of b off by +0.00099")
+
+
+def test_an_input_that_cannot_be_freed_ends_no_search(monkeypatch):
+    block, motion = off_by_height(1e-3, 2e-4)
+    law, wider = Hypothesis("housner"), Hypothesis("housner_width")
+    search = hypothesis_search._Search(block, motion, BY_DEFAULT)
+    for each in (law, wider):
+        search.fit(each)
+    explains = search.fits[wider].diagnostics | {"noise_p": 1.0, "pulls_p": 1.0, "added_damping": 0.0}
+    bic = search.fits[law].bic - 20
+    search.fits[wider] = replace(search.fits[wider], bic=bic, diagnostics=explains)
+    tried = []
+
+    def fails(*_):
+        tried.append(1)
+        raise FreerockError("fit", "no", "none")
+
+    monkeypatch.setattr(hypothesis_search, "freeing", fails)
+    found = search.found()
+    assert tried and found.alternatives == {} and found.choice(BY_DEFAULT).selected == wider.model
 
 
 def test_a_hypothesis_beside_others_takes_up_what_they_would_change_by_their_odds():
@@ -278,7 +298,7 @@ def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
     def told(name):
         (source,) = flat.contributions.inputs
         moved = replace(flat.contributions, inputs=(replace(source, name=name, u=1.0),), moved=np.ones(1))
-        other = Hypothesis("housner", (name,))
+        other = Hypothesis("housner", (f"{name} of b",))
         (note,) = explains_as_well(other, replace(flat, contributions=moved), tilted)
         return note.text.partition(" explains")[0]
 

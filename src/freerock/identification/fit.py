@@ -214,7 +214,8 @@ def fit_record(
         start = dict(zip(MODELS[model], start, strict=True))
     if moved:
         nuisances = Nuisances.of(problem)
-        beside, end, resolution = search(nuisances.posed(nuisances.starting(moved)), start)
+        beside = replace(nuisances.posed(nuisances.starting(moved)), walled=problem.walled)
+        beside, end, resolution = search(beside, start)
         problem = replace(problem, rtol=beside.rtol, directions=beside.directions)
     else:
         problem, end, resolution = search(problem, start)

@@ -3,7 +3,8 @@
 A campaign of a hundred clean runs makes three tests of each that may reject the law that is named: the
 residual against the noise at rest, the pulls of its inputs, and the number that the law lacks. Each law that
 is rejected, and each number that is freed, by chance alone should be seen in one of twenty such campaigns
-(Bonferroni). What a number off zero may turn into (tilt, edges, release) are eight tests of each run.
+(Bonferroni). What a number off zero may turn into (tilt, edges, release) are eight tests of each run, effects
+that no law contains twelve.
 """
 
 import math
@@ -48,7 +49,7 @@ SURE_EDGES = 3.5  # beside a freed release no BIC decides of edges
 SLOWER = 3.3
 # Standard errors from which a run requires an effect that no law contains: 4.1. Of 300 clean runs of
 # seventeen noises none does.
-EFFECTS = deviations(level(10))
+EFFECTS = deviations(level(12))
 PULLED = 2.0  # standard deviations from which the shift of an input is noted
 WARNS = (
     5e-3  # chance of so large a pull of any input, from which the note is a warning: one of 200 clean runs

@@ -43,6 +43,11 @@ class Input:
     stated: bool
 
     @property
+    def label(self) -> str:
+        """Its name and owner, in words."""
+        return f"{self.name} of {self.owner}"
+
+    @property
     def unit(self) -> str:
         """Of u."""
         return UNITS[self.name]

@@ -113,6 +113,8 @@ def required_effect(best: Posterior) -> Required | None:
     if multiplies_errors(best.problem, best.x):  # derivatives are none there
         return None
     known, n = [each for each in effects(best) if each.name in HIDDEN], best.columns.shape[1]
+    if not known:
+        return None
     value, rows = best.prior
     prior = value, np.hstack([rows, np.zeros((len(rows), len(known)))])
     columns = np.column_stack([best.columns, *(each.column for each in known)])

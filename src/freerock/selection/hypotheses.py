@@ -19,7 +19,7 @@ class Hypothesis(NamedTuple):
         A key of `freerock.models.laws.CANDIDATES`: law, kinematics, contact width as stated or freed.
     widened : tuple of str
         Of `WIDENED`, in that order: a release other than measured, a base off level, rounded edges; then
-        inputs by name.
+        inputs by `Input.label`.
     """
 
     model: str

@@ -205,8 +205,11 @@ def of_set(fits: Mapping[str, Fit]) -> dict[str, Fit]:
 
 
 def beside(fit: Fit, others: Sequence[Fit]) -> Fit:
-    """A fit whose `discrepancy` takes up the mean square difference to others that explain the run, by their
-    odds exp(-ΔBIC/2) against it."""
+    """A fit whose `discrepancy` takes up the mean square difference to others that explain the run.
+
+    By their odds exp(-ΔBIC/2) against it; of those that have its first number.
+    """
+    others = [other for other in others if fit.parameters[0] in other.parameters]
     odds = np.exp(np.clip([(fit.bic - other.bic) / 2 for other in others], None, 700.0))
     square = np.square(fit.discrepancy)
     for share, other in zip(odds / (1 + odds.sum()), others, strict=True):
@@ -399,11 +402,16 @@ class _Search:
         start = narrowed(at_end_of(self.fits[wide], self.block, self.motion, self.hypotheses.settings(*wide)))
         if start is None:
             return
-        before = self.fits.get(each)
-        self.fit(each, [start[0]], start[1])
-        if before is not None and self._mean_square(each) > before.diagnostics["mean_square"]:
-            self.fits[each] = before
-        self.left_out.pop(each, None)
+        settings = self.hypotheses.settings(*each)
+        try:
+            fit = fit_record(each.model, self.block, [self.motion], settings, start=start[0], moved=start[1])
+        except FreerockError:
+            return
+        ends = [end for end in (self.fits.get(each), fit) if end is not None]
+        self.fits[each] = min(ends, key=lambda end: (not end.success, end.diagnostics["mean_square"]))
+        if self.fits[each] is fit:
+            for of in (self.errors, self.lasting, self.left_out):
+                of.pop(each, None)
 
     def _screened(self, each: Hypothesis, beyond: float) -> list[Screening]:
         """Quick fits of a hypothesis; of rounded edges from a small and a large radius."""
@@ -418,13 +426,8 @@ class _Search:
         tried: dict[Hypothesis, Fit | Screening] = {**self.quick, **self.fits}
         return start_from(each, [end for h, end in tried.items() if each in self.hypotheses.neighbours(h)])
 
-    def fit(
-        self,
-        each: Hypothesis,
-        starts: Sequence[Mapping[str, float] | None] = (None,),
-        moved: Mapping[Input, float] | None = None,
-    ) -> None:
-        """The best full fit from some starts, with the inputs moved or as stated.
+    def fit(self, each: Hypothesis, starts: Sequence[Mapping[str, float] | None] = (None,)) -> None:
+        """The best full fit from some starts.
 
         Edges have minima beside minima: of a short run of 0.7 mm one at 0.30 and one at 0.65 mm, 0.4 apart in
         the BIC and 2 % in k. Those that do as well are kept aside.
@@ -434,9 +437,7 @@ class _Search:
             if start is not None and any(_have_one_radius(start, end.values) for end in ends):
                 continue
             try:
-                ends.append(
-                    fit_record(each.model, self.block, [self.motion], settings, start=start, moved=moved)
-                )
+                ends.append(fit_record(each.model, self.block, [self.motion], settings, start=start))
             except FreerockError as error:
                 self.errors[each] = error
                 return
@@ -475,28 +476,36 @@ class _Search:
                 for other in found.alternatives
             ):
                 del found.alternatives[each]
-        found.alternatives |= self._with_freed_inputs(best, bar) if explaining else {}
-        found.fits |= of_set(found.fits)
-        for model in {best.model} & {*found.fits}:
-            found.fits[model] = beside(found.fits[model], [*found.alternatives.values()])
+        alone, found.fits = found.fits, found.fits | of_set(found.fits)
+        selected = found.choice(self.hypotheses).selected
+        if explaining and selected in alone:
+            found.alternatives |= self._with_freed_inputs(alike[selected], bar)
+            larger = [
+                fit for model, fit in alone.items() if holds(model, selected) and evidence(fit).explains
+            ]
+            found.fits[selected] = beside(alone[selected], [*larger, *found.alternatives.values()])
         return found
 
-    def _with_freed_inputs(self, best: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
-        """Hypotheses with fewer numbers than the best that explain the run as well where the input with the
-        largest pull is freed, too."""
-        found = dict[Hypothesis, Fit]()
+    def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:
+        """Hypotheses with fewer numbers than the selected one that explain the run as well where the input
+        with the largest pull is freed, too."""
+        found, explaining = dict[Hypothesis, Fit](), self.explaining
         for each, fit in self.fits.items():
-            own, known = evidence(fit), fit.contributions
-            explains = replace(own, pulls_p=1.0).explains
-            if not explains or self.rank(each) >= self.rank(best) or fit.bic <= bar or known is None:
+            known = fit.contributions
+            if self.rank(each) >= self.rank(selected) or known is None or known.most_pulled is None:
                 continue
-            j = known.most_pulled
-            if j is None or fit.bic - known.pulls[j] ** 2 > bar:  # the most that it may gain
+            source, pull = known.inputs[known.most_pulled], known.pulls[known.most_pulled]
+            named = (fit.bic <= bar and each in explaining) or source.name == "response_ms"
+            at_most = fit.bic - pull**2  # the most that it may gain
+            within = replace(fit, diagnostics=fit.diagnostics | {"pulls_p": 1.0})
+            if named or at_most > bar or not self._explains(each, within):
                 continue
-            settings = self.hypotheses.settings(*each)
-            freed = freeing(known.inputs[j], fit, self.block, self.motion, settings)
+            try:
+                freed = freeing(source, fit, self.block, self.motion, self.hypotheses.settings(*each))
+            except FreerockError:
+                continue
             if freed.success and evidence(freed).explains and freed.bic <= bar:
-                found[Hypothesis(each.model, (*each.widened, known.inputs[j].name))] = freed
+                found[Hypothesis(each.model, (*each.widened, source.label))] = freed
         return found
 
     def _fit_nearest(self) -> None:
@@ -521,7 +530,7 @@ class _Search:
 def freeing(source: Input, fit: Fit, block: Block, motion: Motion, settings: FitSettings) -> Fit:
     """The fit of a run with the prior of an input widened by `EFFORT.freed`.
 
-    The BIC charges it as the prior before does: as a freed contact width, by what it was known to.
+    The BIC charges it as that prior does before: as a freed contact width, by what it was known to.
     """
     laboratory, found = motion.laboratory, fit.contributions
     assert laboratory is not None and found is not None
@@ -531,7 +540,7 @@ def freeing(source: Input, fit: Fit, block: Block, motion: Motion, settings: Fit
     moved[wide] = moved.pop(source) / EFFORT.freed
     motion = replace(motion, laboratory=replace(laboratory, inputs=inputs))
     freed = fit_record(fit.model, block, [motion], settings, start=fit.values, moved=moved)
-    return replace(freed, bic=freed.bic - 2 * math.log(EFFORT.freed))
+    return replace(freed, bic=freed.bic + fit.diagnostics["charged"] - freed.diagnostics["charged"])
 
 
 def _beyond(fit: Fit) -> int:

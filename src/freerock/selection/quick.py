@@ -185,11 +185,12 @@ def narrowed(best: Posterior) -> tuple[dict[str, float], dict[Input, float]] | N
     Returns
     -------
     (dict of str to float, dict of Input to float), or None
-        The fitted numbers [SI], and the inputs [standard uncertainties]; None where no input moves.
+        The fitted numbers [SI], and the inputs [standard uncertainties]; None where no input moves, or where
+        the motion multiplies errors.
     """
     problem, sources, n = best.problem, best.nuisances.sources, len(best.x)
     laboratory, at = best.nuisances.problem.motions[0].laboratory, problem.names.index("width")
-    if not sources or laboratory is None:
+    if not sources or laboratory is None or multiplies_errors(problem, best.x):
         return None
     stated = laboratory.block
     name = "width_m" if stated.contact_width_m is None else "contact_width_m"

@@ -82,7 +82,7 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
     said, reason = list[str](), "pushed"
     if "tilt" in {**values, **fit.values}:
         tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
-        if tilt or "levelled_deg" not in other.widened:
+        if tilt or not any(each.startswith("levelled_deg") for each in other.widened):
             said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
     if "edge_radius" in {**values, **fit.values}:
         radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
@@ -91,9 +91,9 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
         said.append("another release")
     known = as_well.contributions
     for source, by in zip(known.inputs, known.moved, strict=True) if known else ():
-        if source.name in other.widened:
+        if source.label in other.widened:
             off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
-            said, reason = [*said, f"{source.name} of {source.owner} off by {off}"], "pulled_input"
+            said, reason = [*said, f"{source.label} off by {off}"], "pulled_input"
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
@@ -133,12 +133,13 @@ def unmodelled_effect(best: Posterior) -> Iterator[Reason]:
     if found is None:
         return
     values = dict(zip(best.problem.names, best.problem.physical(best.x).tolist(), strict=True))
-    shifts = (
+    shifts = [
         f"{name} {100 * found.shifts[name] / values[name]:+.2g} %"
         for name in MODELS[best.problem.model]
         if found.shifts.get(name)
-    )
-    text = f"requires {found.name}, {found.what}: it would change {' and '.join(shifts)}"
+    ]
+    text = f"requires {found.name}, {found.what}"
+    text += f": it would change {' and '.join(shifts)}" * bool(shifts)
     yield Reason("warn", "unmodelled_effect", text, found.deviations, EFFECTS, "1")
 
 
