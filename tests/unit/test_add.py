@@ -211,7 +211,7 @@ def test_what_is_not_told_is_asked_for(capsys):
                 "stick/gone.tdms: no such file; "
                 "put it there, or correct the file column of the campaign's CSV",
                 "stick/notes.docx: unknown format '.docx'; use one of .tdms, .lvm, .mat, .csv, .tsv, .txt, "
-                ".xlsx, .xlsm, .h5, .hdf5, .nc",
+                ".xlsx, .xlsm, .h5, .hdf5, .nc, .c3d",
             ],
         ),
         (
