@@ -39,6 +39,15 @@ def test_table1_averages_the_usable_runs(datasets):
     assert text["b3"].tolist()[-2:] == ["–", "–"]
 
 
+def test_table1_has_no_column_that_no_block_has(datasets):
+    blocks = {"b1": Block(0.28, 0.07, 5.84), "b2": Block(0.14, 0.07, 2.98)}
+    table = table1(datasets[0], blocks, {"b1": 10.0})
+    missing = table.assign(release_angle_nominal_deg=np.nan)
+    heads = table1_text(table)[""].tolist()
+    assert "θ₀ nominal / °" in heads
+    assert table1_text(missing)[""].tolist() == [head for head in heads if head != "θ₀ nominal / °"]
+
+
 @pytest.mark.parametrize(
     ("nominal", "told"),
     [(10.0, False), (8.5, False), (13.0, False), (None, False), (5.0, True), (0.1745, True)],

@@ -202,7 +202,7 @@ def printed_tables(
     return {
         "table1": Printed(
             first,
-            TABLE1,
+            table1_columns(first),
             table1_text(first, labels),
             "Block configurations",
             [*angle_notes(first, labels), *simulated],
@@ -232,7 +232,7 @@ def named(table: Printed) -> Printed:
     none = [f"No candidate is selected for most runs of {', '.join(lost)}."] if lost else []
     marks = [*_marked_notes(frame), *_given_notes(frame), *_runs_note(frame)]
     further = [note for note in table.notes if note not in marks]
-    return _parameters(own, f"{table.caption}, of the model named for it", [*none, *further], None)
+    return _parameters(own, f"{table.caption}, of the model selected for it", [*none, *further], None)
 
 
 def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels: Labels | None) -> Printed:
@@ -240,17 +240,24 @@ def _parameters(frame: pd.DataFrame, caption: str, notes: Sequence[str], labels:
     return Printed(frame, table2_columns(frame), table2_text(frame, labels), caption, [*marks, *notes])
 
 
+def table1_columns(frame: pd.DataFrame) -> tuple[Column, ...]:
+    """Columns of `summary.table1` as printed, without those that no block has."""
+    rows = [*frame.itertuples()]
+    return tuple(column for column in TABLE1 if any(column.cell(row).text != "–" for row in rows))
+
+
 def table1_text(frame: pd.DataFrame, labels: Labels | None = None) -> pd.DataFrame:
     """Cells of `summary.table1` as printed: a column per block, named by its label; a row each of many."""
+    columns = table1_columns(frame)
     if len(frame) > MOST_BESIDE:
         rows = [
-            [(labels or {}).get(row.block, row.block), *(column.cell(row).text for column in TABLE1)]
+            [(labels or {}).get(row.block, row.block), *(column.cell(row).text for column in columns)]
             for row in frame.itertuples()
         ]
-        return pd.DataFrame(rows, columns=["Block", *(column.head for column in TABLE1)])
-    text = {"": [column.head for column in TABLE1]}
+        return pd.DataFrame(rows, columns=["Block", *(column.head for column in columns)])
+    text = {"": [column.head for column in columns]}
     for row in frame.itertuples():
-        text[(labels or {}).get(row.block, row.block)] = [column.cell(row).text for column in TABLE1]
+        text[(labels or {}).get(row.block, row.block)] = [column.cell(row).text for column in columns]
     return pd.DataFrame(text)
 
 
