@@ -17,6 +17,7 @@ from freerock.rotation.laboratory import Input, Laboratory
 from freerock.rotation.sensor import Laser
 from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
+from freerock.selection import unmodelled
 from freerock.selection.causes import ranked, required_effect
 from freerock.selection.scene_notes import unmodelled_effect
 from freerock_bench.springs import Motion as Rocking
@@ -137,3 +138,11 @@ def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(na
     )
     assert (note.verdict, note.name, note.value) == ("warn", "unmodelled_effect", found.deviations)
     assert note.text.startswith(f"requires {name}, ") and " and lambda " in note.text
+
+
+def test_where_the_law_cannot_be_followed_no_effect_is_required(monkeypatch):
+    motion = seen({})
+    fit = fit_run("hunt_crossley", BLOCK, motion)
+    best = at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, fit.contributions)
+    monkeypatch.setattr(unmodelled._Path, "of", lambda _: None)
+    assert required_effect(best) is None

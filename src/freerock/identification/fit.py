@@ -386,7 +386,7 @@ def _pulled(laboratory: Laboratory | None, found: Contributions) -> str:
     source, pull = found.inputs[j], found.pulls[j]
     alone = found.moved[j] / max(1 - found.remaining[j] ** 2, np.finfo(float).eps)
     by = f"{alone * source.u:+.3g} {source.unit}".replace(" 1", "")
-    return f"{source.name} of {source.owner} off by {by}, {abs(pull):.1f} standard uncertainties"
+    return f"{source.label} off by {by}, {abs(pull):.1f} standard uncertainties"
 
 
 def _diagnostics(

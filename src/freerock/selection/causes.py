@@ -18,14 +18,13 @@ from freerock.identification.likelihood import Whitened
 from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
 from freerock.identification.pursuit import multiplies_errors
 from freerock.rotation.laboratory import Input, Laboratory
-from freerock.selection.unmodelled import EITHER, Effect, effects, line_in
+from freerock.selection.unmodelled import EITHER, Effect, effects, forces, line_in
 
 TOLD = 3  # causes; a line in the residual is always one of them
 LINE = "oscillation"
 LEAST = 0.05  # of the misfit
 TWINS = 3  # that are named together, at most
 ALIKE = 0.95  # cosine of derivatives that no run tells apart
-HIDDEN = ("air", "friction", "slip", "hardening", "relaxation")  # by the numbers of a law
 OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
@@ -112,7 +111,7 @@ def required_effect(best: Posterior) -> Required | None:
     """
     if multiplies_errors(best.problem, best.x):  # derivatives are none there
         return None
-    known, n = [each for each in effects(best) if each.name in HIDDEN], best.columns.shape[1]
+    known, n = forces(best), best.columns.shape[1]
     if not known:
         return None
     value, rows = best.prior

@@ -47,8 +47,8 @@ def doubts_about_noise(motion: Motion) -> list[Reason]:
 def doubts_about(
     measured: Verdict, block: Block, motion: Motion, found: Identified, hypotheses: Hypotheses
 ) -> list[Reason]:
-    """Of a run that a candidate explains, what it found of base and release; else that none does, under
-    which setting one would, or what acted on the block when.
+    """Of a run that a candidate explains, what it found of base, release, inputs and further effects; else
+    that none does, under which setting one would, or what acted on the block when, and the likeliest causes.
 
     Parameters
     ----------

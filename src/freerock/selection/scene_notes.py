@@ -108,7 +108,7 @@ def pulled_inputs(fit: Fit) -> Iterator[Reason]:
     for source, moved, pull in zip(found.inputs, found.moved, found.pulls, strict=True):
         if abs(pull) > PULLED:
             by = f"{moved * source.u:+.2g}" + (f" {source.unit}" if source.unit != "1" else "")
-            text = f"{source.name} of {source.owner} fitted {by} off, a pull of {pull:.1f}"
+            text = f"{source.label} fitted {by} off, a pull of {pull:.1f}"
             text += ": measure it again" if beyond else ""
             yield Reason("warn" if beyond else "ok", "pulled_input", text, float(abs(pull)), PULLED, "1")
 

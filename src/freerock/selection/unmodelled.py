@@ -59,6 +59,13 @@ def effects(best: Posterior) -> Iterator[Effect]:
     path = _Path.of(best)
     if path is not None:
         yield from _of_forces(path)
+        yield from _of_halves(path)
+
+
+def forces(best: Posterior) -> list[Effect]:
+    """The `effects` that act on the block alike on either side; none where the law can't be followed."""
+    path = _Path.of(best)
+    return [] if path is None else [*_of_forces(path)]
 
 
 def line_in(best: Posterior) -> tuple[float, float]:
@@ -226,41 +233,49 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
 
 
 def _of_forces(path: _Path) -> Iterator[Effect]:
-    """Air, friction, slip and what the bed may do."""
-
-    def effect(
-        name: str,
-        column: Floats | None,
-        text: Callable[[float], str],
-        bounds: tuple[float, float] = (0.0, math.inf),
-    ) -> Iterator[Effect]:
-        if column is not None:
-            yield Effect(name, column, text, bounds)
-
+    """Air, friction, slip and what a bed may do that is the same everywhere."""
     rate = path.states[1]
     air = path.by(-rate * np.abs(rate))
-    yield from effect("air", air, "drag of {:.2g} N m s²".format)
+    yield from _acting("air", air, "drag of {:.2g} N m s²".format)
     rubs = path.by(-np.tanh(rate / DULL_RAD_S))
-    yield from effect("friction", rubs, "a moment of {:.2g} N m, as of a cable".format)
+    yield from _acting("friction", rubs, "a moment of {:.2g} N m, as of a cable".format)
     sideways, carried = path.held
     inertia, m = path.block.inertia_cm, path.block.mass_kg
     for grip in GRIPS:
         lacks = -np.sign(sideways) * np.maximum(np.abs(sideways) - grip * carried, 0.0)
         slips = path.by(-path.lever * lacks * (1 + m * path.lever**2 / inertia))
-        yield from effect("slip", slips, f"friction coefficient about {grip:g}".format, LIKE_IT)
+        yield from _acting("slip", slips, f"friction coefficient about {grip:g}".format, LIKE_IT)
     if not law_of(path.law).is_foundation:
         return
-    k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
+    k, depth = path.values["k"], np.maximum(path.depths, 0.0)
     hardens = path.on_base(k * depth**2)
-    yield from effect("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
+    yield from _acting("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
     for tau in RELAXES_S:
         keep = math.exp(-STEP_S / tau)
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
-        yield from effect("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
+        yield from _acting("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
+
+
+def _of_halves(path: _Path) -> Iterator[Effect]:
+    """A bed or a corner that differs from left to right."""
+    if not law_of(path.law).is_foundation:
+        return
+    k, depth, b = path.values["k"], np.maximum(path.depths, 0.0), path.block.b
     sides = path.on_base(k * depth * np.sign(path.points)[:, None] / 2)
-    yield from effect("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
+    yield from _acting("two_beds", sides, "the right one stiffer by {:+.1%}".format, EITHER)
     right, left = path.pressed(b), path.pressed(-b)
     moment = b * (right + left) * np.cos(path.states[0]) / 2
     corner = path.by(-path.along * (right - left) / 2 + moment, -(right - left) / 2)
-    yield from effect("corner", corner, lambda a: f"the right one worn by {1e3 * a:+.2g} mm more", EITHER)
+    yield from _acting("corner", corner, lambda a: f"the right one worn by {1e3 * a:+.2g} mm more", EITHER)
+
+
+def _acting(
+    name: str,
+    column: Floats | None,
+    text: Callable[[float], str],
+    bounds: tuple[float, float] = (0.0, math.inf),
+) -> Iterator[Effect]:
+    """An effect by its derivative; none where the path has none."""
+    if column is not None:
+        yield Effect(name, column, text, bounds)
