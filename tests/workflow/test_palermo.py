@@ -169,7 +169,7 @@ def test_the_docs_state_the_budget_of_the_products(palermo):
     assert (largest["input"] == "runs").all() and (largest["share_percent"] > 50).sum() == 5
     shift = (100 * budget["contribution"] / budget["mean"]).abs().groupby(budget["input"]).max()
     (sentence,) = re.findall(
-        r"One default uncertainty shifts k by at most (.*?)\.\n", text_of("uncertainty.md"), re.S
+        r"One default uncertainty of an input shifts k by at most (.*?)\.\n", text_of("uncertainty.md"), re.S
     )
     stated = re.findall(rf"{NUMBER} %\s\(([^)]*)\)", sentence)
     assert len(stated) == 5
