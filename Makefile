@@ -2,7 +2,7 @@
 # make quick         set up, then lint and the tests that take seconds
 # make test          set up, then lint and every test
 # make slurm         what jobs on a Slurm cluster need besides
-# make peers         the engines of other fields that docs/benchmark.md compares, in an environment of their own
+# make peers         the engines of other fields that docs/validation.md compares, in an environment of their own
 # make dist         wheel and sdist, in dist
 # make docs         set up, then build the site in site/
 # make test-cluster  tests on a real Slurm, where its programs are installed

@@ -103,6 +103,26 @@ def test_a_reason_names_its_number_its_threshold_and_the_key_that_sets_it():
     assert keys == {f"processing.runs.max_{key}" for key in of_checks} | {"processing.runs.min_impacts"}
 
 
+KEYS = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
+
+
+@pytest.mark.parametrize(
+    ("flag", "share", "told"),
+    [
+        (2, 0.1, f"; in its record, 10% of the samples are invalid (out of range){KEYS}"),
+        (16, 0.1, "; in its record, 10% of the samples are invalid (dropout)"),
+        (2, 0.01, ""),
+        (64, 0.1, ""),  # by hand
+        (0, 0.0, ""),
+    ],
+)
+def test_a_run_without_impacts_names_what_its_record_lost(flag, share, told):
+    flags = np.where(share * TIME[-1] > TIME, flag, 0).astype(np.uint8)
+    lossy = signal_of(TIME, GOOD.signal.theta, 1e-5, flags)
+    (reason,) = verdict_on(replace(GOOD, n_impacts=2, signal=lossy)).reasons
+    assert reason.text == f"2 impacts, fewer than 3{told}"
+
+
 def test_every_key_of_a_reason_is_one_of_the_configuration():
     told = (ROOT / "config/README.md").read_text(encoding="utf-8")
     for file in (ROOT / "src/freerock").rglob("*.py"):
@@ -125,4 +145,5 @@ def test_every_reason_is_documented():
     of_fits |= {"unmodelled_effect"}  # tests/unit/test_causes.py
     of_fits |= {"left_out"}  # tests/unit/test_overrides.py
     of_fits |= {"in_motion", "thrown", "bounced", "slid"}  # tests/unit/test_moving.py
+    of_fits |= {"not_processed"}  # tests/workflow/test_bad_input.py
     assert documented == {name for _, _, name in ONE_FACT} | {*FAULT_VERDICTS} | of_impacts | of_fits

@@ -6,6 +6,7 @@ import pytest
 from fabricated import campaign, fits, record
 from reported import make, settings
 
+from freerock.identification.levels import REJECTS
 from freerock.report.methods import Paragraph, bib, markdown
 from freerock.report.references import REFERENCES, bibtex
 
@@ -62,6 +63,16 @@ def test_methods_tell_the_settings_of_the_campaign(written):
     assert "profile likelihood" in other
     assert "Rivals of these laws" not in other
     assert "koh1986" not in other + bib
+
+
+def test_methods_tell_the_objective_the_conditions_and_the_runs_of_a_mean(written):
+    text = " ".join(written()[0].split())
+    conditions = text.partition("if four conditions hold. ")[2].partition(" A candidate is rejected")[0]
+    heads = ("Its residual agrees", "The largest pull of an input", "No parameter of a", "is below 1 when")
+    places = [conditions.index(head) for head in heads]
+    assert places == sorted(places) and f"{REJECTS:.2g}" in conditions
+    assert "plus the squared shifts of the inputs" in text and "the inputs were then fixed" in text
+    assert "The mean of a law uses only the runs that the law explains" in text
 
 
 def test_no_test_between_blocks_is_told_where_there_is_one(written):

@@ -101,7 +101,7 @@ def make_record(
         write_failure(output, Reason("fail", "not_processed", str(failure)), attributes)
         return
     if processed is None:
-        excluded = Reason("warn", "excluded", f"excluded: {settings['excluded']}")
+        excluded = Reason("ok", "excluded", f"excluded: {settings['excluded']}")
         write_failure(output, excluded, attributes)
         return
     record, runs, impacts, totals = processed

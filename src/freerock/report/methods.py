@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from markupsafe import Markup, escape
 
-from freerock.identification.levels import TRACE
+from freerock.identification.levels import REJECTS, TRACE
 from freerock.models.laws import LAWS
 from freerock.report.references import REFERENCES, bibtex
 from freerock.report.text import Pairs
@@ -177,8 +177,11 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
 def _identification(fits: Mapping[str, Any], facts: Mapping[str, Any], free: Pairs) -> Iterator[str]:
     freed = "; ".join(f"{names}: {what}" for names, what in free)
     yield (
-        "Each run was fitted by itself: the mean square of modelled minus measured rotation was minimised "
-        "by a trust region [@virtanen2020], from the best points of a scan, over growing parts of the run."
+        "Each run was fitted by itself. The squared residual (modelled minus measured rotation) over the "
+        "power of the noise, plus the squared shifts of the inputs (sizes, beam, scale, clock, response, "
+        "level, release) over their standard uncertainties, was minimised by a trust region "
+        "[@virtanen2020], from the best points of a scan, over growing parts of the run. If the residual "
+        "exceeds the noise, the inputs were then fixed at their stated values."
     )
     yield f"Free besides the parameters of the law: {freed}{' (paper mode)' if fits['paper_mode'] else ''}."
     yield "The discrepancy is ε_θ = ∫(θ_th − θ_ex)² dt / ∫θ_ex² dt up to the end of the run [@spanos2017]."
@@ -195,15 +198,16 @@ def _identification(fits: Mapping[str, Any], facts: Mapping[str, Any], free: Pai
 
 def _choice() -> str:
     return (
-        "A candidate explains a run if three conditions hold. Its residual agrees with the noise of the "
-        "sensor at rest in every octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F). No "
-        f"parameter of a larger law is significant if added ({TRACE:.1f} standard errors). ε_θ is below 1 "
-        "when it predicts the second half of the run from the first half, and the run from other runs of its "
-        f"record. A candidate is rejected if its Bayesian information criterion [@schwarz1978] is {TELLS:g} "
-        "above that of another one; or if a larger candidate, of which it is a special case, has a lower "
-        f"criterion and a −2 ln L lower by {TELLS:g}. Of the others the one with the fewest free parameters "
-        "is selected; the rest are also possible. If none explains a run, the nearest is selected and marked "
-        "as such."
+        "A candidate explains a run if four conditions hold. Its residual agrees with the noise of the "
+        "sensor at rest in every octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F). The "
+        "largest pull of an input (its shift over the standard deviation of that shift) has a p-value above "
+        f"{REJECTS:.2g}. No parameter of a larger law is significant if added ({TRACE:.1f} standard errors). "
+        "ε_θ is below 1 when it predicts the second half of the run from the first half, and the run from "
+        "other runs of its record. A candidate is rejected if its Bayesian information criterion "
+        f"[@schwarz1978] is {TELLS:g} above that of another one; or if a larger candidate, of which it is a "
+        f"special case, has a lower criterion and a −2 ln L lower by {TELLS:g}. Of the others the one with "
+        "the fewest free parameters is selected; the rest are also possible. If none explains a run, the "
+        "nearest is selected and marked as such."
     )
 
 
@@ -216,8 +220,9 @@ def _uncertainty(config: Mapping[str, Any]) -> Iterator[str]:
         yield "Intervals are those of the profile likelihood."
     yield (
         "Runs of a record were combined by a random-effects model of ln k, ln c, ln λ and the logit of r, "
-        "with its spread after [@paule1982] and its standard error after [@hartung2001]. Total standard "
-        "uncertainties add the uncertainties of block, sensor and clock [@jcgm2008]."
+        "with its spread after [@paule1982] and its standard error after [@hartung2001]. The mean of a law "
+        "uses only the runs that the law explains, if it explains any run of the record; otherwise all "
+        "fitted runs. Total standard uncertainties add those of block, sensor and clock [@jcgm2008]."
     )
     scenes = {(line["foundation"], line["block"]) for line in config["records"]}
     if len(scenes) > len({foundation for foundation, _ in scenes}):

@@ -18,7 +18,7 @@ from freerock.runs.beginning import Beginning
 from freerock.runs.ending import SMOOTH_S
 from freerock.runs.limits import RunLimits
 from freerock.runs.release import HeldAngle, Release
-from freerock.runs.signal import Signal, names_of
+from freerock.runs.signal import Signal, invalid_in, names_of
 from freerock.runs.verdict import Level, Reason, Verdict
 
 SWING = 10.0  # standard deviations a swing rises above zero
@@ -141,7 +141,8 @@ def few_impacts(run: Facts) -> Iterator[Reason]:
     """There are enough impacts."""
     fewest = run.limits.min_impacts
     if run.n_impacts < fewest:
-        text = f"{run.n_impacts} impacts, fewer than {fewest}"
+        lost = invalid_in(run.signal, run.limits.max_flagged_fraction)
+        text = f"{run.n_impacts} impacts, fewer than {fewest}{lost and f'; in its record, {lost}'}"
         yield _beyond(run.limits, "min_impacts", run.n_impacts, "fail", "few_impacts", text)
 
 

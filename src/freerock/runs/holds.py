@@ -4,13 +4,11 @@ import math
 from bisect import bisect
 from collections.abc import Sequence
 
-import numpy as np
-
 from freerock.errors import FreerockError
 from freerock.models.block import Block
 from freerock.rotation.faults import Fault
 from freerock.rotation.still import Phase, stationary_phases
-from freerock.runs.signal import Signal, names_of
+from freerock.runs.signal import Signal, invalid_in
 
 UNSTEADY = 3e-3  # of the range of θ: an angle that wanders no more than this is still held
 
@@ -44,10 +42,10 @@ def no_release(
                 f"{math.degrees(block.theta_cr):.2f}°, it overturns"
             )
             remedy = "check the block's height and width and the laser's position"
-    share = float(np.mean(signal.flags != 0))
+    invalid = invalid_in(signal, 0.02)
     lost = next((fault.note for fault in faults if fault.name == "target_lost"), "")
     if lost:
         what += f", the target is lost {lost}"
-    elif share > 0.02 and "overturns" not in what:
-        what += f", {share:.0%} of the samples are invalid{names_of(signal.flags)}"
+    elif invalid and "overturns" not in what:
+        what += f", {invalid}"
     return FreerockError("record", what, remedy)

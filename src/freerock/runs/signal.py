@@ -78,6 +78,15 @@ def names_of(flags: Flags) -> str:
     return f" ({', '.join(names)})" if names else ""
 
 
+def invalid_in(signal: Signal, most: float) -> str:
+    """How many samples of a record are invalid by no person, why, and which keys decide; "" up to a share."""
+    flags = signal.flags.astype(np.uint8) & np.uint8(sum(FLAGS.values()))
+    share = float(np.mean(flags != 0))
+    outside = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"
+    keys = outside if (flags & FLAGS["out_of_range"]).any() else ""
+    return f"{share:.0%} of the samples are invalid{names_of(flags)}{keys}" if share > most else ""
+
+
 def _numbers(n: int, width: int) -> NDArray[np.int32]:
     """How many of n samples the window about each holds, as `window_sums` of ones."""
     first = np.arange(-(width // 2), n + 1, dtype=np.int32)

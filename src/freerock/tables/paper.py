@@ -15,8 +15,9 @@ from freerock.tables.text import between, fixed, quantity, with_unit
 
 U_NOTE = "±: total standard uncertainty (one standard deviation) of"
 RUNS_NOTE = (
-    f"Identified: mean of the runs. {U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread "
-    "between the runs beyond their noise; < where noise alone may explain it. Next run: its 95 % interval. "
+    "Identified: mean of the runs that the law explains; of all fitted runs if it explains none. "
+    f"{U_NOTE} their scatter, noise, block, sensor, clock and law. τ: spread between the runs beyond their "
+    "noise; < where noise alone may explain it. Next run: its 95 % interval. "
     "Neither is shown for a law that is rejected."
 )
 ONE_RUN_NOTE = (
