@@ -19,6 +19,8 @@ from freerock.rotation.view import view_of
 from freerock.runs.motion import Motion
 from freerock.selection import unmodelled
 from freerock.selection.causes import ranked, required_effect
+from freerock.selection.hypotheses import BY_DEFAULT
+from freerock.selection.hypothesis_search import allowing, identify_run
 from freerock.selection.scene_notes import unmodelled_effect
 from freerock_bench.springs import Motion as Rocking
 from freerock_bench.springs import Scene, read
@@ -133,11 +135,23 @@ def test_an_effect_too_small_to_reject_a_law_is_required_with_what_it_changes(na
     assert found.name == name and found.deviations > 4
     off = fit.values["lambda"] - true.values["lambda"]
     assert found.shifts["lambda"] == pytest.approx(-off, rel=0.4)
-    (note,) = unmodelled_effect(
-        at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, None)
-    )
+    note = unmodelled_effect(fit, found)
     assert (note.verdict, note.name, note.value) == ("warn", "unmodelled_effect", found.deviations)
     assert note.text.startswith(f"requires {name}, ") and " and lambda " in note.text
+    at = fit.parameters.index("lambda")
+    more = allowing(fit, found).discrepancy[at] ** 2 - fit.discrepancy[at] ** 2
+    assert more == pytest.approx(found.shifts["lambda"] ** 2)
+
+
+def test_what_a_required_effect_would_change_stands_in_the_uncertainty():
+    motion, laws = seen({"rub_nm": 2e-4}), ("hunt_crossley",)
+    found = identify_run(BLOCK, motion, replace(BY_DEFAULT, models=laws, kinematics=()))
+    best, held = found.fits["hunt_crossley"], fit_run("hunt_crossley", BLOCK, motion)
+    assert found.explained and found.effect.name == "friction"
+    at = best.parameters.index("lambda")
+    shift = found.effect.shifts["lambda"]
+    assert best.discrepancy[at] == pytest.approx(math.hypot(held.discrepancy[at], shift), rel=0.01)
+    assert abs(best.values["lambda"] - SOIL["lambda"]) < 2 * abs(shift)
 
 
 def test_where_the_law_cannot_be_followed_no_effect_is_required(monkeypatch):

@@ -7,12 +7,13 @@ derivatives are alike are named together.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from freerock.arrays import Floats
 from freerock.identification.levels import EFFECTS
 from freerock.identification.likelihood import Whitened
 from freerock.identification.nuisances import Nuisances, Posterior, at, without_own
@@ -29,14 +30,29 @@ OFFSET_M = 3e-4  # in units of which an offset of the centre of mass is tried
 
 
 class Cause(NamedTuple):
-    """A cause by its name, in words with what it would have to be, the share of the misfit that it takes,
-    the misfit left with a charge for each free number, and its amount [SI]."""
+    """A cause of what a fit leaves.
+
+    Parameters
+    ----------
+    name, what : str
+        In words, with what it would have to be.
+    share, left : float
+        Of the misfit that it takes; the misfit that is left, with a charge for each free number.
+    off : float
+        Its amount [SI].
+    shifts : dict of str to float
+        By how much it would change each free number [SI].
+    deviations : float
+        Standard errors by which the amount is off zero, where the law explains the run; else NaN.
+    """
 
     name: str
     what: str
     share: float
     left: float
-    off: float = 0.0
+    off: float
+    shifts: dict[str, float]
+    deviations: float = math.nan
 
     @property
     def text(self) -> str:
@@ -45,13 +61,15 @@ class Cause(NamedTuple):
 
 
 class _Tried(NamedTuple):
-    """A cause that is tried: its share of the misfit, the misfit beside it, amount, whitened derivative."""
+    """A cause that is tried: its share of the misfit, the misfit beside it, amount, whitened derivative, and
+    the step of the numbers beside it."""
 
     effect: Effect
     share: float
     left: float
     amount: float
     direction: np.ndarray
+    step: np.ndarray
 
     @property
     def name(self) -> str:
@@ -62,6 +80,14 @@ class _Tried(NamedTuple):
     def text(self) -> str:
         """What it would have to be."""
         return self.effect.text(self.amount)
+
+    def cause(self, best: Posterior, what: str, deviations: float = math.nan) -> Cause:
+        """The same in words, where the fit ended."""
+        free = np.flatnonzero(best.free)
+        change = best.problem.gradient(best.x)[np.ix_(free, free)] @ self.step[: len(free)]
+        shifts = dict(zip([best.problem.names[i] for i in free], change.tolist(), strict=True))
+        off = self.amount * self.effect.unit
+        return Cause(self.name, what, self.share, self.left, off, shifts, deviations)
 
 
 def ranked(best: Posterior) -> list[Cause]:
@@ -80,24 +106,20 @@ def ranked(best: Posterior) -> list[Cause]:
     z = np.array([moved.get(each, 0.0) for each in sources])
     end = at(Nuisances(problem, sources), best.x, z, best.samples)
     own = [_effect_of(each, laboratory) for each in sources]
-    every = sorted(_scored(end, [*own, *effects(end)]), key=lambda each: -each.share)
-    causes = _named([each for each in every if each.share > LEAST])
+    every = [*own, *effects(end)]
+    end = replace(end, residual=end.residual - end.by_inputs @ end.z)  # as stated
+    columns = np.column_stack([end.columns, *(each.column for each in every[len(own) :])])
+    noises = [each.noise for each in end.problem.motions]
+    rows = Whitened(end.residual, columns, end.samples.lengths, noises).rows
+    scored = [*_scored(rows, int(end.free.sum()), every), *_line(end, rows)]
+    scored.sort(key=lambda each: -each.share)
+    causes = _named(end, [each for each in scored if each.share > LEAST])
     if any(each.name == LINE for each in causes):
         return causes
-    return [*causes[: TOLD - 1], *_named([each for each in every if each.name == LINE])]
+    return [*causes[: TOLD - 1], *_named(end, [each for each in scored if each.name == LINE])]
 
 
-class Required(NamedTuple):
-    """An effect that no law or input contains: in words with its amount, by how many standard errors that is
-    off zero, and by how much it shifts each free number [SI]."""
-
-    name: str
-    what: str
-    deviations: float
-    shifts: dict[str, float]
-
-
-def required_effect(best: Posterior) -> Required | None:
+def required_effect(best: Posterior) -> Cause | None:
     """The most significant effect beside a law that explains a run; None where none is significant.
 
     By the score of each amount beside all free numbers and inputs with their priors. Lost samples are left
@@ -112,63 +134,51 @@ def required_effect(best: Posterior) -> Required | None:
     if multiplies_errors(best.problem, best.x):  # derivatives are none there
         return None
     known, n = forces(best), best.columns.shape[1]
-    if not known:
-        return None
     value, rows = best.prior
     prior = value, np.hstack([rows, np.zeros((len(rows), len(known)))])
     columns = np.column_stack([best.columns, *(each.column for each in known)])
     noises = [each.noise for each in best.problem.motions]
     whitened = Whitened(best.residual, columns, best.samples.lengths, noises, prior, best.level)
-    every = np.vstack([whitened.rows, np.column_stack(prior)])
-    left, *own = without_own(every[:, 1 : 1 + n], np.delete(every, np.s_[1 : 1 + n], axis=1)).T
-    size = np.maximum(np.linalg.norm(own, axis=1), np.finfo(float).tiny)
-    score = own @ left / size
-    likely = [
-        j
-        for j, each in enumerate(known)
-        if each.bounds[0] <= -score[j] / size[j] <= each.bounds[1] and abs(score[j]) > EFFECTS / 2
-    ]
+    likely = [*_scored(np.vstack([whitened.rows, np.column_stack(prior)]), n, known)]
     if not likely:
         return None
-    alone, at_first = best.whitened.likelihood(), max(likely, key=lambda j: abs(score[j]))
-    effect = known[at_first]
-    beside = best.whitened.adding(effect.column)
-    off = math.sqrt(max(alone.minus_two_log - beside.minus_two_log, 0.0))
-    if off < EFFECTS:
-        return None
-    free = np.flatnonzero(best.free)
-    change = best.problem.gradient(best.x)[np.ix_(free, free)] @ (beside.step[:-1] - alone.step)[: len(free)]
-    names = [best.problem.names[i] for i in free]
-    what = effect.text(float(beside.step[-1]))
-    return Required(effect.name, what, off, dict(zip(names, change.tolist(), strict=True)))
+    first = max(likely, key=lambda each: each.share)
+    gain = best.whitened.likelihood().minus_two_log - best.whitened.adding(first.effect.column).minus_two_log
+    off = math.sqrt(max(gain, 0.0))
+    return first.cause(best, first.text, off) if off > EFFECTS else None
 
 
-def _scored(end: Posterior, known: list[Effect]) -> Iterator[_Tried]:
-    """Each cause with its score; effects stand behind the inputs."""
-    n, noises = int(end.free.sum()), [each.noise for each in end.problem.motions]
-    columns = np.column_stack([end.columns, *(each.column for each in known[len(end.z) :])])
-    as_stated = end.residual - end.by_inputs @ end.z
-    rows = Whitened(as_stated, columns, end.samples.lengths, noises).rows
-    others = without_own(rows[:, 1 : 1 + n], np.delete(rows, np.s_[1 : 1 + n], axis=1))
-    left, columns = others[:, 0], others[:, 1:]
-    size = np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    score, whole = columns.T @ left / size, max(float(left @ left), np.finfo(float).tiny)
+def _scored(rows: Floats, n: int, known: Sequence[Effect]) -> Iterator[_Tried]:
+    """Each cause within its bounds with its score; rows hold residual, n derivatives by what is free, and one
+    by each cause."""
+    size = np.maximum(np.linalg.norm(rows[:, 1 : 1 + n], axis=0), np.finfo(float).tiny)
+    own, others = rows[:, 1 : 1 + n] / size, np.delete(rows, np.s_[1 : 1 + n], axis=1)
+    taken = np.linalg.lstsq(own, others, rcond=None)[0]
+    left, *columns = (others - own @ taken).T
+    whole = max(float(left @ left), np.finfo(float).tiny)
     charge = (n + 1) * math.log(len(left))
-    for j, each in enumerate(known):
-        amount, share = float(-score[j] / size[j]), float(score[j] ** 2) / whole
+    for j, (each, column) in enumerate(zip(known, columns, strict=True), 1):
+        length = max(float(np.linalg.norm(column)), np.finfo(float).tiny)
+        score = float(column @ left) / length
+        amount, share = -score / length, score**2 / whole
         if each.bounds[0] <= amount <= each.bounds[1]:
-            rest = whole * (1 - share) + charge
-            yield _Tried(each, share, rest, amount, columns[:, j] / size[j])
-    frequency, share = line_in(replace(end, residual=as_stated))
-    if not frequency:
-        return
-    what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias k"
-    rest = whole * (1 - share) + charge
-    line = Effect(LINE, np.empty(0), lambda _: what)
-    yield _Tried(line, share, rest, frequency, np.zeros(len(left)))
+            step = -amount * taken[:, j] / size
+            yield _Tried(each, share, whole * (1 - share) + charge, amount, column / length, step)
 
 
-def _named(tried: list[_Tried]) -> list[Cause]:
+def _line(end: Posterior, rows: Floats) -> Iterator[_Tried]:
+    """A line in the residual; it shifts no number to first order."""
+    frequency, share = line_in(end)
+    if frequency:
+        n = int(end.free.sum())
+        left = without_own(rows[:, 1 : 1 + n], rows[:, :1])[:, 0]
+        what = f"a line at {frequency:.1f} Hz, as of a table or an upper part that swings, which bias k"
+        rest = float(left @ left) * (1 - share) + (n + 1) * math.log(len(left))
+        line = Effect(LINE, np.empty(0), lambda _: what)
+        yield _Tried(line, share, rest, frequency, np.zeros(len(left)), np.zeros(n))
+
+
+def _named(end: Posterior, tried: list[_Tried]) -> list[Cause]:
     """The first ones, each name once, with those of other names that no run tells from it."""
     causes, told = list[Cause](), set[str]()
     for each in tried:
@@ -181,7 +191,7 @@ def _named(tried: list[_Tried]) -> list[Cause]:
                 twins.setdefault(other.name, f"{other.name}, {other.text}")
         told |= {*twins}
         what = " or ".join([each.text, *[*twins.values()][: TWINS - 1]])
-        causes.append(Cause(each.name, what, each.share, each.left, each.amount * each.effect.unit))
+        causes.append(each.cause(end, what))
     return causes
 
 

@@ -68,10 +68,8 @@ def doubts_about(
         for other, fit in found.alternatives.items():
             notes += explains_as_well(other, fit, found.fits[chosen])
         notes += pulled_inputs(found.fits[chosen])
-        best = found.at_best(chosen, block, motion, hypotheses)
-        notes += slow_sensor(best, motion)
-        warned = any(note.verdict == "warn" for note in notes)
-        return notes if warned else [*notes, *unmodelled_effect(best)]
+        notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
+        return [*notes, unmodelled_effect(found.fits[chosen], found.effect)] if found.effect else notes
     if not found.fits:
         return []
     hints = list(hints_for(block, motion, found.fits, hypotheses))

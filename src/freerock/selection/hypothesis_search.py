@@ -26,6 +26,7 @@ from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
+from freerock.selection.causes import Cause, required_effect
 from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
 from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
@@ -108,6 +109,9 @@ class Identified:
     alternatives : dict of Hypothesis to Fit
         What explains the run as well with other priors widened, with edges of another radius, or with an
         input beyond its prior.
+    effect : Cause or None
+        The effect that the selected candidate, which explains the run, requires beside it. What it would
+        change is part of the `discrepancy` of that fit.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -115,6 +119,7 @@ class Identified:
     errors: dict[str, FreerockError] = field(default_factory=dict)
     widened: tuple[str, ...] = ()
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
+    effect: Cause | None = None
 
     def copied(self) -> "Identified":
         """The same, to which fits may be added."""
@@ -216,6 +221,12 @@ def beside(fit: Fit, others: Sequence[Fit]) -> Fit:
         at = np.array([other.values.get(each, own) for each, own in fit.values.items()])
         square = square + share * (at - fit.value) ** 2
     return replace(fit, discrepancy=np.sqrt(square))
+
+
+def allowing(fit: Fit, effect: Cause) -> Fit:
+    """A fit whose `discrepancy` takes up what an effect that no law contains would change."""
+    shifts = [effect.shifts.get(name, 0.0) for name in fit.parameters]
+    return replace(fit, discrepancy=np.hypot(fit.discrepancy, shifts))
 
 
 def _contends(model: str, found: Identified) -> bool:
@@ -484,6 +495,9 @@ class _Search:
                 fit for model, fit in alone.items() if holds(model, selected) and evidence(fit).explains
             ]
             found.fits[selected] = beside(alone[selected], [*larger, *found.alternatives.values()])
+            found.effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
+            if found.effect:
+                found.fits[selected] = allowing(found.fits[selected], found.effect)
         return found
 
     def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:

@@ -13,7 +13,7 @@ from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
 from freerock.runs.verdict import Reason
-from freerock.selection.causes import required_effect
+from freerock.selection.causes import Cause
 from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
 
@@ -127,20 +127,17 @@ def slow_sensor(best: Posterior, motion: Motion) -> Iterator[Reason]:
         yield Reason("warn", "slow_sensor", text, float(off_zero), SLOWER, "1")
 
 
-def unmodelled_effect(best: Posterior) -> Iterator[Reason]:
+def unmodelled_effect(fit: Fit, effect: Cause) -> Reason:
     """A warning where a run that a law explains requires an effect that no law or input contains."""
-    found = required_effect(best)
-    if found is None:
-        return
-    values = dict(zip(best.problem.names, best.problem.physical(best.x).tolist(), strict=True))
     shifts = [
-        f"{name} {100 * found.shifts[name] / values[name]:+.2g} %"
-        for name in MODELS[best.problem.model]
-        if found.shifts.get(name)
+        f"{name} {100 * effect.shifts[name] / fit.values[name]:+.2g} %"
+        for name in MODELS[fit.model]
+        if effect.shifts.get(name)
     ]
-    text = f"requires {found.name}, {found.what}"
-    text += f": it would change {' and '.join(shifts)}" * bool(shifts)
-    yield Reason("warn", "unmodelled_effect", text, found.deviations, EFFECTS, "1")
+    text = f"requires {effect.name}, {effect.what}" + f": it would change {' and '.join(shifts)}" * bool(
+        shifts
+    )
+    return Reason("warn", "unmodelled_effect", text, effect.deviations, EFFECTS, "1")
 
 
 def _of_base(fit: Fit, block: Block) -> Reason:
