@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
+from freerock.populations.sensitivity import contributions
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.lattice import converter_step
@@ -87,5 +88,9 @@ def analysed(
     if motion is None:
         return Analysed(run.verdict, Identified(), None)
     found = identify_run(block, motion, hypotheses)
+    for model, fit in found.fits.items() if laboratory else ():
+        if fit.success and fit.contributions is None:  # as `jobs.fit` has it
+            known = contributions(fit, motion, laboratory, hypotheses.settings(model, found.widened))
+            found.fits[model] = replace(fit, contributions=known)
     doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
     return Analysed(run.verdict.adding(doubts), found, motion)

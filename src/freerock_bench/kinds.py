@@ -25,7 +25,6 @@ from freerock.arrays import Floats
 from freerock.config.uncertainty import DEFAULTS
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
-from freerock.populations.sensitivity import contributions
 from freerock.rotation.laboratory import Input, Laboratory
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.noise import Disturbance
@@ -360,10 +359,7 @@ def _numbers(result: Analysed, name: str, true: dict[str, float]) -> list[Row]:
     fit = result.found.fits.get(choice.selected)
     if fit is None or not fit.success:
         return [{"parameter": ""}]
-    rows, known, motion = [], fit.contributions, result.motion
-    if known is None and motion is not None and motion.laboratory is not None:  # as jobs.fit has it
-        settings = BY_DEFAULT.settings(fit.model, result.found.widened)
-        known = contributions(fit, motion, motion.laboratory, settings)
+    rows, known = [], fit.contributions
     u = fit.stderr if known is None else known.total(fit.stderr, fit.discrepancy)
     for at, each in enumerate(fit.parameters):
         if each in true:

@@ -69,7 +69,9 @@ def doubts_about(
             notes += explains_as_well(other, fit, found.fits[chosen])
         notes += pulled_inputs(found.fits[chosen])
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
-        return [*notes, unmodelled_effect(found.fits[chosen], found.effect)] if found.effect else notes
+        if found.effect and not any(note.verdict == "warn" for note in notes):
+            notes.append(unmodelled_effect(found.fits[chosen], found.effect))
+        return notes
     if not found.fits:
         return []
     hints = list(hints_for(block, motion, found.fits, hypotheses))
