@@ -88,9 +88,9 @@ def analysed(
     if motion is None:
         return Analysed(run.verdict, Identified(), None)
     found = identify_run(block, motion, hypotheses)
-    for model, fit in found.fits.items() if laboratory else ():
-        if fit.success and fit.contributions is None:  # as `jobs.fit` has it
+    doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
+    for model, fit in found.fits.items():
+        if fit.success and fit.contributions is None and laboratory is not None:  # as `jobs.fit` has it
             known = contributions(fit, motion, laboratory, hypotheses.settings(model, found.widened))
             found.fits[model] = replace(fit, contributions=known)
-    doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
     return Analysed(run.verdict.adding(doubts), found, motion)
