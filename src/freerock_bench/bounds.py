@@ -19,7 +19,7 @@ PLAIN = {"S": "s", "SI": "in SI units", "UNITS": "in any unit", "BYTES_PER_S": "
 def markdown() -> str:
     """A row for each bound: of what, and how much."""
     rows = [f"| {what} | {_size(name)} |" for name, what in LINE.findall(_source())]
-    return "\n".join(["| of | at most |", "|---|---|", *rows])
+    return "\n".join(["| quantity | at most |", "|---|---|", *rows])
 
 
 def _source() -> str:

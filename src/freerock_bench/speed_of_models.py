@@ -168,7 +168,7 @@ def stiffness():
             for k, s, r in zip(ks, times, rocking, strict=True)
         )
         row(
-            f"{model}, longest over shortest run, k = 1e5…1e12",
+            f"{model}, longest over shortest time, k = 1e5…1e12",
             target,
             f"{times.max() / times[rocking].min():.1f}",
             note,

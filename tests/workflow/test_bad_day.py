@@ -36,6 +36,7 @@ ACCIDENTS = ["full disk", "kill job", "kill run"]
 RECORD, FIT = (f"results/small/{STAGES[stage]}" for stage in ("record", "fit"))
 RAW = "raw/small/squat_mat.tdms"
 SAME = "same command"
+UNSEEN = "bytes changed, old time stamp"
 DOCUMENT = ROOT / "docs/reliability.md"
 TABLE = re.compile(r"(?<=<!-- accidents -->\n).*(?=<!-- end -->)", re.S)
 PRIVATE = ["unshare", "--mount", "sh", "-c"]  # mounts that end with the command
@@ -200,7 +201,7 @@ def test_raw_folder_is_read_only(finished, checkout, undisturbed, seen):
     (checkout / RECORD).unlink()
     rights = "mount --bind raw raw && mount -o remount,bind,ro raw"
     heals(checkout, undisturbed, finished, RECORD, run(checkout, RECORD, wrap=private(rights)))
-    seen["read-only raw", "record"] = "nothing happens"
+    seen["read-only raw", "record"] = "none needed"
 
 
 def test_two_instances_at_once(finished, checkout, undisturbed, seen):
@@ -216,7 +217,7 @@ def test_two_instances_at_once(finished, checkout, undisturbed, seen):
 
 
 @pytest.mark.parametrize("stage", ["record", "fit"])
-@pytest.mark.parametrize("damage", ["cut off", "bytes changed", "rotten unseen"])
+@pytest.mark.parametrize("damage", ["cut off", "bytes changed", UNSEEN])
 def test_damaged_intermediate_file(finished, checkout, undisturbed, seen, stage, damage):
     """Made again; where the file system does not tell either, the step that reads it deletes it first."""
     path, reader = {"record": (RECORD, FIT), "fit": (FIT, "results/small/tables/runs.csv")}[stage]
@@ -225,7 +226,7 @@ def test_damaged_intermediate_file(finished, checkout, undisturbed, seen, stage,
     noise = bytes(255 - byte for byte in whole[middle : middle + 2000])
     changed = whole[:middle] + (b"" if damage == "cut off" else noise + whole[middle + 2000 :])
     (checkout / path).write_bytes(changed)
-    if damage == "rotten unseen":
+    if damage == UNSEEN:
         told = {path: [sha256(finished / path), *look(checkout / path)]}
         (checkout / ".snakemake/freerock.looks.json").write_text(json.dumps(told))
         failed = run(checkout, reader, "--forcerun", reader)
@@ -234,7 +235,7 @@ def test_damaged_intermediate_file(finished, checkout, undisturbed, seen, stage,
         assert failed.told.splitlines().count(told) >= 1, failed.told
         assert "Traceback" not in failed.told
     heals(checkout, undisturbed, finished, reader)
-    seen[f"product {damage}", stage] = "same command, twice" if damage == "rotten unseen" else SAME
+    seen[f"product {damage}", stage] = "same command, twice" if damage == UNSEEN else SAME
 
 
 def test_clock_set_back(finished, checkout, undisturbed, seen):
