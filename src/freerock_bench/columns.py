@@ -143,7 +143,7 @@ MEANINGS = {
     "k_n_m2": "median stiffness k, if it is a parameter",
     "kappa_n_m3": "median κ (stiffness k over the thickness of the bed), if it is a parameter",
     "key": "configuration key of the limit; empty if there is none",
-    "kind": "fitted (point of the curve), counted (share of responses), none (no curve) or no_law",
+    "kind": "fitted (point of the curve), counted (share of responses), none (no curve) or no_law (no law explains the runs, or no run is usable)",
     "lambda_n_s_m3": "median damping λ, if it is a parameter",
     "laser": "name of the laser",
     "level": "mean over the runs of a record, the records of a foundation, or the campaign",

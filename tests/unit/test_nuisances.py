@@ -306,6 +306,21 @@ def test_a_base_that_is_off_level_by_its_input_is_not_called_level():
     assert told("levelled_deg") == "Housner with levelled_deg of b off by +1 deg"
 
 
+@pytest.mark.parametrize("times, name", [(1.05, "pushed"), (0.95, "held_back")])
+def test_a_doubt_about_the_release_states_its_direction(times, name):
+    fit = fit_run("housner", *off_by_height(1e-3, 2e-4))
+    at = {"r": 1.02, "theta0": times}
+    loose = replace(fit, value=fit.value * [at.get(each, 1.0) for each in fit.parameters])
+    plain, released = Hypothesis("housner"), Hypothesis("housner", ("release",))
+    (freed,) = explains_as_well(released, loose, fit)
+    (kept,) = explains_as_well(plain, fit, loose, released.widened)
+    assert freed.name == kept.name == name
+    assert freed.text.startswith("Housner with another release explains")
+    assert kept.text.startswith("Housner with the release as measured explains")
+    (sharp,) = explains_as_well(plain, fit, loose, ("edge_radius",))
+    assert (sharp.name, sharp.text.partition(" explains")[0]) == ("rounded_edges", "Housner with sharp edges")
+
+
 def test_a_pull_beyond_two_names_the_input():
     _, motion = measured(1)
     fit = fit_run("housner", BLOCK, motion)

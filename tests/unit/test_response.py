@@ -190,7 +190,9 @@ def test_a_record_without_a_law_has_a_row_that_says_so():
         drawn_of, data = overturning.draw(some, "simulated")
         assert "or no law explains their runs" in drawn_of.get_suptitle()
         told = overturning.caption(data)
-        assert told.endswith("Not known, as no law explains the runs: " + ", ".join(data["test"]) + ".")
+        assert told.endswith(
+            "Not known, as no law explains the runs or no run is usable: " + ", ".join(data["test"]) + "."
+        )
     assert overturning.caption(data[:0]) == ""
 
 

@@ -61,7 +61,7 @@ def run(chosen: Namespace) -> None:
         share = own["overturned"].mean()
         print(f"{test} ({model}): overturns in {share:.1%} of {len(own)} responses, {campaign.origin} runs")
     for test in curves.loc[curves["kind"] == "no_law", "test"]:
-        print(f"{test}: no law explains its runs, so whether it overturns is not known")
+        print(f"{test}: no law explains its runs, or no run is usable, so whether it overturns is not known")
     print(f"\nwritten: {into}/response.csv, fragility.csv")
 
 

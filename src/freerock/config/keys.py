@@ -156,7 +156,8 @@ class FoundationSection(Section):
         ge=0,
         le=10,
         description=(
-            "the largest tilt of its base in the plane of rocking, in degrees; required for measured records"
+            "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing to "
+            "`u_total`, and `freerock check` reports a doubt for measured records"
         ),
     )
 

@@ -82,7 +82,7 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     if failed := int(data.drop_duplicates("test")["n_failed"].sum()):
         told.append(f"{number_of(failed, 'response').capitalize()} left out: the integration failed.")
     if len(lawless):
-        told.append(f"Not known, as no law explains the runs: {listed(lawless)}.")
+        told.append(f"Not known, as no law explains the runs or no run is usable: {listed(lawless)}.")
     return " ".join(told)
 
 

@@ -132,7 +132,8 @@ def fragility_table(
     """Fragility of each record against each measure: columns `CURVE`, rows of kind fitted and counted.
 
     A block that always or never falls has one row, with its share and no curve. So has, of kind no_law, each
-    of the campaign's records (campaign, test, block, foundation) without responses: no law explains its runs.
+    of the campaign's records (campaign, test, block, foundation) without responses: no law explains
+    its runs, or no run is usable.
     """
     tables = []
     for key, own in responses.groupby(SCENE, sort=False):

@@ -59,6 +59,7 @@ def contents(path: Path) -> Iterator[Contents]:
         notes: list[str] = []
 
         def computed(name: str) -> Channel | None:
+            _check_single(path, name.rpartition(":")[0], labels)
             body = _body(path, name, labels)
             return body and Channel(name, "rad" if body.motion == "theta" else units, body, clock)
 
@@ -75,7 +76,7 @@ def contents(path: Path) -> Iterator[Contents]:
             Channel(f"{label}:{axis}", units, Marker(i, j), clock)
             for i, label in enumerate(labels)
             for j, axis in enumerate(AXES)
-            if label and labels.index(label) == i
+            if label and labels.count(label) == 1
         ]
         yield Contents(channels, read, {"format": FORMAT}, notes, computed)
 
@@ -93,6 +94,11 @@ def _labels(file: c3d.Reader) -> list[str]:
     return names[: file.point_used]
 
 
+def _check_single(path: Path, marker: str, labels: Sequence[str]) -> None:
+    if marker and labels.count(marker) > 1:
+        raise FreerockError(path, f"several markers are called {marker!r}", "rename them")
+
+
 def _body(path: Path, name: str, labels: Sequence[str]) -> Body | None:
     """The body that a channel names; None where the name is of another form."""
     motion, colon, rest = name.partition(":")
@@ -106,8 +112,7 @@ def _body(path: Path, name: str, labels: Sequence[str]) -> Body | None:
         if marker not in labels:
             what = f"no marker {marker!r}; its markers are {listed(filter(None, labels))}"
             raise FreerockError(path, what, "correct the channel and position columns of the campaign's CSV")
-        if labels.count(marker) > 1:
-            raise FreerockError(path, f"several markers are called {marker!r}", "rename them")
+        _check_single(path, marker, labels)
     if len({*wanted}) < 2 or len({*wanted}) < len(wanted):
         raise FreerockError(path, f"channel {name!r} names fewer than two markers, or one twice", WRITE_IT)
     return Body(motion, plane, tuple(map(labels.index, wanted)))

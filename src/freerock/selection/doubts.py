@@ -66,7 +66,7 @@ def doubts_about(
         chosen = found.choice(hypotheses).selected
         notes = notes_on_scene(found.fits[chosen], block, motion) if found.widened else []
         for other, fit in found.alternatives.items():
-            notes += explains_as_well(other, fit, found.fits[chosen])
+            notes += explains_as_well(other, fit, found.fits[chosen], found.widened)
         notes += pulled_inputs(found.fits[chosen])
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
         if found.effect and not any(note.verdict == "warn" for note in notes):

@@ -1,7 +1,7 @@
 """Findings of a fit about base, release and sensor, in words."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from freerock.identification.fit import Fit
@@ -63,9 +63,11 @@ def notes_on_scene(fit: Fit, block: Block, motion: Motion) -> list[Reason]:
     return notes
 
 
-def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reason]:
+def explains_as_well(
+    other: Hypothesis, as_well: Fit, fit: Fit, widened: Sequence[str] = ()
+) -> Iterator[Reason]:
     """A warning where a hypothesis with other priors, or with an input beyond its prior, explains a run as
-    well, with another k or r.
+    well, with another k or r. Its name is that of what differs.
 
     Parameters
     ----------
@@ -74,17 +76,19 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
         Under it.
     fit : Fit
         Of the hypothesis that is named.
+    widened : sequence of str
+        Priors that the hypotheses of the run widen where they may.
     """
     name, values = fit.parameters[0], as_well.values
     change = values.get(name, math.inf) / fit.values[name] - 1
     if not abs(change) > TELLING.alike:
         return
-    said, reason = list[str](), "pushed"
-    if "tilt" in {**values, **fit.values}:
+    said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
+    if "tilt" in freed:
         tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
         if tilt or not any(each.startswith("levelled_deg") for each in other.widened):
             said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
-    if "edge_radius" in {**values, **fit.values}:
+    if "edge_radius" in freed:
         radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
@@ -94,6 +98,9 @@ def explains_as_well(other: Hypothesis, as_well: Fit, fit: Fit) -> Iterator[Reas
         if source.label in other.widened:
             off = f"{by * source.u:+.3g} {source.unit}".removesuffix(" 1")
             said, reason = [*said, f"{source.label} off by {off}"], "pulled_input"
+    if not reason:  # the release, which one of the two takes as measured
+        measured, other_release = (fit, as_well) if "release" in other.widened else (as_well, fit)
+        reason = _name_of_release(abs(other_release.values["theta0"]) > abs(measured.values["theta0"]))
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
@@ -177,8 +184,13 @@ def _of_release(fit: Fit, block: Block, motion: Motion) -> Reason:
     )
     off = angle / abs(motion.theta0) - 1
     far = abs(off) > TELLING.pushed or (more < 0 and late > TELLING.late_ms)
-    name = "pushed" if more > 0 else "held_back"
+    name = _name_of_release(more > 0)
     return Reason("warn" if far else "ok", name, f"{text}, and is fitted so", off, TELLING.pushed, "1")
+
+
+def _name_of_release(higher: bool) -> str:
+    """Of a reason on a block that moves as if let go from a higher angle than it was held at, or a lower."""
+    return "pushed" if higher else "held_back"
 
 
 def _rise(block: Block, theta: float) -> float:

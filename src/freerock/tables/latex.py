@@ -179,7 +179,7 @@ def numbers_tex(tidy: Mapping[str, pd.DataFrame]) -> str:
     -------
     str
         A file to `\input`: `\frRecords`, `\frRuns`; of each record the mean parameters of its runs with
-        standard error and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each fit
+        u_total and unit, as `\frConfigTwoMarbleHuntCrossleyK`, and the median discrepancy; of each fit
         its parameters, discrepancy and t_f, with `RunOne` before the model. The numbers of a fit that may
         not be used are the words "failed fit".
     """
