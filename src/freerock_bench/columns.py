@@ -81,7 +81,8 @@ MEANINGS = {
     "added_damping": "value of a lacking parameter, if added to the law, over its standard error",
     "aic": "Akaike's information criterion",
     "alpha_deg": "critical angle about the nearer corner; atan(b/h) of a uniform block, 2b its contact width",
-    "basis": "source of the parameters: other runs of the record, or another block",
+    "basis": "source of k, c, λ, r (geometric means): other runs of the record, or another block; release, "
+    "freed width, tilt and edges are those of the run's own fit",
     "beta": "dispersion of the fragility curve",
     "beta_high": "upper end of the 95 % interval of beta",
     "beta_low": "lower end of the 95 % interval of beta",
@@ -102,7 +103,8 @@ MEANINGS = {
     "end_s": "end of the part since release",
     "epsilon_high": "largest ε_θ of the runs",
     "epsilon_holdout": "ε_θ of the second half of the run with the parameters of the first half",
-    "epsilon_holdout_runs": "ε_θ of the run with the parameters of the record's other runs",
+    "epsilon_holdout_runs": "ε_θ of the run with the law and width of the record's other runs (geometric "
+    "means), its release refitted",
     "epsilon_in_phase": "ε_θ with the r of in_phase",
     "epsilon_low": "least ε_θ of the runs",
     "epsilon_theta": "discrepancy ε_θ (a fraction)",
@@ -143,7 +145,8 @@ MEANINGS = {
     "k_n_m2": "median stiffness k, if it is a parameter",
     "kappa_n_m3": "median κ (stiffness k over the thickness of the bed), if it is a parameter",
     "key": "configuration key of the limit; empty if there is none",
-    "kind": "fitted (point of the curve), counted (share of responses), none (no curve) or no_law (no law explains the runs, or no run is usable)",
+    "kind": "fitted (point of the curve), counted (share of responses), none (no curve) or no_law (no "
+    "law explains the runs, or no run is usable)",
     "lambda_n_s_m3": "median damping λ, if it is a parameter",
     "laser": "name of the laser",
     "level": "mean over the runs of a record, the records of a foundation, or the campaign",
@@ -191,7 +194,8 @@ MEANINGS = {
     "pgv_over_pga_s": "peak ground velocity over peak ground acceleration",
     "probability": "probability of overturning",
     "published": "published value",
-    "quantity": "definition of r: peaks or energy",
+    "quantity": "definition of r: peaks (speed of a rigid block that falls from the measured peak) or energy "
+    "(speed under the law selected for the run, else that of least ε_θ)",
     "r": "restitution from peaks",
     "r_block": "restitution from peaks that are corrected for the sinking corner",
     "r_block_u": "total uncertainty of r_block",
@@ -267,7 +271,11 @@ OWN = {  # meanings in one table alone
     ("candidates.csv", "r"): "median r, if it is a parameter",
     ("candidates.csv", "epsilon_theta"): "median ε_θ (a fraction)",
     ("candidates.csv", "epsilon_holdout"): "median ε_θ of second halves",
-    ("restitution_law.csv", "r"): "restitution at the median speed",
+    (
+        "restitution_law.csv",
+        "r",
+    ): "restitution at the median speed, mean of lines through runs with four or more impacts "
+    "(unweighted, without errors of inputs)",
     ("parts.csv", "value"): "value fitted to this part",
     ("parts.csv", "stderr"): "standard error, if the noise is white",
     ("table3.csv", "epsilon_theta"): "median ε_θ of the runs (a fraction)",

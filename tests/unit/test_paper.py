@@ -62,6 +62,22 @@ def test_table1_says_where_the_nominal_angle_is_not_the_measured_one(datasets, n
     assert angle_notes(table, {"b1": "Slender"}) == ([expected] if told else [])
 
 
+@pytest.mark.parametrize("n_runs, told", [(2, True), (1, False)])
+def test_the_plus_minus_of_table1_is_explained_where_it_is_printed(datasets, n_runs, told):
+    tree = datasets[0][0]
+    runs = [name for name in tree.children if name.startswith("run_")]
+    one = tree.copy()
+    for name in runs[n_runs:]:
+        del one[name]
+    tidy = tidy_tables(*datasets)
+    first = table1([one], {one.attrs["block"]: Block(0.28, 0.07, 5.84)})
+    frames = {"table1": first, "table2": second(tidy["parameters"]), "table3": table3(tidy["epsilon"])}
+    printed = printed_tables(frames, "measured")["table1"]
+    assert ("±" in printed.text.to_string()) == told
+    assert (printed.notes == ["θ₀ measured: mean; ±: standard deviation between the runs."]) == told
+    assert told or printed.notes == []
+
+
 def test_table2_prints_value_and_published_side_by_side(datasets):
     table = second(parameters_table(datasets[1]), PUBLISHED)
     text = table2_text(table[table["block"] == "b1"], {"marble": "Marble", "mat": "Mat"})

@@ -156,8 +156,8 @@ class FoundationSection(Section):
         ge=0,
         le=10,
         description=(
-            "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing to "
-            "`u_total`, and `freerock check` reports a doubt for measured records"
+            "the largest tilt of its base in the plane of rocking, in degrees; without it, tilt adds nothing "
+            "to `u_total`, and `freerock check` reports a doubt for measured records"
         ),
     )
 
@@ -310,7 +310,8 @@ class FitsSection(Section):
         "error",
     )
     profile: bool = Field(
-        False, description="true to add intervals of the profile likelihood, which take some seconds per fit"
+        False,
+        description="true to take 95 % intervals from the profile likelihood: some seconds per fit",
     )
 
     @field_validator("kinematics")

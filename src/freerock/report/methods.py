@@ -202,12 +202,12 @@ def _choice() -> str:
         "sensor at rest in every octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F). The "
         "largest pull of an input (its shift over the standard deviation of that shift) has a p-value above "
         f"{REJECTS:.2g}. No parameter of a larger law is significant if added ({TRACE:.1f} standard errors). "
-        "ε_θ is below 1 when it predicts the second half of the run from the first half, and the run from "
-        "other runs of its record. A candidate is rejected if its Bayesian information criterion "
-        f"[@schwarz1978] is {TELLS:g} above that of another one; or if a larger candidate, of which it is a "
-        f"special case, has a lower criterion and a −2 ln L lower by {TELLS:g}. Of the others the one with "
-        "the fewest free parameters is selected; the rest are also possible. If none explains a run, the "
-        "nearest is selected and marked as such."
+        "ε_θ is below 1 when it predicts the second half of the run from the first half, and the run, with "
+        "refitted release, from other runs of its record. A candidate is rejected if its Bayesian "
+        f"information criterion [@schwarz1978] is {TELLS:g} above that of another one; or if a larger "
+        f"candidate, of which it is a special case, has a lower criterion and a −2 ln L lower by {TELLS:g}. "
+        "Of the others the one with the fewest free parameters is selected; the rest are also possible. If "
+        "none explains a run, the nearest is selected and marked as such."
     )
 
 

@@ -107,8 +107,8 @@ def overturning(frame: pd.DataFrame, labels: Labels) -> Sortable:
     notes = ["The law was identified in free rocking; no test here shows that it holds under a shaking base."]
     if (frame["kind"] == "no_law").any():
         notes.append(
-            "No law: none explains the runs of the record, or no run is usable, so whether its block overturns "
-            "is not known."
+            "No law: none explains the runs of the record, or no run is usable, so whether its block "
+            "overturns is not known."
         )
     return Sortable(heads, rows, caption, notes)
 

@@ -42,7 +42,8 @@ def of_other_runs(
     -------
     dict of int to float
         By run; nothing where fewer than two fits may be used, nor where each impact has a restitution of its
-        own. The parameters are the geometric means of the others' (of the width the mean).
+        own. The parameters and a fitted width are the geometric means of the
+        others'; tilt and edges are the run's own.
     """
     usable = {number: fit for number, fit in fits.items() if fit.success and "r_2" not in fit.parameters}
     if len(usable) < 2:
@@ -59,7 +60,7 @@ def of_other_runs(
 
 
 def _means(model: str, fits: list[Fit]) -> dict[str, float]:
-    """Mean parameters of some runs: geometric, of the width the plain mean."""
+    """Geometric means of the parameters of some runs, and of a fitted width."""
     names = [name for name in (*MODELS[model], "width") if name in fits[0].parameters]
     values = np.array([[fit.values[name] for name in names] for fit in fits])
     return dict(zip(names, np.exp(np.log(values).mean(axis=0)).tolist(), strict=True))

@@ -41,6 +41,8 @@ STOPS_NOTE = (
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
+ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."
+
 SCATTERS = 0.05  # chance of noise to scatter runs as much, above which their spread is but bounded
 
 # Operators miss a nominal angle by some tenths of a degree, 5 % in the virtual campaign.
@@ -206,7 +208,7 @@ def printed_tables(
             table1_columns(first),
             table1_text(first, labels),
             "Block configurations",
-            [*angle_notes(first, labels), *simulated],
+            [*_scatter_note(first), *angle_notes(first, labels), *simulated],
         ),
         "table2": _parameters(second, "Identified parameters, record by record", notes, labels),
         "table3": Printed(
@@ -270,6 +272,10 @@ def angle_notes(frame: pd.DataFrame, labels: Labels | None = None) -> list[str]:
         for row in frame.itertuples()
         if abs(row.release_angle_deg / row.release_angle_nominal_deg - 1) > NOMINAL_DIFFERS
     ]
+
+
+def _scatter_note(frame: pd.DataFrame) -> list[str]:
+    return [ANGLE_NOTE] * any(math.isfinite(row.release_angle_std_deg) for row in frame.itertuples())
 
 
 def table2_columns(frame: pd.DataFrame) -> Sequence[Column]:

@@ -53,9 +53,9 @@ def restitution_law(swings: pd.DataFrame, epsilon: pd.DataFrame) -> pd.DataFrame
     pandas.DataFrame
         Columns `LAW`. quantity is "peaks", √(energy ratio) of a rigid block from the measured peaks against
         the speed of a rigid block that falls from them, or "energy", that of true mechanical energies under
-        the law selected for the run against its speed of impact. speed_m_s is the median speed, r that of
-        the line there; slope_s_m = dr/dv. trend: the interval of the slope does not hold zero, so that r is
-        not a constant within speed_low_m_s to speed_high_m_s.
+        the law selected for the run, else that of least ε_θ, against its speed of impact. speed_m_s is the
+        median speed, r that of the line there; slope_s_m = dr/dv. trend: the interval of the slope does not
+        hold zero, so that r is not a constant within speed_low_m_s to speed_high_m_s.
 
     Notes
     -----
