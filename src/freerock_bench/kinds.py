@@ -14,9 +14,9 @@ import math
 import re
 import sys
 import zlib
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -61,7 +61,7 @@ COLUMNS = [
     "causes",
     "names",
 ]
-COLUMNS += ["first", "among", "error", "z", "z_u"]
+COLUMNS += ["first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
 OWN = ("incline", "volts", "lost", "bits", "slow")  # what differs beside the scene
 Draw = Any
 
@@ -248,8 +248,18 @@ def stated_laboratory(configuration: str, caliper: bool) -> Laboratory:
     return Laboratory(block, {"laser": laser}, tuple(inputs))
 
 
-def record(name: str, i: int) -> tuple[Floats, Laboratory, dict[str, float], Row]:
-    """Volts of the i-th record of a kind, the stated laboratory, the true parameters, and what it is of."""
+class Record(NamedTuple):
+    """Volts, the stated and the true laboratory, the true parameters, and what the record is of."""
+
+    volts: Floats
+    stated: Laboratory
+    laboratory: Laboratory
+    true: dict[str, float]
+    row: Row
+
+
+def record(name: str, i: int) -> Record:
+    """The i-th record of a kind."""
     kind, draw = KINDS[name], np.random.default_rng([SEED, 38, zlib.crc32(name.encode()), i])
     turn = i + zlib.crc32(name.encode())
     configuration, foundation = place(turn)
@@ -274,7 +284,7 @@ def record(name: str, i: int) -> tuple[Floats, Laboratory, dict[str, float], Row
     volts = _measured(scene, true, own, draw)
     row = {"case": name, "run": i + 1, "law": kind.law, "block": configuration, "foundation": foundation}
     row["known"] = "callipers" if stated.inputs[0].stated else "defaults"
-    return volts, stated, soil, row
+    return Record(volts, stated, replace(true, block=block), soil, row)
 
 
 def _soil(kind: Kind, foundation: str) -> list[tuple[str, float]]:
@@ -313,14 +323,82 @@ def _still(stands: Floats, held: Floats, draw: Draw) -> list[tuple[Floats, float
 def rows_of(case: tuple[str, int]) -> list[Row]:
     """A row per parameter of one record; one without a number where nothing was fitted."""
     name, i = case
-    volts, stated, true, row = record(name, i)
-    (laser,) = stated.lasers.values()
-    time_s = np.arange(volts.size) / RATE_HZ
+    made = record(name, i)
+    row = made.row
     try:
-        result = analysed(time_s, volts, laser, stated.block, laboratory=stated)
+        result = _analysed(made.volts, made.stated)
     except FreerockError as error:
         return [row | {"parameter": "", "verdict": "fail", "causes": "", "names": str(error.what)}]
-    return [row | _named(result, name) | each for each in _numbers(result, name, true)]
+    row = row | _named(result, name) | _advised(made, result, name)
+    return [row | each for each in _numbers(result, name, made.true)]
+
+
+def _analysed(volts: Floats, stated: Laboratory) -> Analysed:
+    """A record with the inputs of a laboratory; its clock and scale are those of the record."""
+    (laser,), time_s = stated.lasers.values(), np.arange(volts.size) / RATE_HZ * stated.clock
+    volts = volts[0] + stated.scales[0] * (volts - volts[0])
+    stated = replace(stated, clock=1.0, scales=(1.0, 1.0))
+    return analysed(time_s, volts, laser, stated.block, laboratory=stated)
+
+
+class Advice(NamedTuple):
+    """To measure an input of an owner again, or to set it otherwise by so much [SI]; `response_ms` to a
+    value [ms]."""
+
+    name: str
+    owner: str
+    by: float
+    measure: bool
+
+
+def advice(result: Analysed) -> Iterator[Advice]:
+    """What warnings advise on inputs of the laboratory."""
+    for reason in result.verdict.reasons:
+        if reason.verdict != "warn":
+            continue
+        text = reason.text.partition("would take: ")[2] or reason.text
+        for name, owner, by in re.findall(r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)", text):
+            yield Advice(name, owner, float(by), True)
+        for name, by, owner in re.findall(r"(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)", text):
+            yield Advice(name, owner, float(by), False)
+        for slow_ms in re.findall(r"(?:response_ms, |averages over )([\d.]+) ms", text):
+            yield Advice("response_ms", "laser", float(slow_ms), False)
+
+
+def followed(stated: Laboratory, true: Laboratory, to: Advice) -> Laboratory:
+    """The stated laboratory as an advice has it, followed blindly; what is measured again has its
+    uncertainty."""
+    if to.name == "response_ms":
+        lasers = {key: replace(each, response_ms=to.by) for key, each in stated.lasers.items()}
+        return replace(stated, lasers=lasers)
+    by = to.by
+    if to.measure:
+        (u,) = [each.u for each in stated.inputs if each.name == to.name] or [0.0]
+        by = _value(true, to.name) - _value(stated, to.name)
+        by += u * np.random.default_rng([SEED, zlib.crc32(to.name.encode())]).standard_normal()
+    return stated.moved(Input(to.owner, to.name, by, True), 1.0)
+
+
+def _value(laboratory: Laboratory, name: str) -> float:
+    (laser,), block = laboratory.lasers.values(), laboratory.block
+    known = {"com_height_m": block.h, "com_offset_m": block.e, "inertia_kg_m2": block.inertia_cm}
+    known |= {"position_m": laser.position, "scale_fraction": laboratory.scales[0]}
+    known |= {"sampling_rate_fraction": 1 / laboratory.clock, "levelled_deg": math.degrees(laboratory.tilt)}
+    return known[name] if name in known else float(getattr(block, name))
+
+
+def _advised(made: Record, result: Analysed, name: str) -> Row:
+    """What the first advice on an input leads to."""
+    to = next(advice(result), None)
+    if to is None:
+        return {}
+    row: Row = {"advice": f"{to.name} {to.by:+g}" if not to.measure else f"{to.name} again"}
+    try:
+        then = _analysed(made.volts, followed(made.stated, made.laboratory, to))
+    except FreerockError:
+        return row | {"advised": "fail"}
+    off = [abs(each["z_u"]) for each in _numbers(then, name, made.true) if "z_u" in each]
+    return row | {"advised": then.verdict.level, "advised_z_u": max(off, default=math.nan)}
 
 
 def causes_of(result: Analysed) -> list[str]:
@@ -374,7 +452,10 @@ class _Kinds(Study):
     def markdown(self, frame: pd.DataFrame) -> str:
         """A row per kind: verdicts, numbers, causes; then all, clean ones, and the rest."""
         head = "| kind | ok | warn | fail | first cause right | among three | inside ± 1.96 u "
-        lines = [head + "| ok beyond 2 u | 3 u | first causes |", "|---" * 10 + "|"]
+        lines = [
+            head + "| ok beyond 2 u | 3 u | advice followed | then ok | beyond 3 u | first causes |",
+            "|---" * 13 + "|",
+        ]
         clean = frame["case"].map(lambda name: not KINDS[name].names).astype(bool)
         groups = [*frame.groupby("case", sort=False)]
         groups += [("**clean**", frame[clean]), ("**others**", frame[~clean]), ("**all**", frame)]
@@ -395,6 +476,9 @@ def _cells(name: str, own: pd.DataFrame) -> list[str]:
     cells += [f"{n} of {len(seen)}" * bool(len(seen)) for n in right]
     cells += [f"{int(known['inside'].astype(bool).sum())} of {len(known)}" * bool(len(known))]
     cells += [str(int((ok > limit).sum()) or "") for limit in (2, 3)]
+    followed = runs[runs["advice"].notna()]
+    then = followed[followed["advised"] == "ok"]
+    cells += [str(n or "") for n in (len(followed), len(then), (then["advised_z_u"] > 3).sum())]
     first = runs.loc[warned, "causes"].fillna("").str.split().str[0].value_counts()
     told = ", ".join(f"{each} {n}" for each, n in first.head(3).items()) if not name.startswith("**") else ""
     return [*cells, told]

@@ -4,8 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from freerock.runs.verdict import Reason, Verdict
+from freerock.selection.hypothesis_search import Identified
+from freerock_bench.analysed import Analysed
 from freerock_bench.harness import NUMBERS
-from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, cases, record, rows_of
+from freerock_bench.kinds import KINDS, MARK, SIZES, STUDY, Advice, advice, cases, followed, record, rows_of
 
 pytestmark = pytest.mark.slow
 
@@ -23,12 +26,12 @@ def test_every_kind_has_its_records_and_most_have_a_name():
     "name", ["clean, rigid", "60 g glued on top, aside", "three samples lost", "beam tilted by 5°"]
 )
 def test_a_record_is_that_of_its_seed(name):
-    volts, stated, true, row = record(name, 1)
-    np.testing.assert_array_equal(record(name, 1)[0], volts)
+    volts, stated, _, true, row = record(name, 1)
+    np.testing.assert_array_equal(record(name, 1).volts, volts)
     assert np.all(np.isfinite(volts)) and volts.size > 5000 and np.std(volts[:1000]) < 5e-3
     assert {*true} <= {"r", "k", "c", "lambda"} and {*row} <= COLUMNS
     assert len({each.name for each in stated.inputs}) == len(stated.inputs) == 9
-    other = record(name, 2)[0]
+    other = record(name, 2).volts
     assert other.size != volts.size or not np.array_equal(other, volts)
 
 
@@ -53,6 +56,30 @@ def test_a_mat_that_hardens_is_named_and_gives_its_law():
         assert abs(row["z_u"]) < 3 and abs(row["error"]) < 0.01
 
 
+def test_advice_is_read_from_the_warnings_and_followed():
+    texts = ["width_m of config3 fitted -0.001 m off, a pull of -3.4: measure it again"]
+    texts += [
+        "no candidate explains the run; of the misfit of Winkler would take: height_m, +0.002 m of config3 "
+        "or sampling_rate_fraction, -0.003 of laser (40 %); friction, a moment of 0.007 N m, as of a cable"
+    ]
+    texts += ["blurred as by a sensor that averages over 6.1 ms, beside the 0 ms stated: find out"]
+    verdict = Verdict(tuple(Reason("warn", "any", text) for text in texts))
+    found = [*advice(Analysed(verdict, Identified(), None))]
+    assert found == [
+        Advice("width_m", "config3", -0.001, True),
+        Advice("height_m", "config3", 0.002, False),
+        Advice("sampling_rate_fraction", "laser", -0.003, False),
+        Advice("response_ms", "laser", 6.1, False),
+    ]
+    _, stated, true, _, _ = record("width 1 mm less", 0)
+    u = next(each.u for each in stated.inputs if each.name == "width_m")
+    again = followed(stated, true, found[0])
+    assert abs(again.block.width_m - true.block.width_m) < 4 * u
+    assert followed(stated, true, found[1]).block.height_m == pytest.approx(stated.block.height_m + 0.002)
+    assert followed(stated, true, found[2]).clock == pytest.approx(stated.clock / 0.997)
+    assert followed(stated, true, found[3]).lasers["laser"].response_ms == 6.1
+
+
 def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     def number(name, run, verdict, causes, z, first):
         row = {"case": name, "run": run, "verdict": verdict, "causes": causes, "z_u": z}
@@ -63,9 +90,14 @@ def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):
     rows = [number(some[0], 1, "ok", "", -0.5, False), number(some[0], 2, "ok", "", 2.5, False)]
     rows += [number(some[1], 1, "warn", "slip air", 1.0, True), number(some[1], 2, "ok", "", 9.0, False)]
     rows += [number(some[1], 3, "warn", "air slip", 3.5, False)]
+    rows[2] |= {"advice": "width_m again", "advised": "ok", "advised_z_u": 3.5}
+    rows[4] |= {"advice": "height_m +0.001", "advised": "warn", "advised_z_u": 5.0}
     table = STUDY.markdown(pd.DataFrame(rows, columns=[*NUMBERS, *STUDY.columns])).splitlines()
-    assert table[2] == "| clean, rigid | 2 | 0 | 0 |  |  | 1 of 2 | 1 |  |  |"
-    assert table[3] == "| slips, μ = 0.1 | 1 | 2 | 0 | 1 of 2 | 2 of 2 | 1 of 3 | 1 | 1 | slip 1, air 1 |"
+    assert table[2] == "| clean, rigid | 2 | 0 | 0 |  |  | 1 of 2 | 1 |  |  |  |  |  |"
+    assert (
+        table[3]
+        == "| slips, μ = 0.1 | 1 | 2 | 0 | 1 of 2 | 2 of 2 | 1 of 3 | 1 | 1 | 2 | 1 | 1 | slip 1, air 1 |"
+    )
     assert table[-1].startswith("| **all** | 3 | 2 | 0 | 1 of 2 | 2 of 2 | 2 of 5 | 2 | 1 |")
     monkeypatch.setattr("freerock_bench.kinds.KINDS", {some[0]: KINDS[some[0]]})
     document = tmp_path / "validation.md"
