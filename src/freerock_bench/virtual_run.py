@@ -5,6 +5,7 @@ Every case is drawn from its own seed, so that a study's numbers do not depend o
 
 import math
 import multiprocessing
+import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -190,6 +191,7 @@ def draw_truth(model: str, noises: Sequence[str], generator: np.random.Generator
 
 def rows_of_all(function: Callable[[Any], list[Row]], cases: Sequence[Any]) -> list[Row]:
     """Rows of all cases, on all cores."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # as in the workflow's jobs
     with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
         return [row for rows in pool.map(function, cases, chunksize=4) for row in rows]
 

@@ -11,7 +11,7 @@ arXiv:1103.0354).
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import lmfit
@@ -84,6 +84,7 @@ class Nuisances:
 
     problem: Problem
     sources: tuple[Input, ...]
+    _last: dict[bytes, tuple[Laboratory, Problem]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, problem: Problem) -> "Nuisances":
@@ -101,7 +102,7 @@ class Nuisances:
 
     def posed(self, z: Floats) -> Problem:
         """The problem with inputs moved by z standard uncertainties, shape (n_sources,)."""
-        return in_laboratory(self.problem, self._moved(z)) if z.any() else self.problem
+        return in_laboratory(self.problem, self._there(z)[0]) if z.any() else self.problem
 
     def by_inputs(self, z: Floats, x: Floats, samples: Samples) -> Floats:
         """Derivatives by z of the residual [rad] and, below, of what is measured of the release (`rows`)."""
@@ -129,25 +130,25 @@ class Nuisances:
         uncertainties the release lies off what was measured."""
         if not z.any():
             return self.problem.curve(x, samples, rtol) - samples.theta, self.problem.prior_of_release(x)[0]
-        posed, own = _seen_in(self.problem, self._moved(z)), self.on_clock(z, samples)
+        (_, posed), own = self._there(z), self.on_clock(z, samples)
         return self.read(z, posed.curve(x, own, rtol)) - samples.theta, posed.prior_of_release(x)[0]
 
     def jacobian(self, z: Floats, x: Floats, samples: Samples) -> tuple[Floats, Floats]:
         """Derivatives of `rows` by x, shapes (n_samples, n_parameters) and (n_rows, n_parameters)."""
         if not z.any():
             return self.problem.jacobian(x, samples), self.problem.prior_of_release(x)[1]
-        posed, own = _seen_in(self.problem, self._moved(z)), self.on_clock(z, samples)
+        (_, posed), own = self._there(z), self.on_clock(z, samples)
         exact = posed.exact_curve(x, own)
         by_x = posed.jacobian(x, own, known=exact) * self.slope(z, exact[0])[:, None]
         return by_x, posed.prior_of_release(x)[1]
 
     def on_clock(self, z: Floats, samples: Samples) -> Samples:
         """Samples of the stated problem at the instants of a clock that is moved with the inputs."""
-        return replace(samples, time_s=samples.time_s * self._moved(z).clock / self._stated.clock)
+        return replace(samples, time_s=samples.time_s * self._there(z)[0].clock / self._stated.clock)
 
     def read(self, z: Floats, theta: Floats) -> Floats:
         """Rotation [rad] of inputs moved by z as the stated ones read it, where the noise is the sensor's."""
-        return self._moved(z).reread(theta, self._stated) if z.any() else theta
+        return self._there(z)[0].reread(theta, self._stated) if z.any() else theta
 
     def slope(self, z: Floats, theta: Floats) -> Floats:
         """Derivative of `read` by the rotation."""
@@ -163,8 +164,14 @@ class Nuisances:
         assert laboratory is not None
         return laboratory
 
-    def _moved(self, z: Floats) -> Laboratory:
-        return self._stated.at(self.sources, z)
+    def _there(self, z: Floats) -> "tuple[Laboratory, Problem]":
+        """The laboratory with inputs moved, and the problem as it sees it; of the last z it is known."""
+        key = z.tobytes()
+        if key not in self._last:
+            moved = self._stated.at(self.sources, z)
+            self._last.clear()
+            self._last[key] = moved, _seen_in(self.problem, moved)
+        return self._last[key]
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,17 +27,54 @@ from freerock.models.laws import CANDIDATES, MODELS, Rules, law_of
 from freerock.models.simulate import Solver, simulate
 from freerock.rotation.beam import displaced, turned
 
-STEP_S, LONGEST = 1e-3, 12000  # of the path, and its instants at most
-SMALL = 1e-4  # of the weight's moment, by which an effect acts for its derivative
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(48)  # over the base
-DULL_RAD_S = 2e-3  # rate over which dry friction turns round
-RELAXES_S = (0.005, 0.02, 0.08)
-GRIPS = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
-PLACES = 48  # instants at which samples may be lost
-LINE_HZ, LINE_WIDTH, LINE_LEAST_HZ = (14.0, 120.0), 0.06, 2.0
 EITHER = (-math.inf, math.inf)
-LIKE_IT = (0.3, 3.0)  # times itself, what of an effect that has no size of its own
-ABOVE, SURE = 3.0, 8.0  # times the power on either side, and standard deviations of the noise, of a line
+
+
+@dataclass(frozen=True)
+class Tries:
+    """Which effects are tried, and how; by judgement.
+
+    Parameters
+    ----------
+    step_s, longest : float, int
+        Of the path [s], and its instants at most.
+    small : float
+        Of the weight's moment, by which an effect acts for its derivative.
+    dull_rad_s : float
+        Rate over which dry friction turns round [rad/s].
+    relaxes_s : tuple of float
+        Relaxation times of a bed [s].
+    grips : tuple of float
+        Friction coefficients of a base that slips.
+    like_it : (float, float)
+        Times itself, within which the amount of an effect lies that has no size of its own.
+    places : int
+        Instants at which samples may be lost.
+    line_hz : (float, float)
+        Between which a line is sought [Hz].
+    line_width, line_least_hz : float
+        Half the width of a line over its frequency, and at least [Hz].
+    above, sure : float
+        Times the power on either side, and standard deviations of the noise, from which it is a line.
+    """
+
+    step_s: float = 1e-3
+    longest: int = 12000
+    small: float = 1e-4
+    dull_rad_s: float = 2e-3
+    relaxes_s: tuple[float, ...] = (0.005, 0.02, 0.08)
+    grips: tuple[float, ...] = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4)
+    like_it: tuple[float, float] = (0.3, 3.0)
+    places: int = 48
+    line_hz: tuple[float, float] = (14.0, 120.0)
+    line_width: float = 0.06
+    line_least_hz: float = 2.0
+    above: float = 3.0
+    sure: float = 8.0
+
+
+TRIES = Tries()
 
 
 class Effect(NamedTuple):
@@ -75,12 +112,14 @@ def line_in(best: Posterior) -> tuple[float, float]:
     power = np.abs(rfft(left - left.mean())) ** 2 / len(left)
     share = power / np.maximum(noise_of(motion).density(rfftfreq(len(left))), np.finfo(float).tiny)
     found, frequency = np.cumsum(np.append(0.0, share)), rfftfreq(len(left), 1 / rate_hz)
-    middle = np.flatnonzero((frequency > LINE_HZ[0]) & (frequency < min(LINE_HZ[1], rate_hz / 4)))
-    half = np.maximum(LINE_WIDTH * frequency[middle], LINE_LEAST_HZ)
+    middle = np.flatnonzero((frequency > TRIES.line_hz[0]) & (frequency < min(TRIES.line_hz[1], rate_hz / 4)))
+    half = np.maximum(TRIES.line_width * frequency[middle], TRIES.line_least_hz)
     ends = [np.searchsorted(frequency, frequency[middle] + by * half) for by in (-3, -1, 1, 3)]
     below, inside, above = (found[high] - found[low] for low, high in pairwise(ends))
     count = ends[2] - ends[1]
-    is_line = (inside > ABOVE * np.maximum(below, above)) & (inside - count > SURE * np.sqrt(count))
+    is_line = (inside > TRIES.above * np.maximum(below, above)) & (
+        inside - count > TRIES.sure * np.sqrt(count)
+    )
     if not is_line.any():
         return 0.0, 0.0
     at = int(np.argmax(np.where(is_line, inside, 0.0)))
@@ -111,8 +150,8 @@ class _Path:
         foundation = Foundation.of(values) if law_of(problem.model).is_foundation else None
         if view is not None:
             values["theta0"] = view.released(values["theta0"], block, foundation)
-        n = min(int((best.own.time_s[-1] - values["t0"]) / STEP_S) + 2, LONGEST)
-        path = cls(best, law, block, values, problem.rules, np.arange(n, dtype=float) * STEP_S)
+        n = min(int((best.own.time_s[-1] - values["t0"]) / TRIES.step_s) + 2, TRIES.longest)
+        path = cls(best, law, block, values, problem.rules, np.arange(n, dtype=float) * TRIES.step_s)
         try:
             return path if np.all(np.isfinite(path.states)) else None
         except FreerockError:
@@ -144,7 +183,7 @@ class _Path:
         most = np.abs(ground).max()
         if not most > 0:
             return None
-        size = SMALL * GRAVITY * math.tan(self.block.theta_cr) / most
+        size = TRIES.small * GRAVITY * math.tan(self.block.theta_cr) / most
         try:
             change = (self._moved(size * ground)[0] - self.states[0]) / size
         except FreerockError:
@@ -201,8 +240,8 @@ class _Path:
             fall = -self.block.b * np.cos(theta) * np.sign(theta) * rate
         sideways, up = self.lever * rate, -fall - self.along * rate
         return (
-            m * np.gradient(sideways, STEP_S),
-            np.maximum(m * (GRAVITY + np.gradient(up, STEP_S)), 0.0),
+            m * np.gradient(sideways, TRIES.step_s),
+            np.maximum(m * (GRAVITY + np.gradient(up, TRIES.step_s)), 0.0),
         )
 
 
@@ -224,7 +263,7 @@ def _of_reading(best: Posterior) -> Iterator[Effect]:
         yield Effect("sensor", slope * bent, "bent by {:+.2%} of its range".format, EITHER)
     rate = np.gradient(theta, samples.time_s)
     rate_hz = 1 / float(np.median(np.diff(samples.time_s)))
-    for at in np.linspace(0.02, 0.8, PLACES) * samples.time_s[-1]:
+    for at in np.linspace(0.02, 0.8, TRIES.places) * samples.time_s[-1]:
 
         def text(a: float, at: float = float(at)) -> str:
             return f"{a * rate_hz:.1f} lost at {at:.2f} s"
@@ -237,21 +276,21 @@ def _of_forces(path: _Path) -> Iterator[Effect]:
     rate = path.states[1]
     air = path.by(-rate * np.abs(rate))
     yield from _acting("air", air, "drag of {:.2g} N m s²".format)
-    rubs = path.by(-np.tanh(rate / DULL_RAD_S))
+    rubs = path.by(-np.tanh(rate / TRIES.dull_rad_s))
     yield from _acting("friction", rubs, "a moment of {:.2g} N m, as of a cable".format)
     sideways, carried = path.held
     inertia, m = path.block.inertia_cm, path.block.mass_kg
-    for grip in GRIPS:
+    for grip in TRIES.grips:
         lacks = -np.sign(sideways) * np.maximum(np.abs(sideways) - grip * carried, 0.0)
         slips = path.by(-path.lever * lacks * (1 + m * path.lever**2 / inertia))
-        yield from _acting("slip", slips, f"friction coefficient about {grip:g}".format, LIKE_IT)
+        yield from _acting("slip", slips, f"friction coefficient about {grip:g}".format, TRIES.like_it)
     if not law_of(path.law).is_foundation:
         return
     k, depth = path.values["k"], np.maximum(path.depths, 0.0)
     hardens = path.on_base(k * depth**2)
     yield from _acting("hardening", hardens, lambda a: f"of a bed {1e3 / a:.2g} mm thick")
-    for tau in RELAXES_S:
-        keep = math.exp(-STEP_S / tau)
+    for tau in TRIES.relaxes_s:
+        keep = math.exp(-TRIES.step_s / tau)
         memory = lfilter([1.0], [1.0, -keep], np.diff(depth, axis=1, prepend=depth[:, :1]), axis=1)
         relaxes = path.on_base(k * np.where(depth > 0, memory, 0.0))
         yield from _acting("relaxation", relaxes, f"of the bed, {{:.1%}} in {1e3 * tau:g} ms".format)
