@@ -1,6 +1,7 @@
 """Noise at rest: its spectrum, residuals against it, likelihood under it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -289,3 +290,17 @@ def test_nothing_is_averaged_where_all_fitted_numbers_are_held_at_a_bound():
     residual, rate_hz = np.random.default_rng(1).normal(0, 1e-4, 4000), 2000.0
     found = against_rest(residual, np.empty((4000, 0)), [4000], [white_noise(1e-4, rate_hz)])
     assert found.is_noise
+
+
+@pytest.mark.parametrize("coarse", [1.0, 3.0, 5.0, 10.0])
+def test_a_block_that_stands_between_two_steps_is_off_by_no_more_than_is_stated(coarse):
+    """The mean of many samples against the level, over all places between two steps of a converter."""
+    generator = np.random.default_rng(5)
+    place = coarse * np.linspace(-0.5, 0.5, 41)
+    samples = place[:, None] + generator.standard_normal((41, 4000))
+    off = (coarse * np.rint(samples / coarse)).mean(axis=1) - place
+    sigma = math.hypot(1.0, coarse / math.sqrt(12))
+    stated = replace(white_noise(1.0, 1e3), step=coarse / sigma).stuck * sigma**2
+    seen = float(np.mean(off**2))
+    assert seen < 1.05 * stated + 2 / 4000
+    assert stated < max(2.5 * seen, 0.03)

@@ -34,6 +34,7 @@ CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
 STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
 COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
+ROUNDED = 0.15  # of the error of rounding that a scatter holds: to which it is known. Set at a step of 10 σ
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +96,13 @@ class Noise:
         """Of noise over σ, mean square of a converter's error of which a block that stands shows nothing.
 
         Its first harmonic over the place between two steps (Widrow and Kollár 2008,
-        doi:10.1017/CBO9780511754661). σ holds the error of rounding; a rest shows more or less of it.
+        doi:10.1017/CBO9780511754661). σ holds the error of rounding. A rest shows more or less of it, so that
+        what σ holds besides is known to `ROUNDED` of it.
         """
         if not self.step:
             return 0.0
         rounding = self.step**2 / 12
-        before = max(1 - rounding, 0.0)
+        before = max(1 - (1 + ROUNDED) * rounding, 0.0)
         first: float = self.step / math.pi * math.exp(-2 * before * (math.pi / self.step) ** 2)
         return min(first**2 / 2, rounding)
 
