@@ -103,9 +103,8 @@ def _causes_of(block: Block, motion: Motion, found: Identified, hypotheses: Hypo
     laboratory is known."""
     if motion.laboratory is None:
         return ""
-    fits = [model for model, fit in found.fits.items() if fit.success] or [*found.fits]
-    causes = {model: ranked(found.at_best(model, block, motion, hypotheses)) for model in fits}
-    named = [model for model in fits if causes[model]]
+    causes = {model: ranked(found.at_best(model, block, motion, hypotheses)) for model in found.fits}
+    named = [model for model in causes if causes[model]]
     if not named:
         return ""
     best = min(named, key=lambda model: causes[model][0].left)
