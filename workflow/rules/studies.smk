@@ -23,7 +23,7 @@ DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "kind
 
 # The stability atlas is a figure for each of its pages.
 PAGES = ["stiffness", "step", "release", "others"]
-AS_TABLES = ["bits", "faults", "drawn"]  # their tables are on docs/validation.md
+AS_TABLES = ["faults", "drawn"]  # their tables are on docs/validation.md
 FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 
 

@@ -5,6 +5,7 @@ the figures that name them. Returned are the figure, or its pages, and the rows 
 """
 
 __all__ = [
+    "bits",
     "confusion",
     "cost",
     "coverage",
