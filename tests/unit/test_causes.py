@@ -163,3 +163,8 @@ def test_where_the_law_cannot_be_followed_no_effect_is_required(monkeypatch):
     best = at_end(posed("hunt_crossley", (BLOCK,), (motion,), FitSettings()), fit.values, fit.contributions)
     monkeypatch.setattr(unmodelled._Path, "of", lambda _: None)
     assert required_effect(best) is None
+
+
+def test_three_causes_are_named_where_nothing_swings():
+    causes = unexplained({"rub_nm": 3e-3, "air_nms2": 2e-3})
+    assert len(causes) == 3 and "oscillation" not in {cause.name for cause in causes}

@@ -114,9 +114,9 @@ def ranked(best: Posterior) -> list[Cause]:
     scored = [*_scored(rows, int(end.free.sum()), every), *_line(end, rows)]
     scored.sort(key=lambda each: -each.share)
     causes = _named(end, [each for each in scored if each.share > LEAST])
-    if any(each.name == LINE for each in causes):
-        return causes
-    return [*causes[: TOLD - 1], *_named(end, [each for each in scored if each.name == LINE])]
+    line = _named(end, [each for each in scored if each.name == LINE])
+    named = not line or any(each.name == LINE for each in causes)
+    return causes if named else [*causes[: TOLD - 1], *line]
 
 
 def required_effect(best: Posterior) -> Cause | None:
