@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Complexes, Floats, Indices
 
@@ -249,12 +250,11 @@ def _power(time: Floats, shifted: Complexes, offset_hz: float) -> float:
 
 
 def _maximum(time: Floats, shifted: Complexes, bin_hz: float) -> float:
-    """Offset of the highest power [Hz], within one bin of 0, by ternary search."""
-    low, high = -bin_hz, bin_hz
-    while high - low > 1e-7 * bin_hz:
-        third = (high - low) / 3
-        if _power(time, shifted, low + third) < _power(time, shifted, high - third):
-            low += third
-        else:
-            high -= third
-    return (low + high) / 2
+    """Offset of the highest power [Hz], within one bin of 0."""
+    found = minimize_scalar(
+        lambda offset_hz: -_power(time, shifted, offset_hz),
+        bounds=(-bin_hz, bin_hz),
+        method="bounded",
+        options={"xatol": 1e-7 * bin_hz},
+    )
+    return float(found.x)

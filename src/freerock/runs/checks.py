@@ -263,7 +263,8 @@ def peak_on_the_same_side(run: Facts) -> tuple[float, float] | None:
     theta = theta[np.isfinite(theta)]
     if theta.size < FEWEST:
         return None
-    theta = np.sort(np.lib.stride_tricks.sliding_window_view(theta, 3), axis=1)[:, 1]
+    low, high = np.minimum(theta[:-2], theta[1:-1]), np.maximum(theta[:-2], theta[1:-1])
+    theta = np.maximum(low, np.minimum(high, theta[2:]))
     highest = float(np.abs(theta).max())
     least = max(SWING * run.sigma_theta, TURN * highest)
     turns = turning_points(theta, least)
