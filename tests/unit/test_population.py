@@ -75,6 +75,21 @@ def test_blocks_that_differ_by_no_more_than_their_widths_may_are_not_told_apart(
     assert not alike["shared"].any()
 
 
+def test_a_single_run_that_inputs_bring_near_shows_no_shared_foundation():
+    """Runs that differ significantly by scatter alone, but not with the inputs of their blocks."""
+    several, single = drawn(1, 4, 4), np.zeros((1, 2))
+    widths = [{(block, "width_m"): np.array([0.1, 0.1])} for block in "abc"]
+    table = shared_foundation(
+        [
+            each
+            for name, own, width in zip("abc", (several[0], several[1] + 0.1, single), widths, strict=True)
+            for each in estimates(name, own, width)
+        ]
+    )
+    assert (table["f_p"] < 0.05).all() and (table["inputs_p"] > 0.05).all()
+    assert table["shared"].isna().all()
+
+
 def test_one_block_is_no_question():
     assert shared_foundation(estimates("a", [[0, 0], [0.1, 0.1]])).empty
     assert shared_foundation([]).empty

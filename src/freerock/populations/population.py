@@ -81,7 +81,7 @@ def _answers(estimates: list[Estimate], n_rejected: int) -> list[dict[str, Any]]
     seen = found.p < TEST.significant
     differ = seen and not inputs_p >= TEST.significant
     doubtful = math.isnan(visible[0]) or min(map(len, logs)) == 1
-    unknown = (doubtful and not seen) or n_rejected > n_runs / 2
+    unknown = (doubtful and not differ) or n_rejected > n_runs / 2
     return [
         {
             "parameter": name,
