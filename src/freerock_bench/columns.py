@@ -97,7 +97,7 @@ MEANINGS = {
     "contact_width_m": "median contact width, if it is a parameter",
     "contribution": "shift of the mean for one standard uncertainty of the input",
     "contribution_fraction": "uncertainty by the input, as a share of the value",
-    "discrepancy": "standard uncertainty by errors of the law; 0 if it clearly explains the run",
+    "discrepancy": "standard uncertainty by errors of the law; 0 if the run shows none",
     "draw": "number of the draw of parameters; draw 0 has the mean parameters",
     "duration_s": "time from release to rest",
     "end_s": "end of the part since release",

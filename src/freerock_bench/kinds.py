@@ -4,10 +4,10 @@ Each record is made by `springs`, whose method and code are apart from the laws 
 are off by normal draws of what is stated of them: block and beam by callipers in every other record, by the
 defaults of a campaign in the others. Releases, fingers, noise and soil scatter.
 
-    python -m freerock_bench.kinds results/studies/kinds.csv full docs/validation.md
+    python -m freerock_bench.kinds results/studies/kinds.csv medium docs/validation.md
 
-measures (`small`: a record of each kind; `full`: five, in an hour of processor time) and renews the table in
-the documentation, where it is named.
+measures (`small`: a record of each kind; `medium`: three, in an hour of processor time; `full`: five) and
+renews the table in the documentation, where it is named.
 """
 
 import math
@@ -36,7 +36,7 @@ from freerock_bench.springs import Motion, Scene, read
 from freerock_bench.truths import place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
 
-SIZES = {"small": 1, "full": 5, "long": 20}  # records of each kind
+SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
 RATE_HZ, REST_S, TILT_S = 1000.0, 2.0, 1.2
 V_PER_M, ZERO_V, WHITE_V, SPAN_V = 100.0, 5.0, 2e-3, 20.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
@@ -48,6 +48,11 @@ BLOCK = ("com_height_m", "inertia_kg_m2", "height_m", "position_m", "com_offset_
 SCALES = ("scale_fraction", "position_m", "beam", "sensor")
 SLOW = ("slow_sensor", "response_ms")
 EDGES = ("rounded_edges", "width_m", "edge_radius")
+ADVICE = re.compile(
+    r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)"  # measure it again
+    r"|(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)"  # a cause, by how much it is off
+    r"|(?:response_ms, |averages over )([\d.]+) ms"
+)
 MARK = ("<!-- kinds -->\n\n", "\n\n<!-- end of the kinds -->")
 COLUMNS = [
     "run",
@@ -354,20 +359,23 @@ class Advice(NamedTuple):
 def advice(result: Analysed) -> Iterator[Advice]:
     """What warnings advise on inputs of the laboratory."""
     for reason in result.verdict.reasons:
-        if reason.verdict != "warn":
-            continue
-        text = reason.text.partition("would take: ")[2] or reason.text
-        for name, owner, by in re.findall(r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)", text):
-            yield Advice(name, owner, float(by), True)
-        for name, by, owner in re.findall(r"(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)", text):
-            yield Advice(name, owner, float(by), False)
-        for slow_ms in re.findall(r"(?:response_ms, |averages over )([\d.]+) ms", text):
-            yield Advice("response_ms", "laser", float(slow_ms), False)
+        if reason.verdict == "warn":
+            text = reason.text.partition("would take: ")[2] or reason.text
+            for found in ADVICE.finditer(text):
+                again, owner, by, name, off, of, slow_ms = found.groups()
+                if again == "response_ms":
+                    continue  # what it truly is, no record of a kind states
+                if again:
+                    yield Advice(again, owner, float(by), True)
+                elif name:
+                    yield Advice(name, of, float(off), False)
+                else:
+                    yield Advice("response_ms", "laser", float(slow_ms), False)
 
 
-def followed(stated: Laboratory, true: Laboratory, to: Advice) -> Laboratory:
+def followed(stated: Laboratory, true: Laboratory, to: Advice, draw: Draw) -> Laboratory:
     """The stated laboratory as an advice has it, followed blindly; what is measured again has its
-    uncertainty."""
+    uncertainty, drawn."""
     if to.name == "response_ms":
         lasers = {key: replace(each, response_ms=to.by) for key, each in stated.lasers.items()}
         return replace(stated, lasers=lasers)
@@ -375,7 +383,7 @@ def followed(stated: Laboratory, true: Laboratory, to: Advice) -> Laboratory:
     if to.measure:
         (u,) = [each.u for each in stated.inputs if each.name == to.name] or [0.0]
         by = _value(true, to.name) - _value(stated, to.name)
-        by += u * np.random.default_rng([SEED, zlib.crc32(to.name.encode())]).standard_normal()
+        by += u * draw.standard_normal()
     return stated.moved(Input(to.owner, to.name, by, True), 1.0)
 
 
@@ -393,8 +401,9 @@ def _advised(made: Record, result: Analysed, name: str) -> Row:
     if to is None:
         return {}
     row: Row = {"advice": f"{to.name} {to.by:+g}" if not to.measure else f"{to.name} again"}
+    draw = np.random.default_rng([SEED, 39, zlib.crc32(name.encode()), made.row["run"]])
     try:
-        then = _analysed(made.volts, followed(made.stated, made.laboratory, to))
+        then = _analysed(made.volts, followed(made.stated, made.laboratory, to, draw))
     except FreerockError:
         return row | {"advised": "fail"}
     off = [abs(each["z_u"]) for each in _numbers(then, name, made.true) if "z_u" in each]

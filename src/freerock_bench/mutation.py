@@ -31,6 +31,7 @@ COPIED = ("src", "tests", "config", "raw", "workflow", "docs", "profiles")
 FILES = ("pyproject.toml", "Snakefile", "CONTRIBUTING.md", "README.md")
 COLUMNS = ["room", "file", "line", "function", "before", "after", "tests", "caught", "by"]
 LIMIT_S = 600  # of the tests of one mutant; a loop without end is caught
+FAILED = (1, 2, 3)  # pytest's: a test, the collection, pytest itself
 MOST_TESTS = 6  # files, those first that are named as the module
 PAIRS: list[tuple[Any, Any]] = [(ast.Lt, ast.LtE), (ast.Gt, ast.GtE), (ast.Eq, ast.NotEq)]
 PAIRS += [(ast.Add, ast.Sub), (ast.Mult, ast.Div), (ast.And, ast.Or)]
@@ -162,7 +163,7 @@ def tried(mutant: Mutant, checkout: Path) -> dict[str, object]:
         done = subprocess.run(
             command, cwd=checkout, env=environment, capture_output=True, text=True, timeout=LIMIT_S
         )
-        caught = done.returncode not in (0, 5)
+        caught = done.returncode in FAILED
         failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
         by = failed[0].split(" ")[1] if failed else ""
     except subprocess.TimeoutExpired:

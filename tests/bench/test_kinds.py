@@ -63,21 +63,28 @@ def test_advice_is_read_from_the_warnings_and_followed():
         "or sampling_rate_fraction, -0.003 of laser (40 %); friction, a moment of 0.007 N m, as of a cable"
     ]
     texts += ["blurred as by a sensor that averages over 6.1 ms, beside the 0 ms stated: find out"]
+    texts[1] = texts[1].replace(
+        "height_m, +0.002 m", "response_ms, 3.5 ms of laser (40 %); height_m, +0.002 m"
+    )
     verdict = Verdict(tuple(Reason("warn", "any", text) for text in texts))
     found = [*advice(Analysed(verdict, Identified(), None))]
     assert found == [
         Advice("width_m", "config3", -0.001, True),
+        Advice("response_ms", "laser", 3.5, False),
         Advice("height_m", "config3", 0.002, False),
         Advice("sampling_rate_fraction", "laser", -0.003, False),
         Advice("response_ms", "laser", 6.1, False),
     ]
     _, stated, true, _, _ = record("width 1 mm less", 0)
     u = next(each.u for each in stated.inputs if each.name == "width_m")
-    again = followed(stated, true, found[0])
+    draw = np.random.default_rng(1)
+    again = followed(stated, true, found[0], draw)
     assert abs(again.block.width_m - true.block.width_m) < 4 * u
-    assert followed(stated, true, found[1]).block.height_m == pytest.approx(stated.block.height_m + 0.002)
-    assert followed(stated, true, found[2]).clock == pytest.approx(stated.clock / 0.997)
-    assert followed(stated, true, found[3]).lasers["laser"].response_ms == 6.1
+    assert followed(stated, true, found[2], draw).block.height_m == pytest.approx(
+        stated.block.height_m + 0.002
+    )
+    assert followed(stated, true, found[3], draw).clock == pytest.approx(stated.clock / 0.997)
+    assert followed(stated, true, found[4], draw).lasers["laser"].response_ms == 6.1
 
 
 def test_the_table_counts_runs_and_numbers(monkeypatch, tmp_path):

@@ -60,7 +60,7 @@ def test_related_tests_a_module_import_it_or_one_that_does():
 
 def test_a_bug_is_caught_and_the_copy_mended(tmp_path):
     checkout, file = Path(tmp_path), ROOT / "src/freerock/units.py"
-    for name in ("src", "tests/unit"):
+    for name in ("src", "tests"):
         mutation.shutil.copytree(ROOT / name, checkout / name)
     mutation.shutil.copy(ROOT / "pyproject.toml", checkout)
     worse = next(each for each in mutants_of(ROOT / "src/freerock/runs/verdict.py") if "1" in each.before)

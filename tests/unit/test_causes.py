@@ -147,9 +147,9 @@ def test_what_a_required_effect_would_change_stands_in_the_uncertainty():
     motion, laws = seen({"rub_nm": 2e-4}), ("hunt_crossley",)
     found = identify_run(BLOCK, motion, replace(BY_DEFAULT, models=laws, kinematics=()))
     best, held = found.fits["hunt_crossley"], fit_run("hunt_crossley", BLOCK, motion)
-    assert found.explained and found.effect.name == "friction"
+    assert found.explained and found.effects["hunt_crossley"].name == "friction"
     at = best.parameters.index("lambda")
-    shift = found.effect.shifts["lambda"]
+    shift = found.effects["hunt_crossley"].shifts["lambda"]
     assert best.discrepancy[at] == pytest.approx(math.hypot(held.discrepancy[at], shift), rel=0.01)
     assert (
         abs(best.values["lambda"] - SOIL["lambda"])

@@ -319,6 +319,12 @@ def test_a_doubt_about_the_release_states_its_direction(times, name):
     assert kept.text.startswith("Housner with the release as measured explains")
     (sharp,) = explains_as_well(plain, fit, loose, ("edge_radius",))
     assert (sharp.name, sharp.text.partition(" explains")[0]) == ("rounded_edges", "Housner with sharp edges")
+    tilted = [
+        replace(each, parameters=(*each.parameters, "tilt"), value=np.append(each.value, 1e-3))
+        for each in (loose, fit)
+    ]
+    (alike,) = explains_as_well(Hypothesis("housner", ("release", "tilt")), *tilted, ("tilt",))
+    assert alike.name == name and " off level by 0.057 degrees and another release explains" in alike.text
 
 
 def test_a_pull_beyond_two_names_the_input():

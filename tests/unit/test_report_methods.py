@@ -71,7 +71,8 @@ def test_methods_tell_the_objective_the_conditions_and_the_runs_of_a_mean(writte
     heads = ("Its residual agrees", "The largest pull of an input", "No parameter of a", "is below 1 when")
     places = [conditions.index(head) for head in heads]
     assert places == sorted(places) and f"{REJECTS:.2g}" in conditions
-    assert "plus the squared shifts of the inputs" in text and "the inputs were then fixed" in text
+    assert "plus the squares of the shifts of the inputs" in text
+    assert "the inputs were fixed as stated" in text
     assert "The mean of a law uses only the runs that the law explains" in text
 
 

@@ -75,7 +75,8 @@ class Fit:
     value, stderr, ci95_low, ci95_high : ndarray, shape (n_parameters,)
         In the unit of each parameter; all but the value NaN where the data do not determine it.
     discrepancy : ndarray, shape (n_parameters,)
-        Standard uncertainty because the law does not explain the run (`model_discrepancy`), same units.
+        Standard uncertainty by errors of the law (`model_discrepancy`; `selection` adds what else may be),
+        same units.
     covariance : ndarray, shape (n_parameters, n_parameters)
         In the product of the parameters' units.
     units : tuple of str

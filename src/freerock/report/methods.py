@@ -125,10 +125,10 @@ def _rotation(config: Mapping[str, Any], facts: Mapping[str, Any]) -> Iterator[s
     if any(laser["beam"] for laser in config["lasers"].values()):
         yield (
             "Displacements were converted to rotations by the exact geometry of a rectangle that rotates "
-            "about its lower corners. In the models the centre of the base moves up and down only; the "
-            f"centre of the rectangle's base moves sideways by {facts['shift_mm']} mm at most. A sinking "
-            "corner changes the reading, too: the modelled rotation is the one that the same beam would show "
-            "of the modelled block."
+            "about its lower corners. The centre of its base moves sideways by "
+            f"{facts['shift_mm']} mm at most; in the models it does not. A sinking corner changes the "
+            "reading, too: the modelled rotation is the one that the same beam would show of the modelled "
+            "block."
         )
 
 
@@ -146,8 +146,8 @@ def _runs(processing: Mapping[str, Any]) -> Iterator[str]:
     yield (
         "The restitution of an impact is the angular rate after it over the rate before it. It follows from "
         "the peaks before and after the impact by the exact motion of a rigid block [@housner1963]. Peaks "
-        f"below {impacts['min_amplitude_sigmas']:g} standard deviations of the noise were not used. Measured "
-        "and modelled rotations were treated alike."
+        f"below {impacts['min_amplitude_sigmas']:g} standard deviations of the noise were not used. Modelled "
+        "rotations were treated alike."
     )
 
 
@@ -177,11 +177,10 @@ def _models(fits: Mapping[str, Any]) -> Iterator[str]:
 def _identification(fits: Mapping[str, Any], facts: Mapping[str, Any], free: Pairs) -> Iterator[str]:
     freed = "; ".join(f"{names}: {what}" for names, what in free)
     yield (
-        "Each run was fitted by itself. The squared residual (modelled minus measured rotation) over the "
-        "power of the noise, plus the squared shifts of the inputs (sizes, beam, scale, clock, response, "
-        "level, release) over their standard uncertainties, was minimised by a trust region "
+        "Each run was fitted by itself. The squared residual over the power of the noise, plus the squares "
+        "of the shifts of the inputs over their standard uncertainties, was minimised by a trust region "
         "[@virtanen2020], from the best points of a scan, over growing parts of the run. If the residual "
-        "exceeds the noise, the inputs were then fixed at their stated values."
+        "exceeds the noise, the inputs were fixed as stated."
     )
     yield f"Free besides the parameters of the law: {freed}{' (paper mode)' if fits['paper_mode'] else ''}."
     yield "The discrepancy is ε_θ = ∫(θ_th − θ_ex)² dt / ∫θ_ex² dt up to the end of the run [@spanos2017]."
@@ -190,24 +189,23 @@ def _identification(fits: Mapping[str, Any], facts: Mapping[str, Any], free: Pai
         yield (
             "The foundation's laws were integrated with a relative tolerance of "
             f"{low}{f' to {high}' if high != low else ''}, whose error shifts no parameter by more than "
-            f"{facts['error_percent']} % of its standard error; Housner's is a closed form. The last step of "
-            "each fit used every valid sample of θ(t), averaged in groups that raise no standard error by "
-            "more than 2 %."
+            f"{facts['error_percent']} % of its standard error; Housner's is a closed form. The last step "
+            "used every valid sample, averaged where that raises no standard error by more than 2 %."
         )
 
 
 def _choice() -> str:
     return (
-        "A candidate explains a run if four conditions hold. Its residual agrees with the noise of the "
-        "sensor at rest in every octave of frequency (spectra by sine tapers [@riedel1995], Fisher's F). The "
+        "A candidate explains a run if four conditions hold. Its residual agrees with the noise at rest "
+        "in every octave (spectra by sine tapers [@riedel1995], Fisher's F). The "
         "largest pull of an input (its shift over the standard deviation of that shift) has a p-value above "
         f"{REJECTS:.2g}. No parameter of a larger law is significant if added ({TRACE:.1f} standard errors). "
         "ε_θ is below 1 when it predicts the second half of the run from the first half, and the run, with "
         "refitted release, from other runs of its record. A candidate is rejected if its Bayesian "
         f"information criterion [@schwarz1978] is {TELLS:g} above that of another one; or if a larger "
         f"candidate, of which it is a special case, has a lower criterion and a −2 ln L lower by {TELLS:g}. "
-        "Of the others the one with the fewest free parameters is selected; the rest are also possible. If "
-        "none explains a run, the nearest is selected and marked as such."
+        "Of the others, the one with the fewest free parameters is selected. If none explains a run, the "
+        "nearest is selected and marked as such."
     )
 
 

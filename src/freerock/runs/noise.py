@@ -34,7 +34,7 @@ CERTAIN = 1e9  # degrees of freedom of what is given and not measured
 COARSE = math.sqrt(3)  # standard deviations at rest, above which a converter's step hides the noise
 STANDS = 1e-3  # of a converter's step: a stretch that scatters by less has one value, and no spectrum
 COARSELY = 4.0  # degrees of freedom, at most, of noise that a converter's step hides
-ROUNDED = 0.15  # of the error of rounding that a scatter holds: to which it is known. Set at a step of 10 σ
+ROUNDED = 0.15  # share of the rounding in σ² by which σ² may be off; set on converter steps of 10 σ
 
 
 @dataclass(frozen=True, eq=False)

@@ -79,7 +79,7 @@ def names_of(flags: Flags) -> str:
 
 
 def invalid_in(signal: Signal, most: float) -> str:
-    """How many samples of a record are invalid by no person, why, and which keys decide; "" up to a share."""
+    """How many samples are invalid, but for those flagged by hand, why, and which keys decide; or ""."""
     flags = signal.flags.astype(np.uint8) & np.uint8(sum(FLAGS.values()))
     share = float(np.mean(flags != 0))
     outside = ": check valid_low_v, valid_high_v (of a current valid_low_ma, valid_high_ma) of the laser"

@@ -36,10 +36,12 @@ class Cause(NamedTuple):
     ----------
     name, what : str
         In words, with what it would have to be.
-    share, left : float
-        Of the misfit that it takes; the misfit that is left, with a charge for each free number.
+    share : float
+        Of the misfit, that it takes.
+    left : float
+        Misfit that remains, with a charge for each free number.
     off : float
-        Its amount [SI].
+        Its amount, in the unit of the effect or input.
     shifts : dict of str to float
         By how much it would change each free number [SI].
     deviations : float
@@ -134,6 +136,8 @@ def required_effect(best: Posterior) -> Cause | None:
     if multiplies_errors(best.problem, best.x):  # derivatives are none there
         return None
     known, n = forces(best), best.columns.shape[1]
+    if not known:
+        return None
     value, rows = best.prior
     prior = value, np.hstack([rows, np.zeros((len(rows), len(known)))])
     columns = np.column_stack([best.columns, *(each.column for each in known)])

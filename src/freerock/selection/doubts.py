@@ -69,8 +69,8 @@ def doubts_about(
             notes += explains_as_well(other, fit, found.fits[chosen], found.widened)
         notes += pulled_inputs(found.fits[chosen])
         notes += slow_sensor(found.at_best(chosen, block, motion, hypotheses), motion)
-        if found.effect and not any(note.verdict == "warn" for note in notes):
-            notes.append(unmodelled_effect(found.fits[chosen], found.effect))
+        if chosen in found.effects and not any(note.verdict == "warn" for note in notes):
+            notes.append(unmodelled_effect(found.fits[chosen], found.effects[chosen]))
         return notes
     if not found.fits:
         return []

@@ -109,9 +109,9 @@ class Identified:
     alternatives : dict of Hypothesis to Fit
         What explains the run as well with other priors widened, with edges of another radius, or with an
         input beyond its prior.
-    effect : Cause or None
-        The effect that the selected candidate, which explains the run, requires beside it. What it would
-        change is part of the `discrepancy` of that fit.
+    effects : dict of str to Cause
+        By candidate, selected from this run alone: the effect that it requires beside it. What that would
+        change is part of the `discrepancy` of its fit.
     """
 
     fits: dict[str, Fit] = field(default_factory=dict)
@@ -119,7 +119,7 @@ class Identified:
     errors: dict[str, FreerockError] = field(default_factory=dict)
     widened: tuple[str, ...] = ()
     alternatives: dict[Hypothesis, Fit] = field(default_factory=dict)
-    effect: Cause | None = None
+    effects: dict[str, Cause] = field(default_factory=dict)
 
     def copied(self) -> "Identified":
         """The same, to which fits may be added."""
@@ -495,9 +495,10 @@ class _Search:
                 fit for model, fit in alone.items() if holds(model, selected) and evidence(fit).explains
             ]
             found.fits[selected] = beside(alone[selected], [*larger, *found.alternatives.values()])
-            found.effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
-            if found.effect:
-                found.fits[selected] = allowing(found.fits[selected], found.effect)
+            effect = required_effect(found.at_best(selected, self.block, self.motion, self.hypotheses))
+            if effect:
+                found.effects[selected] = effect
+                found.fits[selected] = allowing(found.fits[selected], effect)
         return found
 
     def _with_freed_inputs(self, selected: Hypothesis, bar: float) -> dict[Hypothesis, Fit]:

@@ -84,12 +84,15 @@ def explains_as_well(
     if not abs(change) > TELLING.alike:
         return
     said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
+    unlike = {*other.widened} ^ {*widened}
     if "tilt" in freed:
-        tilt, reason = math.degrees(values.get("tilt", 0.0)), "off_level"
+        tilt = math.degrees(values.get("tilt", 0.0))
+        reason = "off_level" if "tilt" in unlike or "release" not in unlike else reason
         if tilt or not any(each.startswith("levelled_deg") for each in other.widened):
             said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
     if "edge_radius" in freed:
-        radius, reason = 1e3 * values.get("edge_radius", 0.0), "rounded_edges"
+        radius = 1e3 * values.get("edge_radius", 0.0)
+        reason = "rounded_edges" if "edge_radius" in unlike or "release" not in unlike else reason
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
@@ -100,7 +103,8 @@ def explains_as_well(
             said, reason = [*said, f"{source.label} off by {off}"], "pulled_input"
     if not reason:  # the release, which one of the two takes as measured
         measured, other_release = (fit, as_well) if "release" in other.widened else (as_well, fit)
-        reason = _name_of_release(abs(other_release.values["theta0"]) > abs(measured.values["theta0"]))
+        angles = [abs(each.values.get("theta0", each.theta_model[0])) for each in (measured, other_release)]
+        reason = _name_of_release(angles[1] > angles[0])
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
     yield Reason("warn", reason, f"{text} explains the run as well, with {moved}: measure what differs")
