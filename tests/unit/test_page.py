@@ -225,7 +225,7 @@ def test_report_says_which_debonding_rule(page, tmp_path):
 def test_report_states_tolerance_error_and_sampling(page):
     assert "relative tolerance of 1e-07 to 1e-06" in page.text
     assert "by more than 0.40 % of its standard error" in page.text
-    assert "every valid sample of θ(t)" in page.text
+    assert "The last step used every valid sample, averaged where that raises no standard error" in page.text
 
 
 def test_report_shows_nested_provenance(page):
