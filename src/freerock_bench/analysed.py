@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from freerock.arrays import Floats
 from freerock.models.block import Block
-from freerock.populations.sensitivity import contributions
+from freerock.populations.sensitivity import with_contributions
 from freerock.rotation.faults import signal_quality
 from freerock.rotation.laboratory import Laboratory
 from freerock.rotation.lattice import converter_step
@@ -89,8 +89,8 @@ def analysed(
         return Analysed(run.verdict, Identified(), None)
     found = identify_run(block, motion, hypotheses)
     doubts = doubts_about(run.verdict, block, motion, found, hypotheses)
-    for model, fit in found.fits.items():
-        if fit.success and fit.contributions is None and laboratory is not None:  # as `jobs.fit` has it
-            known = contributions(fit, motion, laboratory, hypotheses.settings(model, found.widened))
-            found.fits[model] = replace(fit, contributions=known)
+    if laboratory is not None:
+        for model, fit in found.fits.items():
+            settings = hypotheses.settings(model, found.widened)
+            found.fits[model] = with_contributions(fit, motion, laboratory, settings)
     return Analysed(run.verdict.adding(doubts), found, motion)

@@ -12,7 +12,7 @@ from freerock.identification.fit import Fit
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODELS, law_of
 from freerock.populations.impact_energy import BlockPeaks, block_peaks, impact_energy
-from freerock.populations.sensitivity import contributions
+from freerock.populations.sensitivity import with_contributions
 from freerock.products.groups import NotFitted, runs_of
 from freerock.products.netcdf import open_record, samples_in, write_fits
 from freerock.products.provenance import provenance
@@ -81,9 +81,7 @@ def make_fits(
         motion, widened = motions[number], found[number].widened
         for model, fit in of_run.items():
             fit = _with_impacts(fit, block, limits)
-            if fit.success and fit.contributions is None:
-                known = contributions(fit, motion, laboratory, hypotheses.settings(model, widened))
-                fit = replace(fit, contributions=known)
+            fit = with_contributions(fit, motion, laboratory, hypotheses.settings(model, widened))
             if fit.success and not passing:
                 fit = _with_energies(fit, block, motion, laboratory, hypotheses)
             of_run[model] = fit

@@ -44,6 +44,16 @@ def contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: Fi
     return held_contributions(problem, problem.start_at(fit.values), laboratory)
 
 
+def with_contributions(fit: Fit, motion: Motion, laboratory: Laboratory, settings: FitSettings) -> Fit:
+    """A fit of one run with the contributions of the inputs; as it is where it moves them or failed.
+
+    Parameters are those of `contributions`.
+    """
+    if not fit.success or fit.contributions is not None:
+        return fit
+    return replace(fit, contributions=contributions(fit, motion, laboratory, settings))
+
+
 def held_contributions(
     problem: Problem, x: Floats, laboratory: Laboratory, most: int = 1000
 ) -> Contributions:

@@ -85,14 +85,15 @@ def explains_as_well(
         return
     said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
     unlike = {*other.widened} ^ {*widened}
+    differs = unlike if "release" in unlike else freed
     if "tilt" in freed:
         tilt = math.degrees(values.get("tilt", 0.0))
-        reason = "off_level" if "tilt" in unlike or "release" not in unlike else reason
+        reason = "off_level" if "tilt" in differs else reason
         if tilt or not any(each.startswith("levelled_deg") for each in other.widened):
             said.append(f"a base off level by {tilt:.3f} degrees" if tilt else "a level base")
     if "edge_radius" in freed:
         radius = 1e3 * values.get("edge_radius", 0.0)
-        reason = "rounded_edges" if "edge_radius" in unlike or "release" not in unlike else reason
+        reason = "rounded_edges" if "edge_radius" in differs else reason
         said.append(f"edges rounded by {radius:.2f} mm" if radius else "sharp edges")
     if "release" in other.widened:
         said.append("another release")
