@@ -27,6 +27,7 @@ from freerock.config.step_settings import record_settings
 from freerock.errors import FreerockError
 from freerock.jobs.record import POSITIONS, rotation_of
 from freerock.models.block import Block
+from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.contact import State
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules
@@ -35,7 +36,6 @@ from freerock.rotation.faults import signal_quality
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
 from freerock.runs.moving import Position
-from freerock_bench.bouncing import RIGHT, bounce, standing_on
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it

@@ -8,11 +8,11 @@ import pytest
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.bouncing import RIGHT, bounce, standing_on
 from freerock.models.housner import housner_motion, housner_swings
 from freerock.runs.limits import RunLimits
 from freerock.runs.moving import LocalFit, Position, let_go
 from freerock.runs.segment import find_runs
-from freerock_bench.bouncing import RIGHT, bounce, standing_on
 
 SLENDER = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 SQUARE = Block(height_m=0.06, width_m=0.06, mass_kg=0.05)

@@ -251,7 +251,7 @@ def _free_field(law: Law) -> tuple[Any, Any]:
     return tuple[names, ...], Field(law.free, description=f"{', '.join(law.nuisances)} or none")
 
 
-_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items()}
+_FREE_FIELDS: dict[str, Any] = {model: _free_field(law) for model, law in LAWS.items() if not law.bounces}
 FreeSection = create_model("FreeSection", __base__=_EachOnce, __doc__=_EachOnce.__doc__, **_FREE_FIELDS)
 
 

@@ -36,6 +36,8 @@ LOOKS: dict[str, Style] = {
     "c": {"marker": "s", "color": "#0072b2", "markerfacecolor": "none"},
     "r": {"marker": "^", "color": "#00805e"},
     "kappa": {"marker": "v", "color": "#7b5ea7", "markerfacecolor": "none"},
+    "e": {"marker": "P", "color": "black"},
+    "mu": {"marker": "X", "color": "#d55e00", "markerfacecolor": "none"},
 }
 FIT = ["test", "run", "model"]
 

@@ -31,7 +31,7 @@ FIT = ["test", "run", "model"]
 OF_INPUT = ["input_owner", "input"]
 MOST_ROWS = 40
 SPREAD = 0.6  # of a row, over which its runs are drawn
-HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "...."}
+HATCHES = {"k": "", "c": "////", "lambda": "////", "r": "", "kappa": "....", "e": "", "mu": "////"}
 SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 
@@ -55,7 +55,7 @@ def draw(
     data = pulls.astype({"run": str}).merge(named, on=FIT)
     if data.empty:
         return nothing_drawn("no run moved its inputs", origin), data
-    names = [name for name in HATCHES if data[_impact(name)].notna().any()]
+    names = [name for name in HATCHES if _impact(name) in data and data[_impact(name)].notna().any()]
     largest = data[[_impact(name) for name in names]].abs().max(axis=1)
     order = largest.groupby([data[name] for name in OF_INPUT]).max().sort_values(ascending=False)
     rows = list(order.index)[:MOST_ROWS]

@@ -313,7 +313,8 @@ class Posterior:
         columns = averaged(self.jacobian[:, self.free], noise.averaged)
         power = np.abs(rfft(columns, axis=0)) ** 2
         power /= np.maximum(power.sum(axis=0), np.finfo(float).tiny)
-        square = float(np.mean(noise.density(rfftfreq(len(columns))) @ power))
+        of_columns = noise.density(rfftfreq(len(columns))) @ power
+        square = float(np.mean(of_columns)) if of_columns.size else noise.variance
         least = 0.0 if self.noise else motion.sigma_theta**2
         return float(np.sqrt(max(square, least, np.finfo(float).tiny)))
 

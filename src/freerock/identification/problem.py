@@ -21,8 +21,8 @@ from freerock.models.laws import (
     CANDIDATES,
     MODELS,
     OF_RECORD,
+    OF_START,
     PARAMETERS,
-    PER_RUN,
     Rules,
     extended_by,
     law_of,
@@ -34,6 +34,7 @@ from freerock.runs.noise import averaged
 from freerock.runs.release import lowered
 
 COARSE, FINE = 1e-6, 1e-8  # rtol of the residual, and of its derivatives
+JUMPS = 0.1  # of their sum, from which two one-sided difference quotients are those of a jump
 STRIDE = 30.0  # times the steps of the difference quotients, at the tolerance of the residual
 
 
@@ -145,7 +146,7 @@ class Problem:
     def own(self) -> tuple[str, ...]:
         """Parameters of each run."""
         further = (f"r_{i}" for i in range(2, self.n_impacts + 1))
-        return (*(name for name in PER_RUN if name in self.settings.free), *further)
+        return (*(name for name in OF_START if name in self.settings.free), *further)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -197,9 +198,8 @@ class Problem:
     def physical(self, x: Floats) -> Floats:
         """Parameters in SI units from the fitted numbers."""
         value = np.array(x, dtype=float)
-        if self._is_foundation:
-            value[self._ratios] += value[0]
-            value[self._logarithms] = np.exp(value[self._logarithms])
+        value[self._ratios] += value[0]
+        value[self._logarithms] = np.exp(value[self._logarithms])
         if "width" in self.common:
             value[self.common.index("width")] *= self.blocks[0].width_m
         for name, each in self.given.items():
@@ -236,12 +236,15 @@ class Problem:
         ]
 
     def start(self, common: Sequence[float]) -> Floats:
-        """All fitted numbers to start from, of those of the law, in which dampings are ratios to k."""
+        """All fitted numbers to start from, of those of the law, in which dampings are ratios to k; all as
+        they are given where `common` holds all."""
+        if len(common) == len(self.names):
+            return self.completed(np.array(common)) if self.given else np.array(common)
         width = 2 * self.blocks[0].b / self.blocks[0].width_m
         start = {"width": width, "tilt": self.tilt, "edge_radius": PARAMETERS["edge_radius"].trace}
         as_given = [start[name] for name in self.common[len(common) :]]
         own = [
-            {"theta0": motion.theta0, "t0": 0.0}.get(name, common[0])  # else r of a further impact
+            start_of(motion).get(name, common[0])  # else r of a further impact
             for motion in self.motions
             for name in self.own
         ]
@@ -280,6 +283,21 @@ class Problem:
         """Whether a curve of the residual is exact enough for derivatives, as one in closed form is."""
         return self.rtol <= self.fine or not (self._is_foundation or "tilt" in self.names)
 
+    def undetermined(self, x: Floats) -> tuple[str, ...]:
+        """Parameters of a block that bounces that make no difference, as friction where no corner slips, or
+        at which its motion jumps, so that difference quotients to either side differ."""
+        law = law_of(self.model)
+        if not law.bounces:
+            return ()
+        samples, found = self.samples(), []
+        for at in np.flatnonzero(self.varied[: len(law.parameters)]):
+            name, before = self.names[at], np.array(x, dtype=float)
+            before[at] -= self.stride * parameter_of(name).step
+            up, down = (self.jacobian(each, samples, wanted=(name,))[:, at] for each in (x, before))
+            if not up.any() or np.linalg.norm(up - down) > JUMPS * np.linalg.norm(up + down):
+                found.append(name)
+        return tuple(found)
+
     def rough(self) -> "Problem":
         """The same problem with derivatives that are no more exact than the residual; those of a rigid
         block are in closed form."""
@@ -309,11 +327,11 @@ class Problem:
         for motion in self.motions:
             half = release_bounds(motion)
             if self.settings.loose_release or not self.walled:
-                half = {"theta0": RELEASE.loose_share * abs(motion.theta0), "t0": RELEASE.loose_s}
-            centre = {"theta0": motion.theta0, "t0": 0.0}
+                half |= {"theta0": RELEASE.loose_share * abs(motion.theta0), "t0": RELEASE.loose_s}
+            centre = start_of(motion)
             bounds += [
                 (centre[name] - half[name], centre[name] + half[name])
-                if name in PER_RUN
+                if name in centre
                 else (r_least, r_most)
                 for name in self.own
             ]
@@ -350,9 +368,9 @@ class Problem:
                 # a finger that fades lowers the top
                 fall = block.p**2 * np.sin(block.theta_cr - abs(motion.theta0))
                 u["theta0"] = float(np.hypot(u["theta0"], lowered(fall, motion.fit_start_s)))
-                centre = {"theta0": motion.theta0, "t0": 0.0}
+                centre = start_of(motion)
                 for j, name in enumerate(self.own):
-                    if name in PER_RUN:
+                    if name in centre:
                         at = n_common + i * n_own + j
                         value.append((x[at] - centre[name]) / u[name])
                         rows.append(np.eye(len(x))[at] / u[name])
@@ -502,16 +520,23 @@ class Problem:
         return np.asarray(np.linalg.solve(directions.T, np.array(moved)).T)
 
 
+def start_of(motion: Motion) -> dict[str, float]:
+    """What was measured of the start of a run: theta0 [rad], t0 [s] and omega0 [rad/s]."""
+    return {"theta0": motion.theta0, "t0": 0.0, "omega0": motion.rate0}
+
+
 def release_bounds(motion: Motion) -> dict[str, float]:
-    """How far theta0 [rad] and t0 [s] of a search may be off what was measured."""
+    """How far theta0 [rad], t0 [s] and omega0 [rad/s] of a search may be off what was measured."""
     return {name: RELEASE.wall * u for name, u in release_uncertainty(motion).items()}
 
 
 def release_uncertainty(motion: Motion) -> dict[str, float]:
-    """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms."""
+    """Standard uncertainty of the measured theta0 [rad] and t0 [s], at least 0.03 % and 0.17 ms; and of
+    omega0 [rad/s]."""
     return {
         "theta0": max(motion.theta0_stderr, RELEASE.least_share * abs(motion.theta0)),
         "t0": max(motion.t0_stderr, RELEASE.least_s),
+        "omega0": RELEASE.loose_share * abs(motion.rate0),
     }
 
 

@@ -9,6 +9,7 @@ from scipy.optimize import minimize_scalar
 
 from freerock.arrays import Floats, Mask
 from freerock.errors import FreerockError
+from freerock.identification.least_squares import Solution, least_squares
 from freerock.identification.problem import Problem, Samples, fitted
 from freerock.identification.settings import FitSettings, freed
 from freerock.models.block import Block
@@ -34,8 +35,13 @@ class StartSettings:
         Values of k, and of the damping, of the finer grid of low dampings.
     lowest : float
         Highest over lowest damping of that grid.
-    of_finer : int
-        Starts that it gives.
+    of_finer, of_bounces, of_friction : int
+        Starts that it gives; that the grid of a block that bounces gives; and of their ends those that are
+        followed.
+    fallen : float
+        Share of its greatest angle below which a block has come down.
+    beside : tuple of float
+        Changes of the logarithm of friction, from which other ends are sought.
     every_r : int
         Every how manieth r is tried where the width is sought beside it.
     width_cell : float
@@ -58,6 +64,10 @@ class StartSettings:
     finer: tuple[int, int] = (90, 8)
     lowest: float = 20.0
     of_finer: int = 16
+    of_bounces: int = 10
+    fallen: float = 0.1
+    beside: tuple[float, ...] = (-0.5, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.5)
+    of_friction: int = 2
     every_r: int = 7
     width_cell: float = 1e-3
     stands: float = 1.002
@@ -78,14 +88,16 @@ def posed(model: str, blocks: Sequence[Block], motions: Sequence[Motion], settin
     FreerockError
         A run has no more valid samples than there are parameters.
     """
-    settings = replace(settings, free=freed(model, settings.free))
-    rigid = not law_of(model).is_foundation
+    free = freed(model, settings.free)
+    if motions[0].rate0:
+        free = tuple("omega0" if name == "t0" else name for name in free)
+    settings = replace(settings, free=free)
     problem = Problem(
         model,
         tuple(blocks),
         tuple(motions),
         settings,
-        r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if rigid else 0.0,
+        r_low=_least_r(blocks[0], motions[0], "width" in settings.free) if "r" in MODELS[model] else 0.0,
     )
     if "tilt" in settings.free:
         low, high = PARAMETERS["tilt"].bounds
@@ -121,6 +133,8 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         End of the samples that count, but for Housner's r [s].
     """
     law = law_of(problem.model)
+    if law.bounces:
+        return _scan_bounces(problem)
     if not law.is_foundation:
         return _scan_r_and_width(problem, horizon_s) if "width" in problem.common else [[_scan_r(problem)]]
     if law.cases:
@@ -146,6 +160,40 @@ def scan(problem: Problem, horizon_s: float) -> list[list[float]]:
         for point in product(*grids)
     ]
     return _lowest(coarse, points, [len(grid) for grid in grids], samples)
+
+
+def _scan_bounces(problem: Problem) -> list[list[float]]:
+    """Starts of a block that bounces: its restitution and friction over a grid, from the start that the fall
+    to its first impact has."""
+    motion, parameters = problem.motions[0], law_of(problem.model).parameters
+    grids = [_grid(problem, name) for name in parameters]
+    theta = np.abs(np.nan_to_num(motion.theta, nan=np.inf))
+    down = np.flatnonzero(theta < START.fallen * theta[np.isfinite(theta)].max())
+    fall_s = motion.time_s[down[0]] if len(down) else np.inf
+    x = problem.start([fitted(name, grid[-1]) for name, grid in zip(parameters, grids, strict=True)])
+    fall = problem.samples(fall_s, START.samples)
+    if min(fall.lengths) > len(x):
+        x = least_squares(problem, x, fall).x
+    samples, errors = problem.samples(most=START.samples), dict[tuple[int, ...], tuple[float, list[float]]]()
+    for cell in product(*(range(len(grid)) for grid in grids)):
+        own = [fitted(name, grid[i]) for name, grid, i in zip(parameters, grids, cell, strict=True)]
+        point = [*own, *x[len(own) :].tolist()]
+        errors[cell] = float(np.mean(problem.residual(np.array(point), samples) ** 2)), point
+    kept = list[tuple[int, ...]]()
+    for cell in sorted(errors, key=lambda cell: errors[cell][0]):  # where corners stick, errors are alike
+        if len(kept) < START.of_bounces and not any(np.ptp([cell, own], axis=0).max() < 2 for own in kept):
+            kept.append(cell)
+    samples = problem.samples(most=START.of_swing)
+    ends = [least_squares(problem, np.array(errors[cell][1]), samples) for cell in kept]
+    ends += beside_friction(problem, min(ends, key=lambda end: end.mean_square).x, samples)
+    return [end.x.tolist() for end in sorted(ends, key=lambda end: end.mean_square)[: START.of_friction]]
+
+
+def beside_friction(problem: Problem, x: Floats, samples: Samples) -> list[Solution]:
+    """Where least squares end from other frictions of a block that bounces: where a slip begins or ends, the
+    error has kinks and jumps, and minima between them."""
+    own = np.array(problem.names) == "mu"
+    return [least_squares(problem, np.where(own, x + by, x), samples) for by in START.beside]
 
 
 def _grid(problem: Problem, name: str) -> Floats:
@@ -335,6 +383,7 @@ def from_top(motion: Motion, top: Top) -> Motion:
         theta0_stderr=TOP_STDERR * abs(top.height),
         t0_stderr=TOP_STDERR_S,
         fit_start_s=0.0,
+        rate0=0.0,
     )
 
 

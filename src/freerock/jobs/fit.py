@@ -31,7 +31,6 @@ from freerock.selection.hypotheses import Hypotheses
 from freerock.selection.hypothesis_search import Identified, identify_runs
 
 log = logging.getLogger("freerock")
-NO_LAW = ("bounced", "thrown")  # runs that the laws of a rocking block, released from rest, can't describe
 
 
 def give_up(settings: Mapping[str, Any], output: str | Path, reason: str) -> None:
@@ -71,9 +70,14 @@ def make_fits(
     block = Block(**settings["block"])
     hypotheses = Hypotheses(*(settings[key] for key in ("models", "kinematics", "free", "options")))
     laboratory = Laboratory.of(settings["laboratory"])
-    motions = {number: replace(each, laboratory=laboratory) for number, each in motions.items()}
+    on = {number: hypotheses.on(block, each) for number, each in motions.items()}
+    motions = {
+        number: replace(each, laboratory=laboratory)
+        for number, each in motions.items()
+        if on[number].candidates
+    }
     found = (identify or identify_runs)(block, motions, hypotheses)
-    choices: dict[int, Choice] = {number: each.choice(hypotheses) for number, each in found.items()}
+    choices: dict[int, Choice] = {number: each.choice(on[number]) for number, each in found.items()}
     not_fitted = _report(found, choices, settings["attributes"]["test"])
     limits = ImpactLimits(**settings["impacts"])
     fits = {number: _in_order(each) for number, each in found.items() if each.fits}
@@ -94,7 +98,7 @@ def make_fits(
     doubts = {
         number: [
             *(doubts_about_noise(motions[number]) if each.fits else []),
-            *doubts_about(runs[number].verdict, block, motions[number], each, hypotheses),
+            *doubts_about(runs[number].verdict, block, motions[number], each, on[number]),
         ]
         for number, each in found.items()
     }
@@ -116,15 +120,13 @@ def make_fits(
 def _read(
     record_file: str | Path, hear: Callable[[Rests, float], Noise | None]
 ) -> tuple[dict[int, Run], dict[int, Impacts], dict[int, Motion], Mapping[Any, Any]]:
-    """Runs with their impacts, the motions that a law here can describe, and the record's attributes; its
-    samples are let go."""
+    """Runs with their impacts, their motions, and the record's attributes; its samples are let go."""
     record = open_record(record_file, samples=False)
     runs = {run.number: run for run in runs_in(record) if run.verdict.level != "fail" and not run.excluded}
     measured = measured_in(record, samples_in(record_file, OVER_TIME))
     motions = measured.with_noise(hear)
-    rocks = {number for number, run in runs.items() if not {*NO_LAW} & {*run.verdict.names}}
     impacts = {number: impacts_in(group) for number, group in runs_of(record).items()}
-    return runs, impacts, {number: each for number, each in motions.items() if number in rocks}, record.attrs
+    return runs, impacts, {number: each for number, each in motions.items() if number in runs}, record.attrs
 
 
 def _report(found: Mapping[int, Identified], choices: Mapping[int, Choice], test: str) -> list[NotFitted]:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.ground import GroundMotion
 from freerock.models.laws import (
     CANDIDATES,
     DEBONDING,
@@ -51,6 +52,13 @@ def check_edges(model: str, block: Block, rules: Rules) -> None:
         raise FreerockError("edge_radius_m", what, "leave it out")
 
 
+def check_ground(model: str, motion: GroundMotion | None) -> None:
+    """Raise where a law is not solved on ground that moves."""
+    if motion is not None and LAWS[model].bounces:
+        what = f"{model} is solved on ground at rest only"
+        raise FreerockError("base_excitation", what, "leave it out, or use another law")
+
+
 def check_mass(block: Block) -> None:
     """Raise where the centre of mass or the moment of inertia of a block can't be simulated."""
     for name, value in (("com_height_m", block.h), ("inertia_kg_m2", block.inertia_cm)):
@@ -84,6 +92,8 @@ def _check_parameters(model: str, parameters: Mapping[str, float], rules: Rules)
             raise FreerockError(
                 where, f"{value} is above 1", "an impact cannot add energy: give r between 0 and 1"
             )
+        if name == "e" and value >= 1:
+            raise FreerockError(where, f"{value} is not below 1", "a corner loses energy: give 0 to below 1")
     if rules.debonding not in DEBONDING:
         what = f"unknown rule {rules.debonding!r}"
         raise FreerockError("debonding", what, f"use {' or '.join(DEBONDING)}")

@@ -107,6 +107,8 @@ PARAMETERS = {
     "kappa": Parameter(  # k over the thickness of a bed that hardens
         "N m-3", "κ", "ratio", 1e-5, bounds=(0.1, 1e3), grid=(1.0, 500, 8), trace=1.0, ratio_unit="1/m"
     ),
+    "e": Parameter("1", "e", "value", 3e-4, bounds=(0.0, 0.95), grid=(0.05, 0.8, 9)),  # of a corner
+    "mu": Parameter("1", "μ", "logarithm", 3e-4, bounds=(5e-3, 10.0), grid=(0.02, 2.0, 9)),  # of a corner
     "width": Parameter(
         "m", "2b", "share", 1e-6, bounds=(0.5, 1.05), grid=(0.55, 1.04, 17)
     ),  # of the corners a block rocks about
@@ -114,9 +116,11 @@ PARAMETERS = {
     "edge_radius": Parameter("m", "ρ", "value", 1e-6, bounds=(0.0, 5e-3), trace=5e-4),  # of the base
     "theta0": Parameter("rad", "θ₀", "value", 1e-6),
     "t0": Parameter("s", "t₀", "value", 1e-5),
+    "omega0": Parameter("rad s-1", "ω₀", "value", 1e-5),  # of a run that is thrown, instead of t0
 }
 
 PER_RUN = ("theta0", "t0")
+OF_START = (*PER_RUN, "omega0")  # all that may be free of the start of a run
 OF_RECORD = ("width", "tilt", "edge_radius")  # what the runs of a record share besides the law
 COMMON_NUISANCES = (*OF_RECORD, *PER_RUN)
 
@@ -146,6 +150,9 @@ class Law:
         Whether the tensionless rule of debonding is implemented for all its numbers together.
     kinematics : tuple of str
         What its base may do sideways, the paper's first (`Rules`).
+    bounces : bool
+        Whether its corners may leave the ground after an impact (`bouncing`). It is fitted only to runs that
+        bounced, and where a campaign lists it.
     note : str
         What the reference of the configuration says of it.
     """
@@ -159,12 +166,18 @@ class Law:
     cases: tuple[str, ...] = ()
     tensionless: bool = True
     kinematics: tuple[str, ...] = KINEMATICS
+    bounces: bool = False
     note: str = ""
 
     @property
     def is_foundation(self) -> bool:
         """Whether the block stands on a compliant foundation; else both are rigid."""
         return "k" in self.parameters
+
+    @property
+    def is_rivalled(self) -> bool:
+        """Whether it is fitted only where others leave more than noise."""
+        return bool(self.cases) or self.bounces
 
     @property
     def ratios(self) -> tuple[str, ...]:
@@ -202,6 +215,16 @@ LAWS = {
         cases=("hunt_crossley",),
         tensionless=False,
         note="bed of finite thickness",
+    ),
+    # 0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0, |P_t| ≤ μ P_n at each corner
+    "bouncing": Law(
+        "Bouncing",
+        ("e", "mu"),
+        PER_RUN,
+        by_default=False,
+        kinematics=("pivoting",),
+        bounces=True,
+        note="a rigid block whose corners bounce and slide; also fitted, unlisted, to runs that bounced",
     ),
 }
 
@@ -261,6 +284,7 @@ def _candidates() -> dict[str, Candidate]:
         for rank in range(len(KINEMATICS))
         for name, law in LAWS.items()
         for kinematics in law.kinematics[rank : rank + 1]
+        if "width" in law.nuisances or not width
     ]
     ordered = sorted(every, key=lambda each: len(LAWS[each.law].parameters) + each.width)
     return {each.name: each for each in ordered}

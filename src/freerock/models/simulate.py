@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,15 +14,20 @@ from freerock.arrays import Floats
 from freerock.errors import FreerockError
 from freerock.models import kernel, series
 from freerock.models.block import Block
-from freerock.models.checks import check_edges, check_mass, check_scene
+from freerock.models.checks import check_edges, check_ground, check_mass, check_scene
 from freerock.models.contact import Foundation, State, lean, static_depth
 from freerock.models.ground import GroundMotion, tilted
 from freerock.models.housner import Swings, housner_motion, housner_swings
 from freerock.models.laws import GEOMETRIC, LAWS, MODELS, Law, Rules
 
 OUTCOMES = ("completed", "at_rest", "overturned", "step_limit", "non_finite")
+if TYPE_CHECKING:
+    from freerock.models.bouncing import Bounces
+
 NO_RATES = np.empty((0, 3))
 STILL = GroundMotion(np.empty(0), np.empty((0, 14)))
+MOST_BOUNCES = 10_000
+TOUCHES = 1e-9  # m, to which a corner on the ground is known
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class Response:
     contact : ndarray of int8, shape (n_time,)
         0 the whole base, 1 its right part only (θ > 0), -1 its left part only, 2 flight.
     impacts : ndarray
-        Instants at which θ changes its sign [s].
+        Instants at which θ changes its sign, of a block that bounces at which a corner comes down [s].
     outcome : str
         "completed", "at_rest" (before the last sample), "overturned" (beyond return), "step_limit" or
         "non_finite" (the state or the step size is no longer a usable number).
@@ -100,17 +106,17 @@ def simulate(
     Parameters
     ----------
     model : str
-        "housner", "winkler", "hunt_crossley", "general" or "hardening".
+        "housner", "winkler", "hunt_crossley", "general", "hardening" or "bouncing".
     block : Block
         The block.
     parameters : mapping
         {"r": ...} [1], {"k": ..., "c": ...} [N/m², N·s/m²], {"k": ..., "lambda": ...} [N/m², N·s/m³], all of
-        "k", "c" and "lambda", or {"k": ..., "lambda": ..., "kappa": ...}, κ in N/m³.
+        "k", "c" and "lambda", {"k": ..., "lambda": ..., "kappa": ...}, κ in N/m³, or {"e": ..., "mu": ...}.
     time : ndarray, shape (n_time,)
         Increasing instants [s]; before t = 0 the initial state is held.
     theta0 : float or State
         Rotation from which it is released at rest [rad], positive clockwise, in vertical equilibrium; or its
-        whole state at t = 0. The Housner model does not use the depth in it.
+        whole state at t = 0. Rigid blocks, which stand on a corner, do not use the depth in it.
     base_excitation : GroundMotion, optional
         Motion of the ground.
     rules : Rules
@@ -127,6 +133,9 @@ def simulate(
     instants = check_scene(model, parameters, time, start, rules, solver.rtol)
     check_mass(block)
     check_edges(model, block, rules)
+    check_ground(model, base_excitation)
+    if LAWS[model].bounces:
+        return _bouncing(block, parameters, instants, start, solver)
     if not LAWS[model].is_foundation:
         if base_excitation is None and not block.e:
             return _housner(block, parameters["r"], instants, start, solver.max_steps)
@@ -159,7 +168,8 @@ def simulate_theta(
 ) -> tuple[Floats, str]:
     """Rotation of a block released from rest, for fits: `simulate` without checks of its arguments.
 
-    `parameters` may hold more: the tilt of the base counts [rad]. Angles count from where the block stands
+    `parameters` may hold more: the tilt of the base counts [rad], and the rate at the start of a block that
+    bounces, omega0 [rad/s]. Angles count from where the block stands
     at rest. `rates`, if given, receives z_cb, ż_cb and θ̇ [m, m/s, rad/s], shape (n_time, 3), or
     θ̇ alone, shape (n_time, 1).
 
@@ -258,6 +268,7 @@ def simulate_many(
         instants = check_scene(model, outermost, time, starts, rules, solver.rtol)
     check_mass(block)
     check_edges(model, block, rules)
+    check_ground(model, base_excitation)
     theta = np.empty((starts.size, instants.size))
     outcome = np.empty(starts.size, dtype="U10")
 
@@ -343,6 +354,12 @@ def _released(scene: _Scene, theta0: float, time: Floats, rates: Floats | None =
     """Rotation of a block released from rest, and how its motion ends; fills rates if given."""
     block, tilt = scene.block, float(scene.parameters.get("tilt", 0.0))
     is_foundation = scene.law.is_foundation
+    if scene.law.bounces:
+        rate0 = float(scene.parameters.get("omega0", 0.0))
+        found = _bounced(scene.block, scene.parameters, time, (theta0, rate0), tilt, scene.solver.max_steps)
+        if rates is not None:
+            rates[:] = np.column_stack(_of_base(block, found.state))[:, -rates.shape[1] :]
+        return found.theta.copy(), _end_of(found)
     if tilt:
         scene = replace(scene, motion=tilted(tilt, float(time[-1])))
     if scene.motion is None and not is_foundation and not block.e:
@@ -374,6 +391,64 @@ def _housner(block: Block, r: float, time: Floats, start: State, max_steps: int)
     impacts = swings.impact_time[swings.impact_time <= until]
     statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
     return _about_corners(block, time, theta, theta_rate, impacts, _housner_outcome(swings, time), statistics)
+
+
+def _bouncing(
+    block: Block,
+    parameters: Mapping[str, float],
+    time: Floats,
+    start: State,
+    solver: Solver,
+) -> Response:
+    """Free motion of a rigid block whose corners bounce and slide."""
+    begun = float(start.theta), float(start.theta_rate)
+    found = _bounced(block, parameters, time, begun, 0.0, solver.max_steps)
+    z_cb, z_cb_rate, theta_rate = _of_base(block, found.state)
+    theta, impacts = found.theta.copy(), found.impact_time_s
+    statistics = {"steps": len(impacts), "rejected": 0, "implicit": 0, "evaluations": 0}
+    left, right = (np.abs(z_cb + side * np.sin(theta)) < TOUCHES for side in (-block.b, block.b))
+    contact = np.where(np.isnan(theta) | (left & right), 0, np.where(left, -1, np.where(right, 1, 2)))
+    contact = contact.astype(np.int8)
+    return Response(time, theta, theta_rate, z_cb, z_cb_rate, contact, impacts, _end_of(found), statistics)
+
+
+def _bounced(
+    block: Block,
+    parameters: Mapping[str, float],
+    time: Floats,
+    start: tuple[float, float],
+    tilt: float,
+    max_impacts: int,
+) -> "Bounces":
+    """States of a block that bounces, from an angle [rad] and rate [rad/s] on a corner at t = 0."""
+    from freerock.models.bouncing import LEFT, RIGHT, bounce, standing_on  # compiled by itself, for few
+
+    theta0, rate0 = start
+    begun = standing_on(block, LEFT if (theta0 or rate0) < 0 else RIGHT, theta0, rate0)
+    most = min(max_impacts, MOST_BOUNCES)
+    later = int(np.searchsorted(time, 0.0))
+    found = bounce(block, parameters["e"], parameters["mu"], begun, time[later:], tilt, most)
+    if not later:
+        return found
+    before = np.tile([*begun[:3], 0.0, 0.0, 0.0], (later, 1))
+    return replace(found, time_s=time, state=np.vstack([before, found.state]))
+
+
+def _of_base(block: Block, state: Floats) -> tuple[Floats, Floats, Floats]:
+    """z_cb [m], its rate [m/s] and θ̇ [rad/s], of the states of a block that bounces."""
+    _, z, theta, _, z_rate, rate = state.T
+    sin, cos = np.sin(theta), np.cos(theta)
+    return (
+        block.h * cos - block.e * sin - z,
+        -(block.h * sin + block.e * cos) * rate - z_rate,
+        rate,
+    )
+
+
+def _end_of(found: "Bounces") -> str:
+    """How the motion of a block that bounces ends."""
+    still = found.outcome == "completed" and len(found.state) and not found.state[-1, 2:].any()
+    return "at_rest" if still else found.outcome
 
 
 def _about_corners(

@@ -21,6 +21,7 @@ LAWS_CITED = {
     "winkler": "[@koh1986]",
     "hunt_crossley": "[@hunt1975; @spanos2017]",
     "hardening": "[@bandis1983]",
+    "bouncing": "[@moreau1988; @wang1992]",
 }
 
 
@@ -60,7 +61,7 @@ def methods(
         "Tests": tested,
         "Rotation": " ".join(_rotation(config, facts)),
         "Runs and impacts": " ".join(_runs(config["processing"])),
-        "Models": " ".join(_models(config["fits"])),
+        "Models": " ".join(_models(config["fits"], facts["bounces"])),
         "Identification": " ".join(_identification(config["fits"], facts, free)),
         "Choice of a model": _choice(),
         "Uncertainty": " ".join(_uncertainty(config)),
@@ -151,12 +152,18 @@ def _runs(processing: Mapping[str, Any]) -> Iterator[str]:
     )
 
 
-def _models(fits: Mapping[str, Any]) -> Iterator[str]:
+def _models(fits: Mapping[str, Any], bounces: Sequence[str]) -> Iterator[str]:
     named = [f"{LAWS[model].label} {LAWS_CITED.get(model, '')}".rstrip() for model in fits["models"]]
     yield f"Laws fitted: {', '.join(named)}."
     if wider := [LAWS[model].label for model in fits["models"] if LAWS[model].cases]:
         were = "were" if len(wider) > 1 else "was"
         yield f"{' and '.join(wider)} {were} fitted only if the residuals of the others exceed the noise."
+    for law in bounces:
+        yield (
+            f"{LAWS[law].label} {LAWS_CITED[law]} is a rigid block in the plane whose corners bounce with "
+            "restitution e and slide with Coulomb friction μ; it was fitted to runs that bounced, from the "
+            "rotation alone."
+        )
     yield (
         "The foundation is a bed of independent springs and dashpots under the base, whose centre moves up "
         f"and down only [@spanos2017]. Debonding rule “{fits['debonding']}”: base and foundation are in "

@@ -29,6 +29,26 @@ class Reference(NamedTuple):
 
 
 REFERENCES = {
+    "moreau1988": Reference(
+        "Moreau 1988",
+        "Moreau, Jean Jacques",
+        "Unilateral contact and dry friction in finite freedom dynamics",
+        "Nonsmooth Mechanics and Applications",
+        "302",
+        "1--82",
+        1988,
+        "10.1007/978-3-7091-2624-0_1",
+    ),
+    "wang1992": Reference(
+        "Wang and Mason 1992",
+        "Wang, Yu and Mason, Matthew T.",
+        "Two-dimensional rigid-body collisions with friction",
+        "Journal of Applied Mechanics",
+        "59",
+        "635--642",
+        1992,
+        "10.1115/1.2893797",
+    ),
     "housner1963": Reference(
         "Housner 1963",
         "Housner, George W.",

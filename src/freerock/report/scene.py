@@ -66,7 +66,7 @@ class Scene:
         """Medians of a candidate over the runs for which it is possible: "k = 6.88·10⁶ N m⁻², λ = …"."""
         row, told = self.summary[model], []
         for column, parameter in MEDIANS.items():
-            if pd.notna(row[column]):
+            if pd.notna(row.get(column)):
                 value, unit = quantity(row[column]), unit_text(PARAMETERS[parameter].unit)
                 told.append(f"{SYMBOLS[parameter]} = {value} {unit}".rstrip())
                 if parameter == "width":

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from freerock.models.block import Block
-from freerock.models.laws import MODEL_LABELS, SYMBOLS
+from freerock.models.laws import LAWS, MODEL_LABELS, SYMBOLS
 from freerock.tables.summary import largest_shift_m
 from freerock.tables.text import fixed, quantity
 
@@ -54,6 +54,7 @@ def facts(
     integrated = pd.DataFrame(
         [fit for fit in fits if math.isfinite(fit["rtol"])], columns=["rtol", "integrator_error"]
     )
+    fitted_laws = {fit["model"] for fit in fits}
     rates = sorted({section["rate_hz"] for section in sections if math.isfinite(section["rate_hz"])})
     return {
         "rates_hz": " to ".join(dict.fromkeys(f"{rate:.6g}" for rate in (*rates[:1], *rates[-1:]))),
@@ -64,6 +65,7 @@ def facts(
         "n_timed": len(timed),
         "n_above": int((fitted["r_fitted"] > fitted["r_first"]).sum()),
         "n_fitted": len(fitted),
+        "bounces": [name for name, law in LAWS.items() if law.bounces and law.label in fitted_laws],
         "n_integrated": len(integrated),
         "rtol_low": f"{integrated['rtol'].min():g}",
         "rtol_high": f"{integrated['rtol'].max():g}",

@@ -16,7 +16,7 @@ from freerock.rotation.flags import BY_HAND
 from freerock.rotation.still import Phase
 from freerock.runs.beginning import Beginning
 from freerock.runs.ending import SMOOTH_S
-from freerock.runs.limits import RunLimits
+from freerock.runs.limits import SQUAT, RunLimits
 from freerock.runs.release import HeldAngle, Release
 from freerock.runs.signal import Signal, invalid_in, names_of
 from freerock.runs.verdict import Level, Reason, Verdict
@@ -29,7 +29,6 @@ SURE = 5.0  # times their scatter, from which on a rise is none of them: of hard
 TURN = 0.01  # of the highest peak: a turn of less is none
 REBOUND = 0.03  # of it at least is a peak after a bounce; of measured drops 0.05 to 0.13
 NEAR_ZERO = 0.1  # of a peak: a block that turns back further from zero was not at an impact
-SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ def bounced(run: Facts) -> Iterator[Reason]:
     """After an impact the block rocks over the other corner; one that bounces comes back over the same."""
     if peak := peak_on_the_same_side(run):
         before, after = (f"{math.degrees(height):.2f}°" for height in peak)
-        text = f"after {before} its next peak is {after}, on the same side: it bounces, as no fitted law does"
+        text = f"after {before} its next peak is {after}, on the same side: it bounces"
         yield Reason("warn", "bounced", text)
 
 

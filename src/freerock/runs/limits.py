@@ -1,6 +1,9 @@
 """Thresholds of the steps from θ(t) to impacts."""
 
+import math
 from dataclasses import dataclass
+
+SQUAT = math.radians(30)  # from this critical angle on a block may bounce, and then swing higher or longer
 
 
 @dataclass(frozen=True)

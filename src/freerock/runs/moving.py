@@ -70,7 +70,8 @@ def begun_moving(
     start_s = _last_acted(signal, after_s, end_s, block, position)
     for _ in range(2):
         start_s, impact_s = _first_swing(signal, start_s, end_s)
-        found = local_fit(signal, start_s, impact_s)
+        swing = slice(np.searchsorted(signal.t, start_s), np.searchsorted(signal.t, impact_s, "right"))
+        found = local_fit(signal.t[swing], signal.theta[swing], signal.sigma[swing])
         top = (
             let_go(found if found.theta * found.rate < 0 else found._replace(rate=0.0), block)
             if found
@@ -96,20 +97,18 @@ def begun_moving(
     return Beginning(start_s, release, held, fit_start_s, (Reason("ok", "in_motion", seen),))
 
 
-def local_fit(signal: Signal, start_s: float, end_s: float) -> LocalFit | None:
+def local_fit(time_s: Floats, theta: Floats, sigma: Floats) -> LocalFit | None:
     """A parabola through the first samples of a motion; None where there are too few."""
-    first = int(np.searchsorted(signal.t, start_s))
-    n = max(FEWEST, round(LOCAL_S / signal.step_s))
-    part = slice(first, min(first + n, int(np.searchsorted(signal.t, end_s, "right"))))
-    t, theta = signal.t[part] - start_s, signal.theta[part]
+    n = max(FEWEST, round(LOCAL_S / float(time_s[1] - time_s[0]))) if len(time_s) > 1 else 0
+    t, theta = time_s[:n] - time_s[:1], theta[:n]
     known = np.isfinite(theta)
     if np.count_nonzero(known) < FEWEST - 2:
         return None
     design = np.stack([np.ones(t.size), t, t**2], axis=1)[known]
     value, *_ = np.linalg.lstsq(design, theta[known], rcond=None)
     left = theta[known] - design @ value
-    sigma = max(float(np.median(signal.sigma[part][known])), float(np.sqrt(np.mean(left**2))))
-    errors = sigma * np.sqrt(np.diag(np.linalg.inv(design.T @ design)))
+    scatter = max(float(np.median(sigma[:n][known])), float(np.sqrt(np.mean(left**2))))
+    errors = scatter * np.sqrt(np.diag(np.linalg.inv(design.T @ design)))
     return LocalFit(float(value[0]), float(value[1]), float(errors[0]), float(errors[1]))
 
 

@@ -13,7 +13,7 @@ from freerock.identification.search import SEARCH
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import MODELS, PER_RUN
+from freerock.models.laws import MODELS, OF_START
 from freerock.runs.motion import Motion
 
 
@@ -68,13 +68,13 @@ def _means(model: str, fits: list[Fit]) -> dict[str, float]:
 
 def _released(problem: Problem, x: Floats, steps: int = 4) -> Floats:
     """The fitted numbers with those of the release at their best, all else as it is: nearly linear."""
-    own = np.array([name in PER_RUN for name in problem.names])
+    own = np.array([name in OF_START for name in problem.names])
     if not own.any():
         return x
     samples = problem.samples(most=SEARCH.samples)
     low, high = np.array(problem.bounds()).T
     for _ in range(steps):
-        jacobian = problem.jacobian(x, samples, wanted=PER_RUN)[:, own]
+        jacobian = problem.jacobian(x, samples, wanted=OF_START)[:, own]
         step = np.linalg.lstsq(jacobian, problem.residual(x, samples), rcond=None)[0]
         x = x.copy()
         x[own] = np.clip(x[own] - step, low[own], high[own])

@@ -1,11 +1,14 @@
 """Hypotheses on a run: a law with its kinematics, and the priors that it widens."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 from freerock.identification.settings import FitSettings, freed, is_rounded
+from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, LAWS, MODELS, PER_RUN, Candidate, law_of
+from freerock.runs.limits import SQUAT
+from freerock.runs.motion import Motion
 
 WIDENED = ("release", "tilt", "edge_radius")  # priors that a hypothesis may widen, beside the contact width
 
@@ -58,13 +61,26 @@ class Hypotheses:
     def laws(self) -> tuple[str, ...]:
         """The candidates that every run is fitted with: laws as the paper has them, without cases."""
         every = self.candidates
-        laws = (name for name in every if not CANDIDATES[name].is_rival and not law_of(name).cases)
+        laws = (name for name in every if not CANDIDATES[name].is_rival and not law_of(name).is_rivalled)
         return tuple(laws) or every[:1]
 
     def settings(self, model: str, widened: Sequence[str] = ()) -> FitSettings:
         """The settings of the fit of a hypothesis."""
-        free = (*self.free[CANDIDATES[model].law], *self.of(model, widened).widened)
+        free = (*_free_of(model, self.free), *self.of(model, widened).widened)
         return FitSettings(free=free, **self.options)
+
+    def on(self, block: Block, motion: Motion) -> "Hypotheses":
+        """The hypotheses on a run: also a block that bounces, where peaks or its shape say so; none on a run
+        that was thrown or bounced where no rival is allowed."""
+        odd, models = motion.bounced or motion.rate0 != 0, self.models
+        rivals = [name for name, law in LAWS.items() if law.bounces and self.kinematics]
+        if motion.rate0:  # laws of a release from rest can't begin so
+            models = rivals if motion.bounced else []
+        elif motion.bounced and not rivals:
+            models = []
+        elif motion.bounced or block.theta_cr > SQUAT:
+            models = [*dict.fromkeys((*self.models, *rivals))]
+        return replace(self, models=tuple(models)) if odd or models != self.models else self
 
     def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
         """The hypothesis of a candidate that widens what it may of some priors."""
@@ -93,8 +109,8 @@ class Hypotheses:
     def _widens(self, model: str) -> tuple[str, ...]:
         """What a candidate may widen: nothing where its release is held, tilt or edges that are not freed
         already, edges only where they are implemented."""
-        free = {*self.free[CANDIDATES[model].law]}
-        if not {*PER_RUN} <= free:
+        free = {*_free_of(model, self.free)}
+        if not {*PER_RUN} <= free or law_of(model).bounces:
             return ()
         rounds = is_rounded(model, self._rule) and "edge_radius" not in free
         return ("release", *["tilt"] * (not {"r_per_impact", "tilt"} & free), *["edge_radius"] * rounds)
@@ -102,6 +118,8 @@ class Hypotheses:
 
 def _adds_one(own: Candidate, other: Candidate) -> bool:
     """Whether a candidate differs from another by a damping, by pivoting, or by a freed width alone."""
+    if LAWS[other.law].bounces:
+        return not own.is_rival and other.law != own.law
     law, pivots = other.law != own.law, other.kinematics != own.kinematics
     if law + pivots + (other.width != own.width) != 1:
         return False
@@ -128,7 +146,7 @@ def candidates(
     found = []
     for name, each in CANDIDATES.items():
         allowed = each.kinematics in kinematics or (bool(kinematics) and len(LAWS[each.law].kinematics) == 1)
-        doubled = each.width and "width" in free[each.law] if each.law in models else True
+        doubled = each.width and "width" in _free_of(name, free) if each.law in models else True
         if not doubled and (allowed or not each.is_rival):
             found.append(name)
     return tuple(sorted(found, key=lambda name: n_freed(name, free)))
@@ -139,7 +157,12 @@ def n_freed(model: str, free: Mapping[str, Sequence[str]]) -> int:
 
     `free` is what is freed besides the parameters of each law.
     """
-    return len(MODELS[model]) + len(freed(model, free[CANDIDATES[model].law]))
+    return len(MODELS[model]) + len(freed(model, _free_of(model, free)))
+
+
+def _free_of(model: str, free: Mapping[str, Sequence[str]]) -> Sequence[str]:
+    """What is freed besides the parameters of a candidate, as its row says where `free` lacks its law."""
+    return free.get(CANDIDATES[model].law, law_of(model).free)
 
 
 def holds(larger: str, smaller: str) -> bool:
@@ -153,4 +176,8 @@ def holds(larger: str, smaller: str) -> bool:
     )
 
 
-BY_DEFAULT = Hypotheses(tuple(LAWS), ("guided", "pivoting"), {name: law.free for name, law in LAWS.items()})
+BY_DEFAULT = Hypotheses(
+    tuple(name for name, law in LAWS.items() if law.by_default),
+    ("guided", "pivoting"),
+    {name: law.free for name, law in LAWS.items()},
+)

@@ -23,7 +23,7 @@ from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, PER_RUN, law_of
+from freerock.models.laws import CANDIDATES, LAWS, PER_RUN, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.causes import Cause, required_effect
@@ -169,9 +169,12 @@ def identify_run(block: Block, motion: Motion, hypotheses: Hypotheses) -> Identi
     -------
     Identified
     """
-    search = _Search(block, motion, hypotheses)
-    for law in hypotheses.laws:
+    search = _Search(block, motion, hypotheses.on(block, motion))
+    for law in search.hypotheses.laws:
         search.fit(Hypothesis(law))
+    for law in search.hypotheses.models:
+        if motion.bounced and LAWS[law].bounces and not search.explaining:
+            search.fit(Hypothesis(law))
     while search.fits and (untried := search.worth_trying()):
         search.try_all(untried)
     return search.found()
@@ -189,7 +192,7 @@ def identify_runs(
     """
     singly = {number: alone(block, motion, hypotheses) for number, motion in motions.items()}
     found = {number: each.copied() for number, each in singly.items()}
-    for model in hypotheses.candidates:
+    for model in CANDIDATES:
         fits = {number: each.fits[model] for number, each in found.items() if _contends(model, each)}
         settings = {number: hypotheses.settings(model, found[number].widened) for number in fits}
         for number, epsilon in of_other_runs(model, block, motions, fits, settings).items():
@@ -332,7 +335,7 @@ class _Search:
 
     def _required(self, named: Hypothesis) -> tuple[str, ...]:
         fit = self.fits[named]
-        if not {*PER_RUN} <= {*fit.parameters}:
+        if not {*PER_RUN} <= {*fit.parameters} or law_of(named.model).bounces:
             return ()
         settings = self.hypotheses.settings(*named)
         required = asks_for(at_end_of(fit, self.block, self.motion, settings))

@@ -159,10 +159,11 @@ def start_from(each: Hypothesis, ends: Sequence[Fit | Screening]) -> dict[str, f
     -------
     dict of str to float, or None
         The parameters, and what else that fit freed [SI]; of a damping which that law lacks a trace. None
-        where no such fit may be used, and for another width of a rigid block: a scan has to find a start.
+        where no such fit may be used, for another width of a rigid block, and for one that bounces: a scan
+        has to find a start.
     """
     usable = [end for end in ends if end.success]
-    if not usable:
+    if not usable or law_of(each.model).bounces:
         return None
     found = min(usable, key=lambda end: float(np.nanmean(end.residual**2))).values
     if not law_of(each.model).is_foundation and CANDIDATES[each.model].width and "width" not in found:

@@ -1,10 +1,11 @@
 """Which candidates explain the runs of each block on each foundation: choices, summed up."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import pandas as pd
 
-from freerock.models.laws import CANDIDATES
+from freerock.models.laws import CANDIDATES, LAWS
 
 SCENE = ["campaign", "block", "foundation"]
 COUNTS = {
@@ -20,7 +21,10 @@ MEDIANS = {
     "lambda_n_s_m3": "lambda",
     "contact_width_m": "width",
     "kappa_n_m3": "kappa",
+    "e": "e",
+    "mu": "mu",
 }
+RARE = {name for law in LAWS.values() if not law.by_default for name in law.parameters}
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
 COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
 POSSIBLE = ("selected", "also_possible")
@@ -91,6 +95,12 @@ def named_by(model: str, choice: pd.DataFrame) -> str:
     return f"{len(own)} of {n} run{'' if n == 1 else 's'}"
 
 
+def as_used(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
+    """A table without empty columns of `RARE` parameters; `columns` are the parameters by column."""
+    rare = [column for column, name in columns.items() if name in RARE and frame[column].isna().all()]
+    return frame.drop(columns=rare)
+
+
 def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataFrame:
     """How often each candidate is named for a block on a foundation, with what numbers.
 
@@ -102,12 +112,12 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     Returns
     -------
     pandas.DataFrame
-        Columns `COLUMNS`, one row per block, foundation and candidate. n_runs: those with a
-        choice; n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate
+        Columns `COLUMNS`, e and mu only where they are not empty, one row per block, foundation and
+        candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate
         leaves no more than the noise at rest. epsilon_theta, epsilon_holdout: medians over the runs with a
         full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m,
-        kappa_n_m3 [N/m³]: medians over the runs in which the candidate is named or also possible, NaN where
-        there is none or it has no such parameter.
+        kappa_n_m3 [N/m³], e, mu: medians over the runs in which the candidate is named or also possible, NaN
+        where there is none or it has no such parameter.
     """
     possible = choice[choice["status"].isin(POSSIBLE)]
     key = [*SCENE, "test", "run", "model"]
@@ -126,4 +136,4 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
-    return pd.DataFrame(rows, columns=COLUMNS).astype({"n_freed": "Int64"})
+    return as_used(pd.DataFrame(rows, columns=COLUMNS).astype({"n_freed": "Int64"}), MEDIANS)

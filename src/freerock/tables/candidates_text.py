@@ -67,5 +67,5 @@ def printed_candidates(frame: pd.DataFrame, origin: str, labels: Labels | None =
 
 def _shown(frame: pd.DataFrame) -> Sequence[Column]:
     """The columns of `PRINTED`, without parameters that no candidate named has."""
-    empty = {_head(name) for name in MEDIANS if frame[name].isna().all()}
+    empty = {_head(name) for name in MEDIANS if name not in frame or frame[name].isna().all()}
     return [column for column in PRINTED if column.head not in empty]

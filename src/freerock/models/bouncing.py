@@ -1,8 +1,9 @@
 """A rigid block in the plane that may leave the ground: flight, sliding, impacts at its two corners.
 
 The centre of mass has x to the right and z upward, θ is positive clockwise. Between impacts the block
-flies, turns about one corner that sticks or slides by Coulomb's law, or lies flat. At an impact all corners
-on the ground act at once (Moreau 1988, doi:10.1007/978-3-7091-2624-0_1): of each,
+flies, turns about one corner that sticks or slides by Coulomb's law, or lies flat. On a base that leans to
+the right by a tilt, x and z are along and across it. At an impact all corners on the ground act at once
+(Moreau 1988, doi:10.1007/978-3-7091-2624-0_1): of each,
 
     0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0,    |P_t| ≤ μ P_n,
 
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
+from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.compiled import compiled
 
@@ -30,6 +32,7 @@ STEPS = 150.0  # per 1/p, at most so long is a step; the error per step is then 
 HALVINGS = 60  # of a step in which something happens: to the last digit of time
 OVER = math.pi / 2  # a block turned further lies on its side
 SWEEPS = 200  # of the impulses of two corners
+ENDS = ("completed", "overturned", "step_limit")
 PlaneState = tuple[float, float, float, float, float, float]
 
 
@@ -43,17 +46,20 @@ class Bounces:
         Instants [s].
     state : ndarray, shape (n_time, 6)
         x, z of the centre of mass [m], θ [rad], and their rates [m/s, m/s, rad/s]; NaN once it lies on
-        a side.
+        a side, and after too many impacts.
     impact_time_s : ndarray, shape (n_impacts,)
         Instants of the impacts [s].
     impact_corner : ndarray of int, shape (n_impacts,)
         The corner that came down: 0 the left, 1 the right one.
+    outcome : str
+        "completed", "overturned" (on a side) or "step_limit" (too many impacts).
     """
 
     time_s: Floats
     state: Floats
     impact_time_s: Floats
     impact_corner: Floats
+    outcome: str
 
     @property
     def theta(self) -> Floats:
@@ -67,6 +73,7 @@ def bounce(
     friction: float,
     start: PlaneState,
     time_s: ArrayLike,
+    tilt: float = 0.0,
     max_impacts: int = 10_000,
 ) -> Bounces:
     """Motion of a rigid block whose corners bounce and slide.
@@ -82,33 +89,42 @@ def bounce(
         x, z [m], θ [rad] and their rates at t = 0; no corner below the ground, z = 0.
     time_s : array_like, shape (n_time,)
         Increasing instants from 0 on [s].
+    tilt : float
+        Of the base, to the right [rad].
     max_impacts : int
         Impacts after which to give up.
 
     Raises
     ------
-    ValueError
-        A corner below the ground, e or μ out of range, or more than `max_impacts` impacts.
+    FreerockError
+        A corner below the ground, or e or μ out of range.
     """
-    if not (0 <= restitution < 1 and friction >= 0):
+    if not (0 <= restitution < 1 and 0 <= friction < math.inf):
         what = f"restitution {restitution:g} with friction {friction:g}"
-        raise ValueError(f"{what}: give 0 <= restitution < 1 and friction >= 0")
+        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and a friction of 0 or more")
     time = np.ascontiguousarray(time_s, float)
     state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
-    shape = block.b, block.h, block.inertia_cm / block.mass_kg, QUIET * math.sqrt(GRAVITY * block.R), block.e
+    shape = _shape(block, tilt)
     if min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape)) < -1e-9:
-        raise ValueError("a corner starts below the ground: start higher")
+        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
+    begun = tuple(map(float, start))
     longest = 1 / (STEPS * block.p)
-    n = _move(shape, restitution, friction, np.array(start, float), time, longest, state, impacts)
-    if n >= max_impacts:
-        raise ValueError(f"more than {max_impacts} impacts: shorten the motion or lower e")
-    return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy())
+    n, end = _move(shape, float(restitution), float(friction), begun, time, longest, state, impacts)
+    return Bounces(time, state, impacts[:n, 0].copy(), impacts[:n, 1].copy(), ENDS[end])
 
 
 def standing_on(block: Block, corner: int, theta: float, rate: float, x: float = 0.0) -> PlaneState:
     """PlaneState of a block that turns at a rate [rad/s] about a corner that sticks, at x [m], z = 0."""
-    rx, rz = _arm(corner, theta, (block.b, block.h, 0.0, 0.0, block.e))
+    rx, rz = _arm(corner, theta, _shape(block, 0.0))
     return x - rx, -rz, theta, -rate * rz, rate * rx, rate
+
+
+def _shape(block: Block, tilt: float) -> tuple[float, float, float, float, float, float, float]:
+    """What moves: half width, height of the centre of mass, inertia over mass, the rate of a quiet corner,
+    offset of the centre of mass, and gravity along the base and across it [SI]."""
+    quiet = QUIET * math.sqrt(GRAVITY * block.R)
+    pull = GRAVITY * math.sin(tilt), GRAVITY * math.cos(tilt)
+    return block.b, block.h, block.inertia_cm / block.mass_kg, quiet, block.e, *pull
 
 
 @compiled()
@@ -129,14 +145,14 @@ def _gap(corner, z, theta, shape):
 def _forces(mode, sense, corner, theta, rate, friction, shape):
     """Friction and push of the ground on a corner over the mass, and the angular acceleration."""
     rx, rz = _arm(corner, theta, shape)
-    inertia, fall = shape[2], GRAVITY + rate * rate * rz
+    inertia, fall = shape[2], shape[6] + rate * rate * rz
     if mode == SLIDE:
         share = 1 + rx * (rx + friction * sense * rz) / inertia
         if share > 0:
             push = fall / share
             return -friction * sense * push, push, -push * (rx + friction * sense * rz) / inertia
-    turn = -GRAVITY * rx / (inertia + rx * rx + rz * rz)
-    return rate * rate * rx - turn * rz, fall + turn * rx, turn
+    turn = -(shape[6] * rx + shape[5] * rz) / (inertia + rx * rx + rz * rz)
+    return rate * rate * rx - turn * rz - shape[5], fall + turn * rx, turn
 
 
 @compiled()
@@ -154,10 +170,11 @@ def _on_corner(mode, sense, corner, x, theta, vx, rate, friction, shape, step):
     if mode == STICK:
         before, after = _arm(corner, theta, shape), _arm(corner, moved, shape)
         return x + before[0] - after[0], moved, -turned * after[1], turned
-    u2, u3 = vx + 0.5 * step * f1, vx + 0.5 * step * f2
-    u4 = vx + step * f3
+    pull = shape[5]
+    u2, u3 = vx + 0.5 * step * (f1 + pull), vx + 0.5 * step * (f2 + pull)
+    u4 = vx + step * (f3 + pull)
     along = x + step / 6 * (vx + 2 * u2 + 2 * u3 + u4)
-    return along, moved, vx + step / 6 * (f1 + 2 * f2 + 2 * f3 + f4), turned
+    return along, moved, vx + step / 6 * (f1 + 2 * f2 + 2 * f3 + f4 + 6 * pull), turned
 
 
 @compiled()
@@ -165,13 +182,15 @@ def _advanced(mode, sense, corner, y, friction, shape, step):
     """The state a step later, in one mode of motion."""
     x, z, theta, vx, vz, rate = y
     if mode == FLIGHT:
-        fallen = z + step * (vz - 0.5 * GRAVITY * step)
-        return x + step * vx, fallen, theta + step * rate, vx, vz - GRAVITY * step, rate
+        fallen = z + step * (vz - 0.5 * shape[6] * step)
+        along = x + step * (vx + 0.5 * shape[5] * step)
+        return along, fallen, theta + step * rate, vx + shape[5] * step, vz - shape[6] * step, rate
     if mode == FLAT:
-        slows = friction * GRAVITY
-        lasts = min(step, abs(vx) / slows) if slows > 0 else step
-        slower = vx - math.copysign(slows * lasts, vx)
-        return x + lasts * 0.5 * (vx + slower), shape[1], 0.0, slower if lasts == step else 0.0, 0.0, 0.0
+        way = math.copysign(1.0, vx if vx != 0 else shape[5])
+        gains = way * shape[5] - friction * shape[6]  # of the speed, that way
+        lasts = min(step, abs(vx) / -gains) if gains < 0 else step
+        later = abs(vx) + gains * lasts if lasts == step else 0.0
+        return x + way * lasts * 0.5 * (abs(vx) + later), shape[1], 0.0, way * later, 0.0, 0.0
     x, theta, vx, rate = _on_corner(mode, sense, corner, x, theta, vx, rate, friction, shape, step)
     rx, rz = _arm(corner, theta, shape)
     return x, -rz, theta, vx, rate * rx, rate
@@ -243,7 +262,7 @@ def _mode_of(y, friction, shape):
         return FLIGHT, 1.0, LEFT
     corner = LEFT if down[LEFT] else RIGHT
     rz = _arm(corner, theta, shape)[1]
-    if GRAVITY + rate * rate * rz <= 0:  # it turns so fast that it lifts itself
+    if shape[6] + rate * rate * rz <= 0:  # it turns so fast that it lifts itself
         return FLIGHT, 1.0, corner
     slips = vx + rate * rz
     if abs(slips) < quiet:
@@ -262,7 +281,7 @@ def _first_step(mode, corner, y, shape, longest):
         up = y[4] - y[5] * _arm(each, y[2], shape)[0]
         rises = up >= shape[3] and (mode == FLIGHT or each != corner)
         if rises and _gap(each, y[1], y[2], shape) < 1e-9:
-            step = min(step, 0.25 * up / (GRAVITY + y[5] * y[5] * (shape[0] + shape[1])))
+            step = min(step, 0.25 * up / (shape[6] + y[5] * y[5] * (shape[0] + shape[1])))
     return step
 
 
@@ -296,9 +315,9 @@ def _begin(y, restitution, friction, shape):
 
 @compiled()
 def _move(shape, restitution, friction, start, time, longest, out, impacts):
-    """Fill the states at some instants and the impacts (instant, corner); return the number of impacts."""
-    y = (start[0], start[1], start[2], start[3], start[4], start[5])
-    t, n = 0.0, 0
+    """Fill the states at some instants and the impacts (instant, corner); return the number of impacts, and
+    which of `ENDS` it is."""
+    y, t, n = start, 0.0, 0
     y, mode, sense, corner, struck = _begin(y, restitution, friction, shape)
     first, still = True, 0
     for i in range(time.size):
@@ -322,13 +341,15 @@ def _move(shape, restitution, friction, start, time, longest, out, impacts):
             first, still = True, still + 1
             if struck >= 0:
                 if n == len(impacts):
-                    return n
+                    out[i:] = math.nan
+                    return n, 2
                 impacts[n, 0], impacts[n, 1] = t, struck
                 n += 1
             if still > 1000:
-                return len(impacts)
+                out[i:] = math.nan
+                return n, 2
         if abs(y[2]) > OVER:
             out[i:] = math.nan
-            return n
+            return n, 1
         out[i] = y
-    return n
+    return n, 0
