@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from freerock.models.laws import MODELS, PAPER_MODELS
+from freerock.models.laws import MODELS, PAPER_MODELS, law_of
 from freerock.populations.estimate import Estimate, MisfitMap
 from freerock.products.names import root_attributes
 from freerock.products.storage import open_product, write_groups
@@ -36,7 +36,8 @@ class RecordMap:
 
 
 def mapped(named: str, usable: Iterable[str]) -> str:
-    """The candidate that a misfit map is of: the one named, or the nearest of the paper's; two parameters.
+    """The candidate that a misfit map is of: the one named, or the nearest of the paper's; of a foundation's
+    law with two parameters.
 
     Parameters
     ----------
@@ -48,9 +49,9 @@ def mapped(named: str, usable: Iterable[str]) -> str:
     Returns
     -------
     str
-        Empty where none has two parameters.
+        Empty where there is none.
     """
-    known = {model for model in usable if len(MODELS[model]) == 2}
+    known = {model for model in usable if len(MODELS[model]) == 2 and law_of(model).is_foundation}
     return next((model for model in (named, *reversed(PAPER_MODELS)) if model in known), "")
 
 

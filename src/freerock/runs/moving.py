@@ -67,6 +67,8 @@ def begun_moving(
         No sample is fitted for so long after the top of a swing: a motion let go from rest there begins in
         static equilibrium, one that passes by does not [s].
     """
+    if not signal.t[signal.during(after_s, end_s)].size:
+        return None
     start_s = _last_acted(signal, after_s, end_s, block, position)
     for _ in range(2):
         start_s, impact_s = _first_swing(signal, start_s, end_s)

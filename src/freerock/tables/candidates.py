@@ -113,11 +113,11 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     -------
     pandas.DataFrame
         Columns `COLUMNS`, e and mu only where they are not empty, one row per block, foundation and
-        candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status; n_explains: runs in which the candidate
-        leaves no more than the noise at rest. epsilon_theta, epsilon_holdout: medians over the runs with a
-        full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2 [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m,
-        kappa_n_m3 [N/m³], e, mu: medians over the runs in which the candidate is named or also possible, NaN
-        where there is none or it has no such parameter.
+        candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
+        n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
+        epsilon_holdout: medians over the runs with a full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2
+        [N s/m²], lambda_n_s_m3 [N s/m³], contact_width_m, kappa_n_m3 [N/m³], e, mu: medians over the runs in
+        which the candidate is named or also possible, NaN where there is none or it has no such parameter.
     """
     possible = choice[choice["status"].isin(POSSIBLE)]
     key = [*SCENE, "test", "run", "model"]
