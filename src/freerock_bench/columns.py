@@ -12,6 +12,7 @@ from pathlib import Path
 from freerock.jobs.respond import CURVE, SCENE
 from freerock.planning import plan, plan_total
 from freerock.response.ensemble import COLUMNS as RESPONSES
+from freerock.tables import candidates, tidy
 from freerock_bench.document import renew
 
 ROOT = Path(__file__).parents[2]
@@ -123,6 +124,10 @@ MEANINGS = {
     "height_m": "height 2h",
     "high": "upper end of the 95 % interval of the probability",
     "impact": "number of the impact in the run, from 1",
+    "e": "median restitution e of a corner; this column and mu are absent if empty",
+    "mu": "median friction μ of a corner",
+    "impact_e_percent": "shift of e for one remaining standard uncertainty of the input; absent if empty",
+    "impact_mu_percent": "shift of μ for one remaining standard uncertainty of the input; absent if empty",
     "impact_c_percent": "shift of c for one remaining standard uncertainty of the input",
     "impact_k_percent": "shift of k for one remaining standard uncertainty of the input",
     "impact_kappa_percent": "shift of κ for one remaining standard uncertainty of the input",
@@ -299,7 +304,9 @@ def tables() -> dict[str, list[str]]:
         "plan/total.csv": plan_total.TOTALS,
         "plan/budget.csv": plan_total.BUDGET,
     }
-    return {name: (listed | own)[name] for name in ROWS}
+    found = {name: (listed | own)[name] for name in ROWS}
+    rare = {"candidates.csv": candidates.RARE_COLUMNS, "pulls.csv": tidy.RARE_IMPACTS}
+    return found | {name: [*found[name], *rare[name]] for name in rare}
 
 
 def markdown() -> str:

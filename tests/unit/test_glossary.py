@@ -51,6 +51,8 @@ def columns():
     lists = [tidy.RUNS, tidy.PARAMETERS, tidy.EPSILON, tidy.CHOICE, tidy.RESTITUTION, restitution.COMPARISON]
     lists += [
         candidates.COLUMNS,
+        candidates.RARE_COLUMNS,
+        tidy.RARE_IMPACTS,
         population.FOUNDATIONS,
         predict.PREDICTIONS,
         populations.POPULATIONS,

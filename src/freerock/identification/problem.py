@@ -244,7 +244,7 @@ class Problem:
         start = {"width": width, "tilt": self.tilt, "edge_radius": PARAMETERS["edge_radius"].trace}
         as_given = [start[name] for name in self.common[len(common) :]]
         own = [
-            start_of(motion).get(name, common[0])  # else r of a further impact
+            measured_start(motion).get(name, common[0])  # else r of a further impact
             for motion in self.motions
             for name in self.own
         ]
@@ -328,7 +328,7 @@ class Problem:
             half = release_bounds(motion)
             if self.settings.loose_release or not self.walled:
                 half |= {"theta0": RELEASE.loose_share * abs(motion.theta0), "t0": RELEASE.loose_s}
-            centre = start_of(motion)
+            centre = measured_start(motion)
             bounds += [
                 (centre[name] - half[name], centre[name] + half[name])
                 if name in centre
@@ -368,7 +368,7 @@ class Problem:
                 # a finger that fades lowers the top
                 fall = block.p**2 * np.sin(block.theta_cr - abs(motion.theta0))
                 u["theta0"] = float(np.hypot(u["theta0"], lowered(fall, motion.fit_start_s)))
-                centre = start_of(motion)
+                centre = measured_start(motion)
                 for j, name in enumerate(self.own):
                     if name in centre:
                         at = n_common + i * n_own + j
@@ -520,7 +520,7 @@ class Problem:
         return np.asarray(np.linalg.solve(directions.T, np.array(moved)).T)
 
 
-def start_of(motion: Motion) -> dict[str, float]:
+def measured_start(motion: Motion) -> dict[str, float]:
     """What was measured of the start of a run: theta0 [rad], t0 [s] and omega0 [rad/s]."""
     return {"theta0": motion.theta0, "t0": 0.0, "omega0": motion.rate0}
 

@@ -1,6 +1,5 @@
 """Which candidates explain the runs of each block on each foundation: choices, summed up."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import pandas as pd
@@ -24,9 +23,10 @@ MEDIANS = {
     "e": "e",
     "mu": "mu",
 }
-RARE = {name for law in LAWS.values() if not law.by_default for name in law.parameters}
+RARE = [name for law in LAWS.values() if not law.by_default for name in law.parameters]
 COLUMNS = [*SCENE, "model", "n_freed", "n_runs", *COUNTS, "n_explains"]
-COLUMNS += ["epsilon_theta", "epsilon_holdout", *MEDIANS]
+COLUMNS += ["epsilon_theta", "epsilon_holdout", *(name for name, own in MEDIANS.items() if own not in RARE)]
+RARE_COLUMNS = [name for name, own in MEDIANS.items() if own in RARE]  # last, where any is not empty
 POSSIBLE = ("selected", "also_possible")
 ANSWERS = ("test", "run", "status", "model", "explains", "reason")
 STATUS_WORDS = {
@@ -95,12 +95,6 @@ def named_by(model: str, choice: pd.DataFrame) -> str:
     return f"{len(own)} of {n} run{'' if n == 1 else 's'}"
 
 
-def as_used(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """A table without empty columns of `RARE` parameters; `columns` are the parameters by column."""
-    rare = [column for column, name in columns.items() if name in RARE and frame[column].isna().all()]
-    return frame.drop(columns=rare)
-
-
 def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataFrame:
     """How often each candidate is named for a block on a foundation, with what numbers.
 
@@ -112,7 +106,7 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
     Returns
     -------
     pandas.DataFrame
-        Columns `COLUMNS`, e and mu only where they are not empty, one row per block, foundation and
+        Columns `COLUMNS`, then `RARE_COLUMNS` that are not empty; one row per block, foundation and
         candidate. n_runs: those with a choice; n_selected to n_not_fitted: their number by status;
         n_explains: runs in which the candidate leaves no more than the noise at rest. epsilon_theta,
         epsilon_holdout: medians over the runs with a full fit (fractions). r, k_n_m2 [N/m²], c_n_s_m2
@@ -136,4 +130,5 @@ def candidates_table(choice: pd.DataFrame, parameters: pd.DataFrame) -> pd.DataF
             row |= {name: fitted[name].median() for name in ("epsilon_theta", "epsilon_holdout")}
             row |= {name: medians.get((*scene, model, own), float("nan")) for name, own in MEDIANS.items()}
             rows.append(row)
-    return as_used(pd.DataFrame(rows, columns=COLUMNS).astype({"n_freed": "Int64"}), MEDIANS)
+    rare = [name for name in RARE_COLUMNS if any(pd.notna(row[name]) for row in rows)]
+    return pd.DataFrame(rows, columns=[*COLUMNS, *rare]).astype({"n_freed": "Int64"})

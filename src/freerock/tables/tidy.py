@@ -15,7 +15,7 @@ from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
 from freerock.runs.verdict import Reason, in_one_line
-from freerock.tables.candidates import as_used, candidates_table
+from freerock.tables.candidates import RARE, candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
@@ -36,10 +36,12 @@ PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "c
 PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
 MOVED = [*OF_INPUT, "input_moved", "input_remaining", "input_pull"]
-IMPACTS = {
-    f"impact_{name}_percent": name
+IMPACTS = [
+    f"impact_{name}_percent"
     for name in dict.fromkeys(name for law in LAWS.values() for name in law.parameters)
-}
+    if name not in RARE
+]
+RARE_IMPACTS = [f"impact_{name}_percent" for name in RARE]
 PULLS = [*IDENTITY, "model", *MOVED, *IMPACTS]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
@@ -239,7 +241,7 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
     Returns
     -------
     pandas.DataFrame
-        Columns `PULLS`, impacts on e and μ only where there are any: input_moved is the shift of the input by
+        Columns `PULLS`, then those of `RARE_IMPACTS` that there are: input_moved is the shift of the input by
         the fit, in its standard uncertainties;
         input_remaining its standard uncertainty after the fit over that before; input_pull the shift over its
         standard deviation, NaN where the run does not see the input; impact_k_percent and so on the shift of
@@ -260,7 +262,8 @@ def pulls_table(fits: Trees) -> pd.DataFrame:
             {**of_fit, **dict(zip(columns, each, strict=True))}
             for each in zip(*columns.values(), strict=True)
         ]
-    return as_used(pd.DataFrame(rows, columns=PULLS), IMPACTS)
+    rare = [name for name in RARE_IMPACTS if any(name in row for row in rows)]
+    return pd.DataFrame(rows, columns=[*PULLS, *rare])
 
 
 def parts_table(fits: Trees) -> pd.DataFrame:
