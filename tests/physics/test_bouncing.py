@@ -1,6 +1,7 @@
 """A block that bounces: closed forms, Housner's block as a limit, a scheme without modes, energy."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,9 @@ import pytest
 from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
 from freerock.models.bouncing import RIGHT, bounce, standing_on
+from freerock.models.ground import accelerogram
 from freerock.models.housner import housner_motion, housner_swings
+from freerock.models.simulate import Solver, simulate, simulate_fitted, simulate_many
 
 SLENDER = Block(height_m=0.28, width_m=0.07, mass_kg=5.84)
 SQUARE = Block(height_m=0.06, width_m=0.06, mass_kg=0.05)
@@ -128,3 +131,92 @@ def test_impossible_input_is_refused(e, mu, lift, told):
     x, z, *others = standing_on(SQUARE, RIGHT, 0.3, 0.0)
     with pytest.raises(FreerockError, match=told):
         bounce(SQUARE, e, mu, (x, z + lift, *others), [0.1])
+
+
+STICKS = {"e": 0.0, "mu": 50.0}
+
+
+def test_the_public_door_gives_housners_block_as_a_limit():
+    time, theta0 = np.linspace(-0.1, 1.6, 1701), -math.radians(10)
+    rigid = simulate("housner", SLENDER, {"r": SLENDER.restitution_housner}, time, theta0=theta0)
+    found = simulate("bouncing", SLENDER, STICKS, time, theta0=theta0)
+    for name in ("theta", "theta_rate", "z_cb", "z_cb_rate"):
+        assert getattr(found, name) == pytest.approx(getattr(rigid, name), abs=2e-8), name
+    away = np.abs(rigid.theta) > 1e-4
+    np.testing.assert_array_equal(found.contact[away], rigid.contact[away])
+    assert found.impacts == pytest.approx(rigid.impacts[: len(found.impacts)], abs=1e-9)
+    assert len(found.impacts) >= 5 and found.outcome == "completed"
+
+
+@pytest.mark.parametrize("block", [SLENDER, replace(SLENDER, com_offset_m=2e-3)])
+def test_on_a_base_that_leans_it_is_housners_block_too(block):
+    """Which is integrated there, by other code."""
+    time = np.linspace(0, 0.5, 501)  # to the second impact
+    values = {"theta0": math.radians(8), "tilt": 0.01}
+    rigid = simulate_fitted("housner", block, values | {"r": 0.9}, time)
+    found = simulate_fitted("bouncing", block, values | STICKS, time)
+    first = int(np.flatnonzero(rigid < 0)[0])
+    assert found[:first] == pytest.approx(rigid[:first], abs=1e-7)
+
+
+def test_a_block_slides_down_a_steep_base():
+    tilt, mu = 0.3, 0.2
+    start = 0.0, SQUARE.h, 0.0, 0.0, 0.0, 0.0
+    found = bounce(SQUARE, 0.0, mu, start, np.array([0.4]), tilt)
+    assert found.state[0, 0] == pytest.approx(0.5 * GRAVITY * (math.sin(tilt) - mu * math.cos(tilt)) * 0.4**2)
+    assert bounce(SQUARE, 0.0, 0.4, start, np.array([0.4]), tilt).state[0, 0] == 0
+
+
+def test_a_slender_block_whose_corner_bounces_flies():
+    time = np.linspace(0, 0.4, 4001)
+    found = simulate("bouncing", SLENDER, {"e": 0.5, "mu": 0.3}, time, theta0=math.radians(10))
+    stretch = slice(*np.searchsorted(time, found.impacts[:2]))
+    assert stretch.stop - stretch.start > 30 and np.all(found.contact[stretch] == 2)
+    assert np.ptp(found.theta_rate[stretch]) < 1e-12
+    centre = SLENDER.h * np.cos(found.theta) - found.z_cb  # its height
+    falls = np.diff(centre[stretch], 2) / (time[1] - time[0]) ** 2
+    assert falls == pytest.approx(-GRAVITY, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("theta0", "soon", "at_last"),
+    [(0.3, "completed", "at_rest"), (0.0, "at_rest", "at_rest"), (0.9, "completed", "overturned")],
+)
+def test_how_a_motion_ends(theta0, soon, at_last):
+    for until_s, outcome in ((0.05, soon), (5.0, at_last)):
+        time = np.linspace(0, until_s, 31)
+        found = simulate("bouncing", SQUARE, {"e": 0.3, "mu": 0.3}, time, theta0=theta0)
+        assert found.outcome == outcome
+        assert np.isnan(found.theta[-1]) == (outcome == "overturned")
+
+
+def test_a_corner_that_bounces_for_ever_meets_the_limit_of_steps():
+    scene = "bouncing", SQUARE, {"e": 0.9, "mu": 0.3}, np.linspace(0, 4, 41)
+    found = simulate(*scene, theta0=0.4, solver=Solver(max_steps=5))
+    assert found.outcome == "step_limit" and np.isnan(found.theta[-1])
+    assert simulate(*scene, theta0=0.4).outcome == "at_rest"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "told"),
+    [
+        ({"e": 1.0, "mu": 0.3}, "not below 1"),
+        ({"e": -0.1, "mu": 0.3}, "not a non-negative number"),
+        ({"e": math.nan, "mu": 0.3}, "not a non-negative number"),
+        ({"e": 0.3, "mu": math.inf}, "not a positive number"),
+        ({"e": 0.3}, "missing"),
+    ],
+)
+def test_what_the_door_refuses(parameters, told):
+    with pytest.raises(FreerockError, match=told):
+        simulate("bouncing", SQUARE, parameters, [0.0, 0.1], theta0=0.2)
+
+
+def test_ground_that_moves_is_refused():
+    pulse = accelerogram(np.linspace(0, 1, 11), np.zeros(11))
+    scene = "bouncing", SQUARE, {"e": 0.3, "mu": 0.3}, [0.0, 0.1]
+    for door in (simulate, simulate_many):
+        with pytest.raises(FreerockError, match="ground at rest only"):
+            door(*scene, theta0=0.2, base_excitation=pulse)
+    theta, _ = simulate_many(*scene, theta0=np.array([0.2, 0.3]))
+    assert theta[1] == pytest.approx(simulate(*scene, theta0=0.3).theta, abs=0)

@@ -139,6 +139,10 @@ def test_markers_that_tell_no_rotation_are_refused(tmp_path):
     assert refusal(path, "theta:xz:A+C") == "several markers are called 'C'; rename them"
     assert refusal(path, "C:x") == "several markers are called 'C'; rename them"
     assert [*list_channels(path)] == [f"{marker}:{axis}" for marker in "AB" for axis in "xyz"]
+    whole = read_record(path)
+    assert [*whole] == [*list_channels(path)]
+    assert whole.attrs["reading"] == "several markers are called 'C': passed over"
+    assert "reading" not in read_record(write(tmp_path / "c.c3d", points)).attrs
     points[: N // 2, 0], points[N // 2 :, 3] = np.nan, np.nan
     path = write(tmp_path / "b.c3d", points)
     assert refusal(path, "theta:xz:A+D") == "no frame shows all markers of the body; name fewer markers"

@@ -327,6 +327,9 @@ def _move(shape, restitution, friction, start, time, longest, out, impacts):
             after = _advanced(mode, sense, corner, y, friction, shape, step)
             if _goes_on(mode, sense, corner, after, friction, shape) >= 0:
                 y, t, first, still = after, t + step, False, 0
+                if abs(y[2]) > OVER:
+                    out[i:] = math.nan
+                    return n, 1
                 continue
             low, high = 0.0, step
             for _ in range(HALVINGS):
@@ -348,8 +351,5 @@ def _move(shape, restitution, friction, start, time, longest, out, impacts):
             if still > 1000:
                 out[i:] = math.nan
                 return n, 2
-        if abs(y[2]) > OVER:
-            out[i:] = math.nan
-            return n, 1
         out[i] = y
     return n, 0

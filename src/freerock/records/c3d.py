@@ -56,7 +56,9 @@ def contents(path: Path) -> Iterator[Contents]:
         if not rate > 0:
             raise FreerockError(path, f"POINT:RATE is {rate:g}", "export it again with its frame rate")
         clock, units = Even(1 / rate), _text(file, "POINT:UNITS")
-        notes: list[str] = []
+        several = [each for each in dict.fromkeys(labels) if each and labels.count(each) > 1]
+        doubled = [f"several markers are called {each!r}: passed over" for each in several]
+        notes = [*doubled]
 
         def computed(name: str) -> Channel | None:
             _check_single(path, name.rpartition(":")[0], labels)
@@ -64,19 +66,21 @@ def contents(path: Path) -> Iterator[Contents]:
             return body and Channel(name, "rad" if body.motion == "theta" else units, body, clock)
 
         def read(columns: Sequence[Marker | Body]) -> dict[Marker | Body, Samples]:
-            points = _points(path, file)
-            return {
+            points, rigid = _points(path, file), list[str]()
+            found = {
                 c: points[:, c.point, c.axis]
                 if isinstance(c, Marker)
-                else _moved(path, points, c, units, notes)
+                else _moved(path, points, c, units, rigid)
                 for c in columns
             }
+            notes[:] = [*doubled, *rigid]
+            return found
 
         channels = [
             Channel(f"{label}:{axis}", units, Marker(i, j), clock)
             for i, label in enumerate(labels)
             for j, axis in enumerate(AXES)
-            if label and labels.count(label) == 1
+            if label and label not in several
         ]
         yield Contents(channels, read, {"format": FORMAT}, notes, computed)
 
