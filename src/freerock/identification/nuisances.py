@@ -325,6 +325,7 @@ class Posterior:
         if not len(rows):
             return np.zeros((self.columns.shape[1],) * 2)
         scale = np.sqrt(np.sum(self.columns**2, axis=0) / self.level**2 + np.sum(rows**2, axis=0))
+        scale[scale == 0] = 1.0  # friction where no corner slips
         scaled, own = self.columns / (self.level * scale), rows / scale
         inverse = np.linalg.pinv(scaled.T @ scaled + own.T @ own, hermitian=True)
         return np.asarray(inverse / np.outer(scale, scale))

@@ -10,6 +10,7 @@ import pandas as pd
 
 from freerock.errors import FreerockError
 from freerock.models.block import Block
+from freerock.models.laws import law_of
 from freerock.response.draws import Known, drawn
 from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
@@ -38,7 +39,8 @@ def known_laws(
     Returns
     -------
     list of (dict, dict)
-        Columns `SCENE`, and each parameter. Records none of whose runs names a law are left out.
+        Columns `SCENE`, and each parameter. Records none of whose runs names a law are left out, and those of
+        a law that is solved on ground at rest only.
     """
     found = []
     selected = choice[(choice["status"] == "selected") & choice["explains"].astype(bool)]
@@ -46,7 +48,7 @@ def known_laws(
         model = runs["model"].value_counts().index[0]
         rows = populations[(populations["level"] == "record") & (populations["test"] == test)]
         rows = rows[rows["model"] == model]
-        if rows.empty:
+        if rows.empty or law_of(model).bounces:
             continue
         known = {}
         for row in rows.to_dict("records"):
