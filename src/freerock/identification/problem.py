@@ -292,7 +292,7 @@ class Problem:
         samples, found = self.samples(), []
         for at in np.flatnonzero(self.varied[: len(law.parameters)]):
             name, before = self.names[at], np.array(x, dtype=float)
-            before[at] -= self.stride * parameter_of(name).step
+            before[at] = max(before[at] - self.stride * parameter_of(name).step, self.bounds()[at][0])
             up, down = (self.jacobian(each, samples, wanted=(name,))[:, at] for each in (x, before))
             if not up.any() or np.linalg.norm(up - down) > JUMPS * np.linalg.norm(up + down):
                 found.append(name)

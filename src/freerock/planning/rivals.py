@@ -22,7 +22,7 @@ from freerock.identification.search import approach
 from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.block import Block
-from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS
+from freerock.models.laws import CANDIDATES, KINEMATICS, MODELS, PAPER_MODELS, law_of
 from freerock.models.simulate import Solver, simulate_theta
 from freerock.runs.motion import Motion
 from freerock.selection.hypotheses import BY_DEFAULT, candidates, holds, n_freed
@@ -75,12 +75,13 @@ def rivals_of(
 ) -> tuple[str, ...]:
     """The rivals of an expected model: candidates that free no more numbers; larger ones are not asked.
 
-    A rival that another one holds as a case is left out. The arguments but the first are those of
+    A rival that another one holds as a case is left out, and a block that bounces. The arguments but the first are those of
     `freerock.selection.hypotheses.candidates`.
     """
     most = n_freed(model, free)
     every = candidates(laws, kinematics, free)
     rivals = [name for name in every if name != model and n_freed(name, free) <= most]
+    rivals = [name for name in rivals if not law_of(name).bounces]
     return tuple(name for name in rivals if not any(holds(other, name) for other in rivals))
 
 

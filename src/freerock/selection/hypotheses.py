@@ -70,17 +70,15 @@ class Hypotheses:
         return FitSettings(free=free, **self.options)
 
     def on(self, block: Block, motion: Motion) -> "Hypotheses":
-        """The hypotheses on a run: also a block that bounces, where peaks or its shape say so; none on a run
-        that was thrown or bounced where no rival is allowed."""
-        odd, models = motion.bounced or motion.rate0 != 0, self.models
-        rivals = [name for name, law in LAWS.items() if law.bounces and self.kinematics]
-        if motion.rate0:  # laws of a release from rest can't begin so
-            models = rivals if motion.bounced else []
-        elif motion.bounced and not rivals:
-            models = []
-        elif motion.bounced or block.theta_cr > SQUAT:
-            models = [*dict.fromkeys((*self.models, *rivals))]
-        return replace(self, models=tuple(models)) if odd or models != self.models else self
+        """The hypotheses on a run: where it bounced, or the block is squat, also a block that bounces; that
+        alone where it was thrown in, since the other laws begin with a release from rest. None on a run that
+        bounced, or was thrown, where that law is not allowed."""
+        bouncing = [name for name, law in LAWS.items() if law.bounces and self.kinematics and motion.bounced]
+        if motion.rate0 or (motion.bounced and not bouncing):
+            return replace(self, models=bouncing)
+        if block.theta_cr > SQUAT and self.kinematics:
+            bouncing = [name for name, law in LAWS.items() if law.bounces]
+        return replace(self, models=[*dict.fromkeys((*self.models, *bouncing))]) if bouncing else self
 
     def of(self, model: str, widened: Sequence[str]) -> Hypothesis:
         """The hypothesis of a candidate that widens what it may of some priors."""
