@@ -75,8 +75,8 @@ def rivals_of(
 ) -> tuple[str, ...]:
     """The rivals of an expected model: candidates that free no more numbers; larger ones are not asked.
 
-    A rival that another one holds as a case is left out, and a block that bounces. The arguments but the first are those of
-    `freerock.selection.hypotheses.candidates`.
+    A rival that another one holds as a case is left out, and a block that bounces. The arguments but the
+    first are those of `freerock.selection.hypotheses.candidates`.
     """
     most = n_freed(model, free)
     every = candidates(laws, kinematics, free)
