@@ -119,7 +119,7 @@ MEANINGS = {
     "first_input": "input with the largest contribution",
     "first_owner": "block, laser or foundation that has the first input",
     "first_share": "share of the first input in u_total²",
-    "given": "fixed, or the expression of a tied parameter; empty if free",
+    "given": "fixed, undetermined, or the expression of a tied parameter; empty if free",
     "half95": "half-width of the 95 % interval, in the unit of the value",
     "height_m": "height 2h",
     "high": "upper end of the 95 % interval of the probability",

@@ -39,6 +39,7 @@ STOPS_NOTE = (
     "rocks for at least half the time. Neither is used further."
 )
 GIVEN_NOTE = "Fixed and tied parameters are stated in the configuration (fits.parameters)."
+UNDETERMINED_NOTE = "An undetermined parameter was held: the run does not depend on it, or jumps there."
 PUBLISHED_NOTE = "Published values: doi:{doi}, from the laboratory's own records."
 
 ANGLE_NOTE = "θ₀ measured: mean; ±: standard deviation between the runs."
@@ -312,8 +313,9 @@ def _marked_notes(frame: pd.DataFrame) -> list[str]:
 
 def _given_notes(frame: pd.DataFrame) -> list[str]:
     stops = (~frame["success"].astype(bool) & frame["in_phase"].notna()).any()
-    given = "given" in frame and frame["given"].dropna().astype(str).ne("").any()
-    return [STOPS_NOTE] * bool(stops) + [GIVEN_NOTE] * bool(given)
+    given = {*frame["given"].dropna().astype(str)} - {""} if "given" in frame else set[str]()
+    notes = [STOPS_NOTE] * bool(stops) + [GIVEN_NOTE] * bool(given - {"undetermined"})
+    return notes + [UNDETERMINED_NOTE] * ("undetermined" in given)
 
 
 def _runs_note(frame: pd.DataFrame) -> list[str]:

@@ -164,9 +164,9 @@ def parameters_table(fits: Trees) -> pd.DataFrame:
     pandas.DataFrame
         Columns `PARAMETERS`, SI units; stderr is that of the noise, discrepancy the standard uncertainty as
         the law does not explain the run, u_total the total (that of noise and law where nothing is known of
-        the inputs); given is empty of what the fit found, else "fixed" or "tied: ..."; in_phase, of a rigid
-        block that stops rocking at the minimum, the r that keeps the phase; success says whether the fit may
-        be used.
+        the inputs); given is empty of what the fit found, else "fixed", "tied: ..." or "undetermined" (held
+        where the search ended); in_phase, of a rigid block that stops rocking at the minimum, the r that
+        keeps the phase; success says whether the fit may be used.
     """
     rows = []
     for of_fit, fit in _each_fit(fits):
@@ -191,7 +191,9 @@ def _given(fit: xr.Dataset, i: int) -> str:
     """What was said of a parameter in place of finding it, in words."""
     if "vary" not in fit or fit["vary"].values[i]:
         return ""
-    return f"tied: {expr}" if (expr := str(fit["expr"].values[i])) else "fixed"
+    if expr := str(fit["expr"].values[i]):
+        return f"tied: {expr}"
+    return "undetermined" if fit["success"] and np.isnan(fit["stderr"].values[i]) else "fixed"
 
 
 def contributions_table(fits: Trees) -> pd.DataFrame:
