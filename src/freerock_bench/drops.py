@@ -1,6 +1,7 @@
 """Measured drops of a square: which law foretells the next peak after a fall from a corner onto the face?
 
     python -m freerock_bench.drops results/studies/drops.csv
+    python -m freerock_bench.drops results/drops      # what the campaign found: `clean_falls`, `means`
 
 Of each run of the campaign `drops` that begins above `LEAST_DEG`, the motion before the impact gives the
 state in which the corner comes down. A third of the falls chooses the parameters of each law, by the mean of
@@ -19,6 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 from scipy.optimize import least_squares
 
 from freerock.arrays import Floats, Indices, Mask
@@ -32,15 +34,17 @@ from freerock.models.contact import State
 from freerock.models.housner import housner_swings
 from freerock.models.laws import Rules
 from freerock.models.simulate import Solver, simulate
+from freerock.products.netcdf import open_record
 from freerock.rotation.faults import signal_quality
 from freerock.runs.judged import judged_runs
 from freerock.runs.limits import ImpactLimits, RunLimits
-from freerock.runs.moving import Position
+from freerock.runs.moving import Position, lifted
 
 CAMPAIGN = Path("config/campaigns/drops.yaml")
 LEAST_DEG, BEFORE, STANDS = 12.0, 6, 8  # of the start; samples of the state, on the corner, before it
 FIRST_DEG = 0.25  # a turn of less is none
 AFTER_S = 0.25
+ENDS, STAYS_M = 10, 3e-3  # samples at rest; a tenth of the half width
 RESAMPLES, SEED = 400, 43
 E_GRID, MU_GRID = np.arange(0.1, 0.71, 0.05), (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 1.0, 3.0)
 R_GRID = np.arange(0.0, 1.0, 0.02)
@@ -199,7 +203,72 @@ def _row(
     }
 
 
+def clean_falls(folder: Path) -> pd.DataFrame:
+    """Falls of the campaign's records from a corner that neither slides nor lifts by more than `STAYS_M`.
+
+    Columns test, from_deg (where the fall begins), back_deg (highest point on that side after the impact),
+    is_run (neither failed nor excluded), bounced (so its verdict says).
+    """
+    runs, reasons = (pd.read_csv(folder / f"tables/{name}.csv") for name in ("runs", "reasons"))
+    usable = {*runs["test"][(runs["verdict"] != "fail") & ~runs["excluded"].astype(bool)]}
+    bounced, block = {*reasons["test"][reasons["reason"] == "bounced"]}, load_campaign(CAMPAIGN).blocks
+    rows = [
+        (path.stem, *fall, path.stem in usable, path.stem in bounced)
+        for path in sorted((folder / "records").glob("*.nc"))
+        if (fall := _clean_fall(open_record(path).dataset, block["square"].block))
+    ]
+    return pd.DataFrame(rows, columns=["test", "from_deg", "back_deg", "is_run", "bounced"])
+
+
+def _clean_fall(record: xr.Dataset, block: Block) -> tuple[float, float] | None:
+    """Where the last fall of a record begins, and the highest point on its side after it [°]."""
+    if "position_x" not in record:
+        return None
+    theta, x, z = (record[name].values for name in ("theta", *POSITIONS))
+    high = np.flatnonzero(np.abs(theta) >= math.radians(LEAST_DEG))
+    if not high.size or not np.abs(theta[-ENDS:]).max() < math.radians(1):
+        return None
+    up = theta * math.copysign(1.0, theta[high[-1]])
+    first = last = int(high[-1])
+    while first and up[first] < up[first - 1] < block.theta_cr:
+        first -= 1
+    while last + 1 < len(up) and 0 < up[last + 1] < up[last]:
+        last += 1
+    side, fall = math.copysign(1.0, theta[last]), slice(first, last + 1)
+    corner = (x + side * block.b * np.cos(theta) - block.h * np.sin(theta))[fall]
+    lifts = lifted(theta, z, float(np.median(z[-ENDS:])), block)[fall].max()
+    if last - first < STANDS or np.ptp(corner) > STAYS_M or lifts > STAYS_M:
+        return None
+    return math.degrees(up[first]), math.degrees(up[last + 1 :].max())
+
+
+def means(folder: Path, near: float = 0.01) -> pd.DataFrame:
+    """e and μ over the runs whose fit of the law `bouncing` may be used and leaves ε_θ of at most `near`.
+
+    Columns parameter, n, n_known (with an interval), mean, low, high (95 % over resampled runs), spread,
+    half95 (median half of the intervals of the runs), all three of those with an interval.
+    """
+    epsilon, parameters = (pd.read_csv(folder / f"tables/{name}.csv") for name in ("epsilon", "parameters"))
+    good = epsilon[(epsilon["model"] == "bouncing") & epsilon["success"] & (epsilon["epsilon_theta"] <= near)]
+    own = parameters[parameters["model"] == "bouncing"].merge(good[["test", "run"]], on=["test", "run"])
+    rows, draw = [], np.random.default_rng(SEED)
+    for name in ("e", "mu"):
+        of_name = own[own["parameter"] == name]
+        known = of_name.dropna(subset="stderr")
+        value = known["value"].to_numpy()
+        again = value[draw.integers(len(value), size=(RESAMPLES, len(value)))].mean(axis=1)
+        half = ((known["ci95_high"] - known["ci95_low"]) / 2).median()
+        low, high = np.percentile(again, [2.5, 97.5])
+        rows.append((name, len(of_name), len(known), value.mean(), low, high, value.std(ddof=1), half))
+    return pd.DataFrame(
+        rows, columns=["parameter", "n", "n_known", "mean", "low", "high", "spread", "half95"]
+    )
+
+
 if __name__ == "__main__":
+    if Path(sys.argv[1]).is_dir():
+        print(clean_falls(Path(sys.argv[1])).to_string(), means(Path(sys.argv[1])).to_string(), sep="\n")
+        sys.exit()
     table = run(*sys.argv[2:3])
     Path(sys.argv[1]).parent.mkdir(parents=True, exist_ok=True)
     table.to_csv(sys.argv[1], index=False, float_format="%.6g")
