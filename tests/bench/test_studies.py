@@ -241,7 +241,7 @@ def test_in_which_way_a_name_is_wrong(candidate, named, wrong):
 def test_the_atlas_has_every_truth_under_every_noise_on_every_block():
     cells = list(confusion.cells())
     assert len(cells) == len(set(cells)) == 9 * len(confusion.WIDTHS) * len(confusion.NOISES) * 3
-    for law in LAWS:
+    for law in (name for name, row in LAWS.items() if row.by_default):
         places = {place(cell.scene) for cell in cells if cell.law == law}
         assert len(places) == 6
 
