@@ -8,7 +8,7 @@ the right by a tilt, x and z are along and across it. At an impact all corners o
     0 ≤ P_n ⟂ v_n⁺ + e v_n⁻ ≥ 0,    |P_t| ≤ μ P_n,
 
 P the impulse, v the velocity of the corner, e the normal restitution. With one corner it is the impact of
-Wang and Mason (1992, doi:10.1115/1.2893797) with Newton's restitution. With two it also holds the corner that
+Wang and Mason (1992, doi:10.1115/1.2893771) with Newton's restitution. With two it also holds the corner that
 was on the ground already. A slender block leaves it, as Housner's does. A squat one on a slippery base turns
 back about it at -e times its rate. Newton's restitution may gain energy where the sliding turns round in an
 impact (Wang and Mason 1992): seen at e above 0.8 only.
