@@ -88,7 +88,7 @@ def begun_moving(
     seen = f"begins in motion at {start_s:.3f} s: {math.degrees(found.theta):.2f}°, "
     seen += f"{math.degrees(found.rate):.1f}°/s"
     if top is None:
-        text = f"{seen}, faster than from rest below the critical angle: laws of a release from rest are not fitted"
+        text = f"{seen}, faster than from rest below the critical angle: no law of a release is fitted"
         held = HeldAngle(first, found.theta_stderr, 0.0)
         release = Release(start_s, LOOSE_S, 0.0, start_s)
         return Beginning(start_s, release, held, start_s, (Reason("warn", "thrown", text),))
