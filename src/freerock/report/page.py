@@ -19,7 +19,7 @@ from freerock.config.history import Change
 from freerock.figures.looks import on_screen
 from freerock.files import write_text
 from freerock.models.block import Block
-from freerock.models.laws import law_of
+from freerock.models.laws import MODELS, law_of
 from freerock.report import tables as made
 from freerock.report.evidence import explained, scenes_of, together
 from freerock.report.findings import findings, laws_of_foundations
@@ -160,9 +160,11 @@ def _content(
         "restitution_comparison": made.compared_restitution(rows["restitution_comparison"]),
         **({"fragility": made.overturning(rows["fragility"], labels)} if "fragility" in rows else {}),
     }
-    named_on = laws_of_foundations(tables["choice"])
+    named_on, tried = laws_of_foundations(tables["choice"]), {*tables["choice"]["model"]}
+    rare = {model for model in MODELS if not law_of(model).by_default} - tried
     laws = set(named_on.values())
     rigid = {name: bool(law) and not law_of(law).is_foundation for name, law in named_on.items()}
+    looks = {name: look for name, look in on_screen().items() if name not in rare}
     return {
         "config": config,
         "rigid": bool(rigid) and all(rigid.values()),
@@ -206,7 +208,7 @@ def _content(
         "software": provenance["software"],
         "git": provenance["git"],
         "other_software": provenance.get("other_software", ()),
-        "styles": {"mark": " – simulated" if simulated else "", "lines": on_screen()},
+        "styles": {"mark": " – simulated" if simulated else "", "lines": looks},
     }
 
 
