@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from freerock.arrays import Floats
-from freerock.errors import FreerockError
 from freerock.models.block import GRAVITY, Block
+from freerock.models.checks import check_corners
 from freerock.models.compiled import compiled
 
 FLIGHT, STICK, SLIDE, FLAT = 0, 1, 2, 3
@@ -99,14 +99,11 @@ def bounce(
     FreerockError
         A corner below the ground, or e or μ out of range.
     """
-    if not (0 <= restitution < 1 and 0 <= friction < math.inf):
-        what = f"restitution {restitution:g} with friction {friction:g}"
-        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and a friction of 0 or more")
     time = np.ascontiguousarray(time_s, float)
     state, impacts = np.empty((time.size, 6)), np.empty((max_impacts, 2))
     shape = _shape(block, tilt)
-    if min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape)) < -1e-9:
-        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
+    lowest = min(_gap(LEFT, start[1], start[2], shape), _gap(RIGHT, start[1], start[2], shape))
+    check_corners(restitution, friction, lowest)
     begun = tuple(map(float, start))
     longest = 1 / (STEPS * block.p)
     n, end = _move(shape, float(restitution), float(friction), begun, time, longest, state, impacts)

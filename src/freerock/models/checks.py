@@ -59,6 +59,15 @@ def check_ground(model: str, motion: GroundMotion | None) -> None:
         raise FreerockError("base_excitation", what, "leave it out, or use another law")
 
 
+def check_corners(restitution: float, friction: float, lowest: float) -> None:
+    """Raise where corners can't bounce so, or one starts below the ground, z = 0 [m]."""
+    if not (0 <= restitution < 1 and 0 <= friction < math.inf):
+        what = f"restitution {restitution:g} with friction {friction:g}"
+        raise FreerockError("bouncing", what, "give 0 <= restitution < 1 and a friction of 0 or more")
+    if lowest < -1e-9:
+        raise FreerockError("bouncing", "a corner starts below the ground", "start higher")
+
+
 def check_mass(block: Block) -> None:
     """Raise where the centre of mass or the moment of inertia of a block can't be simulated."""
     for name, value in (("com_height_m", block.h), ("inertia_kg_m2", block.inertia_cm)):
