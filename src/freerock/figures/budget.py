@@ -7,20 +7,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    as_text,
-    footer,
-    gathered,
-    label,
-    legend_on_top,
-    nothing_drawn,
-    panel,
-    printed,
-    size,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.populations.means import LAW
 from freerock.tables.candidates import named_by
@@ -78,19 +66,19 @@ def draw(
     data = budget[(budget["level"] != "campaign") & (budget["model"] == (models[0] if models else ""))]
     data = data[data["parameter"].isin(MODELS[models[0]] if models else ())]
     if data.empty:
-        return nothing_drawn("no mean has a budget", origin), data
+        return style.nothing_drawn("no mean has a budget", origin), data
     names = [name for name in MODELS[models[0]] if name in set(data["parameter"])]
     keys = [*data[OF_MEAN].fillna("").drop_duplicates().to_numpy()][:MOST_ROWS]
     shares = data.groupby([*OF_MEAN, "parameter", "input"], dropna=False)["share_percent"].sum()
     largest = shares.groupby("input").max()
     named = [name for name in LOOKS if largest.get(name, 0.0) >= SHOWN]
-    beside = len(names) if size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
+    beside = len(names) if style.size(1)[0] > NARROWEST_IN * (1 + len(names)) else 1
     below = len(names) // beside
-    figure = Figure(figsize=size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
+    figure = Figure(figsize=style.size(0.4 + below * (0.6 + 0.22 * max(3, len(keys)))))
     axes = figure.subplots(below, beside, squeeze=False, sharey=True, sharex=True)
     parts = []
     for i, (ax, name) in enumerate(zip(axes.ravel(), names, strict=True)):
-        ax.set_title(panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
+        ax.set_title(style.panel(i, len(names), f"{SYMBOLS[name]}, {MODEL_LABELS[models[0]]}"), loc="left")
         for place, key in enumerate(keys):
             row = data[(data["parameter"] == name)]
             row = row[(row[OF_MEAN].fillna("") == key).all(axis=1)]
@@ -102,9 +90,9 @@ def draw(
         ax.set_xlabel("share of u² / %")
     axes[0, 0].set_yticks(range(len(keys)), _names(labels, keys))
     axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
+    style.legend_on_top(figure)
+    style.footer(figure, origin)
+    return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
@@ -141,8 +129,8 @@ def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
     names = []
     for level, test, block, foundation in keys:
         if level == "foundation":
-            names.append(f"{label(labels, foundation)}, all records")
+            names.append(f"{style.label(labels, foundation)}, all records")
         else:
-            name = f"{label(labels, block)}, {label(labels, foundation)}"
-            names.append(f"{name}: {as_text(test)}" if records[block, foundation] > 1 else name)
+            name = f"{style.label(labels, block)}, {style.label(labels, foundation)}"
+            names.append(f"{name}: {style.as_text(test)}" if records[block, foundation] > 1 else name)
     return names

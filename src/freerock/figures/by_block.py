@@ -8,22 +8,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
-from freerock.figures.style import (
-    FOUNDATION_STYLES,
-    Axes,
-    Labels,
-    Style,
-    footer,
-    label,
-    legend_on_top,
-    number_of,
-    of_scene,
-    panel,
-    recorded,
-    scaled,
-    size,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 
@@ -45,7 +31,7 @@ class Shown(NamedTuple):
 
 def foundation_looks(table: pd.DataFrame) -> dict[str, Style]:
     """Colour, line and marker of each foundation of a table."""
-    looks = zip(cycle(FOUNDATION_STYLES), cycle(MARKERS))
+    looks = zip(cycle(style.FOUNDATION_STYLES), cycle(MARKERS))
     names = dict.fromkeys(table["foundation"])
     return {name: {**look, "marker": marker} for name, (look, marker) in zip(names, looks, strict=False)}
 
@@ -72,26 +58,35 @@ def draw_by_block(
     """
     names = list(dict.fromkeys(runs["block"]))
     looks = foundation_looks(runs)
-    beside = max(1, min(len(names), int(size(1)[0] / NARROWEST_IN)))
+    beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))
     rows = -(-len(names) // beside)
-    figure = Figure(figsize=size(0.5 + HIGH_IN * rows))
+    figure = Figure(figsize=style.size(0.5 + HIGH_IN * rows))
     axes = figure.subplots(rows, beside, squeeze=False)
     for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
         own = data[data["block"] == name]
         x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
         ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
         for foundation, look in looks.items():
-            _draw(ax, shown, of_scene(own, name, foundation), look, label(labels, foundation), origin)
-        ax.set_title(wrapped(panel(i, len(names), label(labels, name)), 0.8 / beside), loc="left")
+            _draw(
+                ax,
+                shown,
+                style.of_scene(own, name, foundation),
+                look,
+                style.label(labels, foundation),
+                origin,
+            )
+        ax.set_title(
+            style.wrapped(style.panel(i, len(names), style.label(labels, name)), 0.8 / beside), loc="left"
+        )
         ax.margins(x=0.04)
         if i + beside >= len(names):
-            ax.set_xlabel(wrapped(shown.x_label, 0.9 / beside))
+            ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))
         if i % beside == 0:
             ax.set_ylabel(shown.y_label)
     for ax in axes.ravel()[len(names) :]:
         ax.set_axis_off()
-    legend_on_top(figure)
-    footer(figure, origin)
+    style.legend_on_top(figure)
+    style.footer(figure, origin)
     return figure
 
 
@@ -99,7 +94,7 @@ def caption_of(data: pd.DataFrame) -> str:
     """How many impacts and runs are drawn, and the law of each line."""
     seen = data[data["source"] == "experiment"]
     n = len(seen[["test", "run"]].drop_duplicates())
-    told = f"{number_of(len(seen), 'impact').capitalize()} of {number_of(n, 'run')}."
+    told = f"{style.number_of(len(seen), 'impact').capitalize()} of {style.number_of(n, 'run')}."
     models = data[data["source"] != "experiment"].drop_duplicates("test")
     of_law = {MODEL_LABELS[model]: ", ".join(own["test"]) for model, own in models.groupby("source")}
     if not of_law:
@@ -111,13 +106,13 @@ def caption_of(data: pd.DataFrame) -> str:
 def _draw(ax: Axes, shown: Shown, scene: pd.DataFrame, look: Style, name: str, origin: str) -> None:
     """A foundation: signs of what was recorded, a line of the law."""
     seen, law = (scene[(scene["source"] == "experiment") == own] for own in (True, False))
-    points = look | {"linestyle": "", "markerfacecolor": "none", "markersize": scaled(3.5)}
-    points |= {"markeredgewidth": scaled(0.8), "label": f"{name}, {recorded(origin)['label']}"}
+    points = look | {"linestyle": "", "markerfacecolor": "none", "markersize": style.scaled(3.5)}
+    points |= {"markeredgewidth": style.scaled(0.8), "label": f"{name}, {style.recorded(origin)['label']}"}
     if len(seen):
         ax.plot(seen[shown.x], seen[shown.y], **points)
         if shown.y_stderr:
-            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": scaled(0.8)}
+            bars = {"fmt": "none", "ecolor": look["color"], "elinewidth": style.scaled(0.8)}
             ax.errorbar(seen[shown.x], seen[shown.y], yerr=seen[shown.y_stderr], **bars)
     if len(law):
-        line = look | {"marker": "", "linewidth": scaled(1.1), "label": f"{name}, selected law"}
+        line = look | {"marker": "", "linewidth": style.scaled(1.1), "label": f"{name}, selected law"}
         ax.plot(law[shown.x], law[shown.y], **line)

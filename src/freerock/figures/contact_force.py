@@ -7,18 +7,8 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    drawn_runs,
-    footer,
-    gathered,
-    legend_on_top,
-    nothing_drawn,
-    panels_per_scene,
-    printed,
-    scaled,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, printed
 from freerock.models.block import GRAVITY, Block
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
@@ -80,24 +70,24 @@ def draw(
     found = [(tree, estimate) for tree in fits if (estimate := _first(tree))]
     if not found:
         why = "no law of a compliant foundation is selected"
-        return nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
+        return style.nothing_drawn(why, origin), pd.DataFrame(columns=COLUMNS)
     scenes = [(estimate.block, estimate.foundation) for _, estimate in found]
-    figure, panels = panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
+    figure, panels = style.panels_per_scene(scenes, labels, 2.1, (1.0, 1.0))
     parts = []
     for scene, (tree, estimate) in zip(scenes, found, strict=True):
         own = _over_time(tree, estimate, estimate.block_of(blocks[scene[0]]), debonding)
         parts.append(own)
         depth, force = panels[scene]
         _draw(depth, force, own)
-    legend_on_top(figure)
-    footer(figure, origin)
-    return figure, gathered(parts, COLUMNS)
+    style.legend_on_top(figure)
+    style.footer(figure, origin)
+    return figure, style.gathered(parts, COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs and laws are drawn."""
     named = [MODEL_LABELS[model] for model in CANDIDATES if model in set(data["model"])]
-    return f"{drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."
+    return f"{style.drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."
 
 
 def _first(tree: xr.DataTree) -> Estimate | None:
@@ -131,8 +121,8 @@ def _draw(depth: Axes, force: Axes, own: pd.DataFrame) -> None:
     sides = (("left_mm", "left corner", "#b34700", "--"), ("right_mm", "right corner", "#0a5bd3", "-"))
     for column, name, color, line in sides:
         below = own[column].clip(lower=0.0)
-        depth.plot(own["time_s"], below, color=color, linestyle=line, label=name, linewidth=scaled(1.0))
-    force.plot(own["time_s"], own["force_over_weight"], color="black", linewidth=scaled(0.8))
+        depth.plot(own["time_s"], below, color=color, linestyle=line, label=name, linewidth=style.scaled(1.0))
+    force.plot(own["time_s"], own["force_over_weight"], color="black", linewidth=style.scaled(0.8))
     force.axhline(1.0, color="0.45", linestyle=":", label="weight")
     for ax, text in ((depth, "depth / mm"), (force, "force / weight")):
         ax.set_ylim(bottom=0)

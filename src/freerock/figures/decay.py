@@ -7,8 +7,9 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
+from freerock.figures import style
 from freerock.figures.by_block import Shown, caption_of, draw_by_block
-from freerock.figures.style import Labels, printed, whole_decades
+from freerock.figures.style import Labels, printed
 from freerock.models.block import Block
 from freerock.tables.swings import named_swings
 
@@ -53,7 +54,7 @@ def draw(
     figure = draw_by_block(shown, data, runs, blocks, origin, labels)
     for ax, (_, own) in zip(figure.axes, data.groupby("block", sort=False), strict=False):
         ax.set(yscale="log", ylim=(0.7 * own["amplitude"].min(), 1.0))
-        whole_decades(ax.yaxis)
+        style.whole_decades(ax.yaxis)
     return figure, data
 
 

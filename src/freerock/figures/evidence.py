@@ -3,21 +3,8 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    footer,
-    legend_on_top,
-    nothing_drawn,
-    of_scene,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    runs_counted,
-    scaled,
-    scenes_in,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
 FIGURE = {
@@ -57,13 +44,13 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     """
     data = choice[choice["noise_ratio"].notna() & choice["status"].isin(LOOKS)]
     if data.empty:
-        return nothing_drawn("no candidate was fitted", origin), data
+        return style.nothing_drawn("no candidate was fitted", origin), data
     shown = [model for model in CANDIDATES if model in set(data["model"])]
-    figure, panels = panel_per_scene(
-        scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
+    figure, panels = style.panel_per_scene(
+        style.scenes_in(data), labels, 0.9 + 0.22 * max(3, len(shown)), sharex=True, sharey=True
     )
     for (block, foundation), ax in panels.items():
-        scene = of_scene(data, block, foundation)
+        scene = style.of_scene(data, block, foundation)
         ax.axvline(1, color="0.3", linestyle=":", label="as the noise at rest")
         for status, look in LOOKS.items():
             own = scene[scene["status"] == status]
@@ -74,19 +61,19 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     first = next(iter(panels.values()))
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))
     first.set_yticks(range(len(shown)), [MODEL_LABELS[model] for model in shown])
-    outer_labels(panels, "power of the residual over that at rest / 1", "")
-    legend_on_top(figure)
-    footer(figure, origin)
+    style.outer_labels(panels, "power of the residual over that at rest / 1", "")
+    style.legend_on_top(figure)
+    style.footer(figure, origin)
     return figure, data
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs are drawn."""
-    return runs_counted(data)
+    return style.runs_counted(data)
 
 
 def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:
     if len(rows):
         places = [shown.index(model) for model in rows["model"]]
-        sized = look | {"markersize": scaled(look["markersize"]), "linestyle": ""}
+        sized = look | {"markersize": style.scaled(look["markersize"]), "linestyle": ""}
         ax.plot(rows["noise_ratio"], places, **sized)

@@ -9,24 +9,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from freerock.figures.style import (
-    FAILED,
-    Axes,
-    Labels,
-    Style,
-    axis_of,
-    drawn_runs,
-    footer,
-    gathered,
-    label,
-    legend_columns,
-    number_ticks,
-    panel,
-    printed,
-    scaled,
-    size,
-    wrapped,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import RecordMap, open_misfit_maps
 from freerock.tables.candidates import accepted_fits
@@ -76,44 +60,44 @@ def draw(
         correlation of ln k and ln λ; SI units.
     """
     accepted = accepted_fits(choice)
-    width, _ = size(1)
+    width, _ = style.size(1)
     beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
     rows = max(1, math.ceil(len(maps) / beside))
-    figure = Figure(figsize=size(2.5 * rows + 0.4))
+    figure = Figure(figsize=style.size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
     for i, (ax, each) in enumerate(zip(axes, maps, strict=False)):
         _panel(ax, each)
         if (each.test, str(each.identified[0].run), each.model) not in accepted:
-            style: Style = {"fontsize": "small", "color": FAILED, "zorder": 4, "ha": "right"}
+            look: Style = {"fontsize": "small", "color": style.FAILED, "zorder": 4, "ha": "right"}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
-            ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **style)
-        block, foundation = label(labels, each.block), label(labels, each.foundation)
-        title = panel(i, len(maps), f"{block}, {foundation}: {MODEL_LABELS[each.model]}")
-        ax.set_title(wrapped(title, 0.8 / beside), loc="left")
+            ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **look)
+        block, foundation = style.label(labels, each.block), style.label(labels, each.foundation)
+        title = style.panel(i, len(maps), f"{block}, {foundation}: {MODEL_LABELS[each.model]}")
+        ax.set_title(style.wrapped(title, 0.8 / beside), loc="left")
         first, second = each.map.names
-        ax.set(xlabel=axis_of(first), ylabel=axis_of(second))
+        ax.set(xlabel=style.axis_of(first), ylabel=style.axis_of(second))
     for ax in axes[len(maps) :]:
         ax.set_axis_off()
     handles = _handles(maps)
     names = [str(handle.get_label()) for handle in handles]
-    figure.legend(handles=handles, loc="outside upper right", ncols=legend_columns(names))
+    figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(names))
     if maps:
-        footer(figure, origin)
-    return figure, gathered((part for each in maps for part in _numbers(each)), COLUMNS)
+        style.footer(figure, origin)
+    return figure, style.gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs the contours are of."""
-    return drawn_runs(data[data["quantity"] == "grid"])
+    return style.drawn_runs(data[data["quantity"] == "grid"])
 
 
 def _handles(maps: Sequence[RecordMap]) -> list[Line2D]:
     handles = [
-        Line2D([], [], color="0.4", linewidth=scaled(0.8), label="$ε_θ$ / %"),
-        Line2D([], [], **OF_DRAWN, markersize=scaled(4), label="identified on that run: the minimum"),
+        Line2D([], [], color="0.4", linewidth=style.scaled(0.8), label="$ε_θ$ / %"),
+        Line2D([], [], **OF_DRAWN, markersize=style.scaled(4), label="identified on that run: the minimum"),
     ]
     if any(len(each.identified) > 1 for each in maps):
-        handles.append(Line2D([], [], **OF_OTHERS, markersize=scaled(4), label="on the other runs"))
+        handles.append(Line2D([], [], **OF_OTHERS, markersize=style.scaled(4), label="on the other runs"))
     return handles
 
 
@@ -128,17 +112,17 @@ def _panel(ax: Axes, record: RecordMap) -> None:
         np.sqrt(100 * found_map.epsilon_finer),
         levels=np.sqrt(LEVELS_PERCENT),
         colors="0.4",
-        linewidths=scaled(0.7),
+        linewidths=style.scaled(0.7),
     )
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
-    for style, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
+    for look, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):
         for each in found:
-            ax.plot(each.first, each.second, markersize=scaled(4), zorder=3, **style)
+            ax.plot(each.first, each.second, markersize=style.scaled(4), zorder=3, **look)
     ax.set(xscale="log", yscale="log", xlim=(k[0], k[-1]), ylim=(damping[0], damping[-1]))
     ax.minorticks_off()
     for axis, values in ((ax.xaxis, k), (ax.yaxis, damping)):
-        number_ticks(axis, values[0], values[-1])
+        style.number_ticks(axis, values[0], values[-1])
     for text in texts:  # one under a marker cannot be read
         at = np.log(text.get_position()) - np.log([k[0], damping[0]])
         marked = (np.log([each.first / k[0], each.second / damping[0]]) for each in record.identified)

@@ -3,21 +3,8 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from freerock.figures.style import (
-    Axes,
-    Labels,
-    Style,
-    footer,
-    legend_on_top,
-    nothing_drawn,
-    of_scene,
-    outer_labels,
-    panel_per_scene,
-    printed,
-    runs_counted,
-    scaled,
-    scenes_in,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, printed
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
@@ -66,19 +53,19 @@ def draw(
     data["change_percent"] = 100 * (data["value"] / data["whole"] - 1)
     data["change_stderr_percent"] = 100 * data["stderr"] / data["whole"]
     if data.empty:
-        return nothing_drawn("no run has a fit that may be used", origin), data
-    figure, panels = panel_per_scene(scenes_in(data), labels, 2.0)
+        return style.nothing_drawn("no run has a fit that may be used", origin), data
+    figure, panels = style.panel_per_scene(style.scenes_in(data), labels, 2.0)
     for (block, foundation), ax in panels.items():
-        _panel(ax, of_scene(data, block, foundation))
-    outer_labels(panels, "time since release / s", "part over whole / %")
-    legend_on_top(figure)
-    footer(figure, origin)
+        _panel(ax, style.of_scene(data, block, foundation))
+    style.outer_labels(panels, "time since release / s", "part over whole / %")
+    style.legend_on_top(figure)
+    style.footer(figure, origin)
     return figure, data
 
 
 def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs are drawn."""
-    return runs_counted(data)
+    return style.runs_counted(data)
 
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:
@@ -94,8 +81,8 @@ def _panel(ax: Axes, scene: pd.DataFrame) -> None:
             xerr=half,
             yerr=NORMAL_95 * own["change_stderr_percent"],
             linestyle="",
-            markersize=scaled(3.5),
-            elinewidth=scaled(0.8),
+            markersize=style.scaled(3.5),
+            elinewidth=style.scaled(0.8),
             label=SYMBOLS[parameter],
             **look,
         )

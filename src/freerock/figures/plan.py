@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
-from freerock.figures.style import Labels, Style, label, styled
+from freerock.figures import style
+from freerock.figures.style import Labels, Style, styled
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.plan import best_known
 
@@ -73,10 +74,10 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
             for (block, _, rate), curve in one.groupby(["block", "laser", "sampling_rate_hz"]):
                 ax.plot(curve["release_angle_deg"], curve["percent"], linestyle=rates[rate], **blocks[block])
             if j == 0:
-                ax.set_ylabel(f"{label(labels, foundation)}\nstandard error / %")
+                ax.set_ylabel(f"{style.label(labels, foundation)}\nstandard error / %")
             if all(j >= len(others) for others in shown[i + 1 :]):
                 ax.set_xlabel("release angle / °")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
+    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
     handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
@@ -126,8 +127,8 @@ def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Fig
                 line.set_zorder(2)
     axes[0, 0].set(yscale="log", xlim=(0, 1.1 * frame["release_angle_deg"].max()))
     for ax, foundation in zip(axes[:, 0], foundations, strict=True):
-        ax.set_ylabel(f"{label(labels, foundation)}\n$ε_θ$ / %")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
+        ax.set_ylabel(f"{style.label(labels, foundation)}\n$ε_θ$ / %")
+    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
     handles.append(
         Line2D([], [], color="0.3", marker="o", markerfacecolor="white", linestyle="", label="not told apart")
     )
@@ -180,10 +181,10 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
             ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
             ax.yaxis.set_minor_locator(NullLocator())
             if j == 0:
-                ax.set_ylabel(f"{label(labels, foundation)}\n$u$ / %")
+                ax.set_ylabel(f"{style.label(labels, foundation)}\n$u$ / %")
             if i == len(expected) - 1:
                 ax.set_xlabel("runs per block")
-    handles = [Line2D([], [], **style, label=label(labels, name)) for name, style in blocks.items()]
+    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
     handles.append(Line2D([], [], color="0.3", linestyle=":", linewidth=0.8, label="inputs alone"))
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     figure.suptitle("Total uncertainty predicted for a mean", x=0.01, ha="left", fontsize=9, weight="bold")

@@ -11,17 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
 from freerock.arrays import Floats, extremes
-from freerock.figures.style import (
-    MODEL_STYLES,
-    Axes,
-    Labels,
-    Style,
-    footer,
-    label,
-    legend_above,
-    styled,
-    thin,
-)
+from freerock.figures import style
+from freerock.figures.style import Axes, Labels, Style, styled
 from freerock.figures.ticks import lighten
 from freerock.models.laws import MODEL_LABELS, MODELS, OF_RECORD, SYMBOLS
 from freerock.products.choices import choices_of
@@ -86,12 +77,12 @@ def failed(
     """The page of a record without runs, or one that can't be drawn: what and why; returns as `draw`."""
     figure = Figure(figsize=(7.0, 2.0), **PAGE)
     _header(figure, _title(record, labels), {"verdict": verdict, "reasons": reasons})
-    footer(figure, record.attrs["origin"])
+    style.footer(figure, record.attrs["origin"])
     return [figure], pd.DataFrame(columns=COLUMNS)
 
 
 def _title(record: xr.DataTree, labels: Labels) -> str:
-    names = [label(labels, record.attrs[key]) for key in ("block", "foundation")]
+    names = [style.label(labels, record.attrs[key]) for key in ("block", "foundation")]
     return f"{record.attrs['test']}: {', '.join(names)}"
 
 
@@ -125,7 +116,7 @@ def _record_series(record: xr.DataTree) -> pd.DataFrame:
     values = record.dataset[first].values
     for mask, meaning in zip(masks, meanings, strict=True):
         flagged = np.flatnonzero(flags & mask)
-        flagged = flagged[thin(len(flagged), 300)]
+        flagged = flagged[style.thin(len(flagged), 300)]
         parts.append(_series(pd.NA, meaning, time[flagged], values[flagged], unit))
     return pd.concat(parts)
 
@@ -134,7 +125,7 @@ def _run_series(record: xr.DataTree, number: int, run: xr.DataTree, fit: xr.Data
     release, end = run.dataset["release"].item(), run.dataset["end"].item()
     time, theta = record.dataset["time"].values, np.degrees(record.dataset["theta"].values)
     during = np.flatnonzero((time >= release - 0.1) & (time <= end))
-    during = during[thin(len(during))]
+    during = during[style.thin(len(during))]
     parts = [_series(number, "theta", time[during] - release, theta[during], "degree")]
     if run.sizes.get("impact", 0):
         impacts = run.dataset["impact_time"].values - release
@@ -173,7 +164,7 @@ def _page(
     _draw_run(motion, residual, own, sigma_deg, record.attrs["origin"])
     if own["series"].str.startswith("residual").any():
         _draw_noise(residual, sigma_deg)
-        legend_above(residual)
+        style.legend_above(residual)
     else:
         residual.text(0.5, 0.5, "not fitted", transform=residual.transAxes, ha="center", va="center")
         residual.set(yticks=[], ylabel="residual / σ")
@@ -184,7 +175,7 @@ def _page(
         ax.yaxis.set_label_coords(-0.45 / WIDTH_IN / (1 - 0.72 / WIDTH_IN), 0.5)
         ax.xaxis.set_label_coords(0.5, -0.25 / HEIGHT_IN / ax.get_position().height)
     lighten(figure)
-    footer(figure, record.attrs["origin"])
+    style.footer(figure, record.attrs["origin"])
     return figure
 
 
@@ -216,7 +207,7 @@ def _draw_record(
             instant, 1.0, text, transform=angle.get_xaxis_transform(), ha=align, va="bottom", fontsize=7
         )
     if volts.get_legend_handles_labels()[0]:
-        legend_above(volts)
+        style.legend_above(volts)
 
 
 def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float, origin: str) -> None:
@@ -228,8 +219,8 @@ def _draw_run(motion: Axes, residual: Axes, own: pd.DataFrame, sigma_deg: float,
             motion.plot(part["time_s"], part["value"], "o", color="#d55e00", markersize=4, label="impact")
         else:
             model = str(series).removeprefix("residual_")
-            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **MODEL_STYLES[model])
-    legend_above(motion)
+            residual.plot(part["time_s"], part["value"] / (sigma_deg or 1.0), **style.MODEL_STYLES[model])
+    style.legend_above(motion)
     motion.set_ylabel("θ / °")
     motion.tick_params(labelbottom=False)  # as of the residuals below; texts take most of the time
 
@@ -307,8 +298,8 @@ def _header(figure: Figure, title: str, attrs: Mapping[Any, Any], facts: str = "
     lines += [(line, "0.3") for line in textwrap.wrap(faults, 115)]
     height = figure.get_figheight()
 
-    def write(x: float, inches: float, text: str, **style: Any) -> None:
-        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **style)
+    def write(x: float, inches: float, text: str, **look: Any) -> None:
+        figure.text(x, 1 - inches / height, text.replace("$", r"\$"), va="top", **look)
 
     write(0.01, 0.05, title, fontsize=11)
     write(0.99, 0.05, verdict, fontsize=11, ha="right", color=colour)
