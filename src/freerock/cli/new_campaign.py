@@ -31,13 +31,6 @@ from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
 MOST_PANELS = 24
-SENSORS = {  # what a sensor of each quantity needs: keys and their meaning
-    "voltage": "beam: {fill}, position_m: {fill}, range_m: {fill}",
-    "current": "beam: {fill}, position_m: {fill}, range_m: {fill}",
-    "displacement": "beam: {fill}, position_m: {fill}",
-    "rotation": "units: {unit}",
-    "": "units: {fill}, beam: {fill}, position_m: {fill}, range_m: {fill}",
-}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -207,34 +200,11 @@ def _kind(channel: ChannelLook) -> tuple[str, str]:
 
 
 def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) -> str:
-    lasers = []
-    for (quantity, unit), laser in sensors.items():
-        keys = SENSORS[quantity].format(fill=FILL_IN, unit=unit)
-        lasers.append(f"  {laser}: {{{keys}}}  # {quantity or 'the files state no unit'}")
-    return f"""\
-# yaml-language-server: $schema=../campaign.schema.json
-# Begun by `freerock new-campaign`. Replace every {FILL_IN}; `freerock check {name}` lists the rest.
-# All keys are explained in config/README.md. What the records look like: {picture.as_posix()}
+    from jinja2 import Template
 
-title: {FILL_IN}  # of the campaign, as printed in the report
-origin: {FILL_IN}  # measured or simulated
-# institution:    # the laboratory
-# summary:        # what was tested, how and why
-
-# One line per block. Rename block1 as you like, here and in {name}.csv; copy the line for further blocks.
-blocks:
-  block1: {{height_m: {FILL_IN}, width_m: {FILL_IN}, mass_kg: {FILL_IN}}}
-
-# One line per foundation, likewise. levelled_deg says how well its base was levelled in the plane of rocking.
-foundations:
-  foundation1: {{}}  # {{levelled_deg: 0.02}}
-
-# Where each sensor's beam meets the block. beam: horizontal (a side face; position_m is its height above the
-# base) or vertical (the top; position_m is its distance to the right of the centre line). range_m is the
-# measuring range, from 0 to 10 V or from 4 to 20 mA. If the output falls with the distance, add sign: -1.
-lasers:
-{chr(10).join(lasers)}
-"""
+    text = Path(__file__).with_name("campaign.yaml.j2").read_text(encoding="utf-8")
+    template = Template(text, trim_blocks=True, keep_trailing_newline=True)
+    return template.render(name=name, sensors=sensors, picture=picture, fill=FILL_IN)
 
 
 def _csv_text(
