@@ -204,7 +204,8 @@ def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) ->
 
     text = Path(__file__).with_name("campaign.yaml.j2").read_text(encoding="utf-8")
     template = Template(text, trim_blocks=True, keep_trailing_newline=True)
-    return template.render(name=name, sensors=sensors, picture=picture, fill=FILL_IN)
+    made: str = template.render(name=name, sensors=sensors, picture=picture, fill=FILL_IN)
+    return made
 
 
 def _csv_text(

@@ -8,9 +8,9 @@ import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from freerock.config.keys import (
     BlockSection,
@@ -20,22 +20,23 @@ from freerock.config.keys import (
     PlanSection,
     ProcessingSection,
     PublishedSection,
-    once,
 )
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
 from freerock.config.values import (
+    Folder,
     Invalid,
     Name,
+    Once,
     Section,
     Text,
     Whole,
-    check_braces,
     check_inside,
     check_name,
     closest,
     did_you_mean,
+    key,
     name_fault,
 )
 from freerock.config.yaml_lines import Lines, place, read_yaml
@@ -73,51 +74,42 @@ RESERVED = {  # folders of results that are no campaign's
 class CampaignFile(Section):
     """A test campaign: config/campaigns/<name>.yaml."""
 
-    title: Text = Field(min_length=1, description="the title of the campaign")
-    origin: Literal["simulated", "measured"] = Field(
-        description="simulated or measured, as shown in every dataset, table and figure"
+    title: Text = key("the title of the campaign", min_length=1)
+    origin: Literal["simulated", "measured"] = key(
+        "simulated or measured, as shown in every dataset, table and figure"
     )
-    summary: Text = Field("", description="what was tested, how and why, in a sentence or two")
-    institution: Text = Field("", description="the laboratory")
-    creator: Text = Field("", description="who made the records")
-    license: Text = Field("", description="the licence of the records")
-    references: Text = Field("", description="publications, as doi:10.…/…")
-    raw: str = Field("", description="the folder of the record files; by default raw/<name of the campaign>")
-    truth: str = Field("", description="the file of true values in the raw folder, of a simulated campaign")
-    blocks: dict[Name, BlockSection] = Field(min_length=1, description="one or more blocks, each by its name")
-    foundations: dict[Name, FoundationSection] = Field(
-        min_length=1, description="one or more foundations, each by its name"
+    summary: Text = key("what was tested, how and why, in a sentence or two", "")
+    institution: Text = key("the laboratory", "")
+    creator: Text = key("who made the records", "")
+    license: Text = key("the licence of the records", "")
+    references: Text = key("publications, as doi:10.…/…", "")
+    raw: Folder = key("the folder of the record files; by default raw/<name of the campaign>", "")
+    truth: str = key("the file of true values in the raw folder, of a simulated campaign", "")
+    blocks: dict[Name, BlockSection] = key("one or more blocks, each by its name", min_length=1)
+    foundations: dict[Name, FoundationSection] = key(
+        "one or more foundations, each by its name", min_length=1
     )
-    lasers: dict[Name, LaserSection] = Field(
-        min_length=1, description="one or more sensors, each by its name"
+    lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
+    records_per_job: Whole = key(
+        "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
     )
-    records_per_job: Whole = Field(
-        4, ge=1, description="records per job, at most; with hundreds of records 40 saves start-up time"
+    ground_motions: GroundMotionsSection | None = key(
+        "the ground motions under which the report says whether the blocks fall", None
     )
-    ground_motions: GroundMotionsSection | None = Field(
-        None, description="the ground motions under which the report says whether the blocks fall"
-    )
-    figures: tuple[Figure, ...] = Field(
+    figures: Annotated[tuple[Figure, ...], Once] = key(
+        "the figures of the report; any other is drawn if it is the target of snakemake",
         FIGURES[:9],
         validate_default=True,
-        description="the figures of the report; any other is drawn if it is the target of snakemake",
     )
-    figures_for: tuple[Literal["single_column", "slide"], ...] = Field(
-        (), description="further targets of the figures, beside the double column of a paper"
+    figures_for: Annotated[tuple[Literal["single_column", "slide"], ...], Once] = key(
+        "further targets of the figures, beside the double column of a paper", ()
     )
-    processing: ProcessingSection = Field(ProcessingSection(), description="the steps from volts to impacts")
-    fits: FitsSection = Field(FitsSection(), description="the identification of the models")
-    published: PublishedSection | None = Field(
-        None, description="values of a publication, printed beside the identified ones"
+    processing: ProcessingSection = key("the steps from volts to impacts", ProcessingSection())
+    fits: FitsSection = key("the identification of the models", FitsSection())
+    published: PublishedSection | None = key(
+        "values of a publication, printed beside the identified ones", None
     )
-    plan: PlanSection | None = Field(
-        None, description="tests for which `freerock plan` predicts standard errors"
-    )
-
-    @field_validator("figures", "figures_for")
-    @classmethod
-    def _each_once(cls, names: Any) -> Any:
-        return once(names)
+    plan: PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
     @field_validator("figures")
     @classmethod
@@ -141,11 +133,6 @@ class CampaignFile(Section):
                 what = f"{other!r} and {name!r} are both printed as {section.label or name!r}"
                 raise Invalid(what, "give each its own label")
         return {name: s if s.label else s.model_copy(update={"label": name}) for name, s in sections.items()}
-
-    @field_validator("raw")
-    @classmethod
-    def _folder_is_no_pattern(cls, raw: str) -> str:
-        return check_braces(raw)
 
     @field_validator("truth")
     @classmethod
@@ -194,8 +181,8 @@ class CampaignFile(Section):
 class Campaign(CampaignFile):
     """A campaign as loaded: its YAML file and the records of its CSV file."""
 
-    name: Name = Field(description="the name of the campaign")
-    records: tuple[Record, ...] = Field(description="the records")
+    name: Name = key("the name of the campaign")
+    records: tuple[Record, ...] = key("the records")
 
     def record(self, test: str) -> Record:
         """The record of a test."""
@@ -209,8 +196,8 @@ class Campaign(CampaignFile):
 class ConfigFile(Section):
     """What is analysed: config/config.yaml."""
 
-    campaigns: tuple[Name, ...] = Field(
-        min_length=1, description="the campaigns to analyse, as a list of names in config/campaigns"
+    campaigns: tuple[Name, ...] = key(
+        "the campaigns to analyse, as a list of names in config/campaigns", min_length=1
     )
 
 
