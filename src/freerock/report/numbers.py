@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from types import MappingProxyType
 from typing import Literal, NamedTuple
 
@@ -60,6 +61,18 @@ Sentence = tuple[Part, ...]
 def plain(sentence: Sentence) -> str:
     """A sentence as text."""
     return "".join(part if isinstance(part, str) else part.text for part in sentence)
+
+
+def said(text: str, *parts: Part | Sequence[Part]) -> Sentence:
+    """A sentence from a text, in which each {} stands for a part or a sentence."""
+    found: list[Part] = []
+    for words, part in zip_longest(text.split("{}"), parts, fillvalue=""):
+        for each in (words, *((part,) if isinstance(part, str | Number) else part)):
+            if isinstance(each, str) and found and isinstance(found[-1], str):
+                found[-1] += each
+            elif each:
+                found.append(each)
+    return tuple(found)
 
 
 def listed(items: Sequence[Sentence], word: str = "and") -> Sentence:
