@@ -95,7 +95,7 @@ def draw(
     return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+def caption(data: pd.DataFrame) -> str:
     """Of which law the means are, and which inputs are defaults."""
     if data.empty:
         return "No mean has a budget."

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style
+from freerock.figures.style import Axes, Labels, Style, printed
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
+from freerock.tables.swings import named_swings
 
 MARKERS = "osD^v"  # of the foundations
 NARROWEST_IN = 2.1  # of a panel
@@ -36,7 +37,40 @@ def foundation_looks(table: pd.DataFrame) -> dict[str, Style]:
     return {name: {**look, "marker": marker} for name, (look, marker) in zip(names, looks, strict=False)}
 
 
-def draw_by_block(
+def by_block(
+    shown: Shown,
+    rows: Callable[[pd.DataFrame], pd.DataFrame] = lambda swings: swings,
+    finish: Callable[[Figure, pd.DataFrame], None] = lambda figure, data: None,
+) -> Callable[..., tuple[Figure, pd.DataFrame]]:
+    """The function `draw` of a figure of impacts: all runs, and the law of the first of each scene.
+
+    Parameters
+    ----------
+    shown : Shown
+    rows : callable
+        The swings (`freerock.tables.swings.named_swings`) that are drawn, which become the figure's numbers.
+    finish : callable
+        Limits and scales of the axes, by figure and numbers.
+    """
+
+    @printed
+    def draw(
+        runs: pd.DataFrame,
+        restitution: pd.DataFrame,
+        epsilon: pd.DataFrame,
+        blocks: Mapping[str, Block],
+        origin: str,
+        labels: Labels = None,
+    ) -> tuple[Figure, pd.DataFrame]:
+        data = rows(named_swings(runs, restitution, epsilon, blocks))
+        figure = _drawn(shown, data, runs, blocks, origin, labels)
+        finish(figure, data)
+        return figure, data
+
+    return draw
+
+
+def _drawn(
     shown: Shown,
     data: pd.DataFrame,
     runs: pd.DataFrame,
@@ -44,18 +78,7 @@ def draw_by_block(
     origin: str,
     labels: Labels,
 ) -> Figure:
-    """Impacts of all runs as signs, those of the selected law of the first run of each scene as lines.
-
-    Parameters
-    ----------
-    shown : Shown
-    data : pandas.DataFrame
-        From `freerock.tables.swings.named_swings`.
-    runs : pandas.DataFrame
-        Tidy table.
-    blocks : mapping of str to freerock.models.block.Block
-        The blocks by name.
-    """
+    """Impacts of all runs as signs, those of the selected law of the first run of each scene as lines."""
     names = list(dict.fromkeys(runs["block"]))
     looks = foundation_looks(runs)
     beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))

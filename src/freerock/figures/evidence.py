@@ -67,9 +67,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn."""
-    return style.runs_counted(data)
+caption = style.runs_counted
 
 
 def _dots(ax: Axes, rows: pd.DataFrame, shown: list[str], look: Style) -> None:

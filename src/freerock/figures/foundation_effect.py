@@ -68,9 +68,7 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
     return figure, style.gathered(curves.values(), columns)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:

@@ -86,7 +86,7 @@ def draw(
     return figure, style.gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+def caption(data: pd.DataFrame) -> str:
     """Which runs the contours are of."""
     return style.drawn_runs(data[data["quantity"] == "grid"])
 

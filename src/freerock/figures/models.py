@@ -80,9 +80,7 @@ def draw(
     return figure, style.gathered(parts, COLUMNS)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _laws(fitted: Mapping[int, xr.DataTree]) -> list[str]:

@@ -62,7 +62,7 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[F
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+def caption(data: pd.DataFrame) -> str:
     """How many motions, how many responses failed, and of which records no law is known."""
     told, lawless = [], data.loc[data["kind"] == "no_law", "test"]
     if len(lawless) < len(data):

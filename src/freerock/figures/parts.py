@@ -63,9 +63,7 @@ def draw(
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """How many runs are drawn."""
-    return style.runs_counted(data)
+caption = style.runs_counted
 
 
 def _panel(ax: Axes, scene: pd.DataFrame) -> None:

@@ -71,9 +71,7 @@ def draw(
     return figure, style.gathered(parts, COLUMNS)
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _curve(time_s: Floats, theta: Floats) -> pd.DataFrame:

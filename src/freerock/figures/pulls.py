@@ -78,7 +78,7 @@ def draw(
     return figure, data
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
+def caption(data: pd.DataFrame) -> str:
     """How many runs there are, how many inputs were defaults, and the largest pull."""
     if data.empty:
         return "No run has a fit of its selected law that moved its inputs."

@@ -77,9 +77,7 @@ def draw(
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 
 
-def caption(data: pd.DataFrame, labels: Labels = None) -> str:
-    """Which runs are drawn."""
-    return style.drawn_runs(data)
+caption = style.drawn_runs
 
 
 def _of_record(record: xr.DataTree | None, runs: dict[int, xr.DataTree]) -> pd.DataFrame:
