@@ -15,13 +15,8 @@ from freerock.tables.text import SIMULATED_NOTE
 
 DOI = re.compile(r"\b10\.\d{4,9}/[^\s;,]*[^\s;,.]")
 SPDX = re.compile(r"[A-Za-z0-9][A-Za-z0-9.+-]*-[A-Za-z0-9.+-]+")  # BSD-3-Clause, CC-BY-4.0
-KEYWORDS = [
-    "rocking",
-    "rigid block",
-    "free rocking test",
-    "coefficient of restitution",
-    "system identification",
-]
+KEYWORDS = ["rocking", "rigid block", "free rocking test"]
+KEYWORDS += ["coefficient of restitution", "system identification"]
 SCHEMA = "http://datacite.org/schema/kernel-4"
 TEMPLATES = Path(__file__).parent
 

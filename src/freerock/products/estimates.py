@@ -14,17 +14,8 @@ if TYPE_CHECKING:
     import lmfit
 
 # All variables of a fit that are asked for here.
-ESTIMATED = (
-    "parameter",
-    "success",
-    "value",
-    "covariance",
-    "contribution",
-    "input",
-    "input_owner",
-    "input_u",
-    "input_moved",
-)
+ESTIMATED: tuple[str, ...] = ("parameter", "success", "value", "covariance", "contribution")
+ESTIMATED += ("input", "input_owner", "input_u", "input_moved")
 
 
 def estimates_in(tree: xr.DataTree) -> Iterator[Estimate]:

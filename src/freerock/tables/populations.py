@@ -15,23 +15,11 @@ from freerock.tables.candidates import accepted_fits
 
 OF_INPUT = ["input", "input_owner", "input_u", "input_unit", "input_stated"]
 
-POPULATIONS = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
-POPULATIONS += ["n_records", "mean", "stderr", "ci95_low", "ci95_high"]
+OF_MEAN = ["campaign", "level", "test", "block", "foundation", "model", "parameter", "unit", "n_runs"]
+POPULATIONS = [*OF_MEAN, "n_records", "mean", "stderr", "ci95_low", "ci95_high"]
 POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
-BUDGET = [
-    "campaign",
-    "level",
-    "test",
-    "block",
-    "foundation",
-    "model",
-    "parameter",
-    "unit",
-    "n_runs",
-    *OF_INPUT,
-]
-BUDGET += ["mean", "u_total", "sensitivity", "contribution", "share_percent"]
+BUDGET = [*OF_MEAN, *OF_INPUT, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 

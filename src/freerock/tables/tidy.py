@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from freerock.arrays import Floats
-from freerock.models.laws import LAWS, MODELS, unit_of
+from freerock.models.laws import MODELS, unit_of
 from freerock.populations.means import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
@@ -19,43 +20,22 @@ from freerock.tables.candidates import candidates_table
 from freerock.tables.populations import OF_INPUT, budget_table, populations_table
 
 IDENTITY = ["campaign", "test", "run", "block", "foundation"]
-RUNS = [
-    *IDENTITY,
-    "origin",
-    "theta0_deg",
-    "theta0_u_deg",
-    "release_s",
-    "duration_s",
-    "n_impacts",
-    "n_restitution",
-    "sigma_theta_deg",
-]
-RUNS += ["verdict", "reasons", "excluded"]
+RUNS = [*IDENTITY, "origin", "theta0_deg", "theta0_u_deg", "release_s", "duration_s", "n_impacts"]
+RUNS += ["n_restitution", "sigma_theta_deg", "verdict", "reasons", "excluded"]
 REASONS = [*IDENTITY, "verdict", "reason", "value", "limit", "unit", "key", "sentence"]
 PARAMETERS = [*IDENTITY, "model", "parameter", "value", "stderr", "ci95_low", "ci95_high"]
 PARAMETERS += ["discrepancy", "u_total", "unit", "success", "given", "in_phase"]
 PARTS = [*IDENTITY, "model", "parameter", "unit", "part", "start_s", "end_s", "value", "stderr"]
 MOVED = [*OF_INPUT, "input_moved", "input_remaining", "input_pull"]
-IMPACTS = [
-    f"impact_{name}_percent"
-    for name in dict.fromkeys(name for law in LAWS.values() for name in law.parameters)
-]
+IMPACTS = [f"impact_{name}_percent" for name in dict.fromkeys(chain.from_iterable(MODELS.values()))]
 PULLS = [*IDENTITY, "model", *MOVED, *IMPACTS]
 CONTRIBUTIONS = [*IDENTITY, "model", "parameter", "value", *OF_INPUT, "contribution"]
 EPSILON = [*IDENTITY, "model", "epsilon_theta", "final_time_s", "epsilon_holdout", "n_parameters"]
 EPSILON += ["aic", "bic", "selected", "success", "epsilon_in_phase"]
 CHOICE = [*IDENTITY, "model", "status", "explains", "n_freed", *NUMBERS, *TESTS, "reason"]
 RESTITUTION = ["campaign", "test", "run", "source", "impact", "time_s", "r", "r_stderr", "r_u"]
-RESTITUTION += [
-    "block",
-    "foundation",
-    "peak_before_deg",
-    "peak_before_u_deg",
-    "r_energy",
-    "r_energy_stderr",
-    "r_energy_u",
-]
-RESTITUTION += ["impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
+RESTITUTION += ["block", "foundation", "peak_before_deg", "peak_before_u_deg", "r_energy", "r_energy_stderr"]
+RESTITUTION += ["r_energy_u", "impact_speed_m_s", "r_block", "r_block_u", "peak_before_block_deg"]
 
 ENERGIES = {
     "r_energy": "restitution_energy",
