@@ -18,7 +18,7 @@ from freerock.cli.new_campaign import plain_name
 from freerock.config.campaign import Source, campaign_paths, read_campaign
 from freerock.config.mistakes import ConfigError
 from freerock.config.values import did_you_mean
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.files import COLUMNS, MANIFEST, atomic, listed_checksums, sha256
 from freerock.review.csv_edit import parsed
 from freerock.units import in_base_units
@@ -188,15 +188,9 @@ def _cells(source: Source, wanted: Mapping[str, str]) -> dict[str, str]:
 
 def _looks(files: Sequence[str | Path]) -> list[RecordLook]:
     """What is in each file; all that can't be read are reported together."""
-    problems: list[FreerockError] = []
-    looks: list[RecordLook] = []
-    for path in map(Path, files):
-        try:
-            looks.append(look_to_take(path))
-        except FreerockError as error:
-            problems.append(error)
-    _raise(problems)
-    return looks
+    found = [attempt(look_to_take, Path(path)) for path in files]
+    _raise([each for each in found if isinstance(each, FreerockError)])
+    return [each for each in found if isinstance(each, RecordLook)]
 
 
 def _places(looks: Sequence[RecordLook], source: Source) -> list[str]:
@@ -244,10 +238,11 @@ def _rows(
             what = f"its test would be called {test}, as that {taken[test.casefold()]}"
             problems.append(FreerockError(look.path, what, "rename the file"))
         taken.setdefault(test.casefold(), f"of {look.path}")
-        try:
-            rows.append({"test": test, "file": file, **cells, "channel": _channel(look, cells, source)})
-        except FreerockError as error:
-            problems.append(error)
+        channel = attempt(_channel, look, cells, source)
+        if isinstance(channel, FreerockError):
+            problems.append(channel)
+        else:
+            rows.append({"test": test, "file": file, **cells, "channel": channel})
     _raise(problems)
     return rows
 
@@ -278,11 +273,8 @@ def _channel(look: RecordLook, cells: Mapping[str, str], source: Source) -> str:
 
 
 def _contradiction(declared: str, channel: ChannelLook) -> FreerockError | None:
-    try:
-        in_base_units([], declared, channel.units)
-    except FreerockError as error:
-        return error
-    return None
+    found = attempt(in_base_units, [], declared, channel.units)
+    return found if isinstance(found, FreerockError) else None
 
 
 def _appended(content: bytes, header: Sequence[str], rows: Sequence[Mapping[str, str]]) -> bytes:

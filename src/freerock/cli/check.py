@@ -2,7 +2,7 @@
 
 import math
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,7 @@ from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
 from freerock.config.sensor import LaserSection
 from freerock.config.step_settings import plain
-from freerock.errors import FreerockError
+from freerock.errors import FreerockError, attempt
 from freerock.files import MANIFEST, check_manifest, listed_checksums
 from freerock.units import in_base_units
 from freerock.virtual_lab.truth import read_truth
@@ -145,34 +145,35 @@ def check_files(source: Source) -> Iterator[FreerockError]:
     if not Path(source.raw).is_dir():
         yield FreerockError(source.where("raw"), f"there is no folder {source.raw}", "put the records there")
         return
+    from freerock.records.read import list_channels
+    from freerock.rotation.calibration import read_calibration
+
     tables: dict[str, Calibration] = {}
     unread: set[str] = set()  # files of which a problem says so
     for name, laser in source.lasers.items():
         if laser.calibration:
-            from freerock.rotation.calibration import read_calibration
-
-            try:
-                tables[name] = read_calibration(Path(source.raw, laser.calibration))
-            except FreerockError as error:
+            table = attempt(read_calibration, Path(source.raw, laser.calibration))
+            if isinstance(table, FreerockError):
                 unread.add(laser.calibration)
-                yield _at(source.where("lasers", name, "calibration"), error)
+                yield _at(source.where("lasers", name, "calibration"), table)
+            else:
+                tables[name] = table
     if source.campaign and source.campaign.ground_motions:
         from freerock.response.motions import motions_in
 
         wrong = motions_in(source.campaign.ground_motions.folder)[1]
         yield from (_at(source.where("ground_motions", "folder"), each) for each in wrong)
     if source.campaign and source.campaign.truth:
-        try:
-            read_truth(Path(source.raw, source.campaign.truth))
-        except FreerockError as error:
+        truth = attempt(read_truth, Path(source.raw, source.campaign.truth))
+        if isinstance(truth, FreerockError):
             unread.add(source.campaign.truth)
-            yield _at(source.where("truth"), error)
+            yield _at(source.where("truth"), truth)
     csv = source.path.with_suffix(".csv")
     contents: dict[Path, Contents] = {}
     for line, record in source.records:
         path = Path(source.raw, record.file)
         if path not in contents:
-            contents[path] = _contents(path)
+            contents[path] = attempt(list_channels, path)
         if isinstance(contents[path], FreerockError):
             unread.add(record.file)
         yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
@@ -181,28 +182,10 @@ def check_files(source: Source) -> Iterator[FreerockError]:
 
 def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
     """Files that are not those listed, but for those already named as unreadable."""
-    try:
-        listed: Iterable[str] = listed_checksums(raw)
-    except FreerockError as error:
-        yield error
-        return
-    for file in listed:
-        if file in unread:
-            continue
-        try:
-            check_manifest(raw, [file])
-        except FreerockError as error:
-            yield error
-
-
-def _contents(path: Path) -> "Contents":
-    """The channels of a record file, or why they can't be listed."""
-    from freerock.records.read import list_channels
-
-    try:
-        return list_channels(path)
-    except FreerockError as error:
-        return error
+    listed = attempt(listed_checksums, raw)
+    files = [] if isinstance(listed, FreerockError) else [file for file in listed if file not in unread]
+    found = [listed, *(attempt(check_manifest, raw, [file]) for file in files)]
+    yield from (each for each in found if isinstance(each, FreerockError))
 
 
 def _record(
@@ -219,28 +202,24 @@ def _record(
         yield _at(f"{where}: file", contents)
         return
     for channel, name in zip(record.channels, record.lasers, strict=False):
-        try:
-            found = chosen(path, contents, channel or None)
-        except FreerockError as error:
-            yield _at(f"{where}: channel", error)
-            continue
-        if len(found) > 1:
+        found = attempt(chosen, path, contents, channel or None)
+        if isinstance(found, FreerockError):
+            yield _at(f"{where}: channel", found)
+        elif len(found) > 1:
             yield FreerockError(f"{where}: channel", f"{path}: has the channels {listed(found)}", NAME_IT)
-            continue
-        (unit,) = (each.units for each in found.values())
-        if name in lasers:
+        elif name in lasers:
+            (unit,) = (each.units for each in found.values())
             yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
 
 
 def _unit(
     where: str, stated: str, laser: LaserSection, table: "Calibration | None"
 ) -> Iterator[FreerockError]:
-    try:
-        _, quantity = in_base_units([], laser.units, stated)
-    except FreerockError as error:
-        yield _at(where, error)
+    found = attempt(in_base_units, [], laser.units, stated)
+    if isinstance(found, FreerockError):
+        yield _at(where, found)
         return
-    if quantity not in ("voltage", "current"):
+    if (quantity := found[1]) not in ("voltage", "current"):
         return
     if not (laser.range_m or laser.sensitivity_per_mm or laser.calibration):
         remedy = "give one of range_m, sensitivity_per_mm, calibration to the laser"
@@ -421,10 +400,10 @@ def _by_hand(where: str, path: Path, record: Record) -> Iterator[FreerockError]:
 
     if not record.overrides and not record.stretches:
         return
-    try:
-        end_s = float(read_record(path, record.channels[0] or None)["time"][-1])
-    except FreerockError:
+    read = attempt(read_record, path, record.channels[0] or None)
+    if isinstance(read, FreerockError):
         return  # the job of the record says why
+    end_s = float(read["time"][-1])
     ends = [("override", f"run {number}", run_end_s) for number, _, run_end_s, *_ in record.overrides]
     ends += [("exclude", "it", to_s) for _, to_s, _ in record.stretches]
     for column, what, last_s in ends:

@@ -12,7 +12,7 @@ import numpy as np
 
 from freerock.arrays import Floats
 from freerock.config.values import Invalid, check_inside
-from freerock.errors import FreerockError, printable
+from freerock.errors import FreerockError, attempt, printable
 from freerock.files import sha256
 from freerock.records.read import list_channels, read_record
 
@@ -111,13 +111,13 @@ def look_into(path: str | Path) -> RecordLook:
     """
     path, kind, channels = Path(path), "", list[ChannelLook]()
     for name, listed in list_channels(path).items():
-        try:
-            record = read_record(path, name)
-        except FreerockError as error:
-            channels.append(ChannelLook(name, listed.units, fault=f"{error.what}; {error.remedy}"))
-            continue
-        kind = record.attrs["format"]
-        channels.append(_in_short(name, record))
+        record = attempt(read_record, path, name)
+        if isinstance(record, FreerockError):
+            fault = f"{record.what}; {record.remedy}"
+            channels.append(ChannelLook(name, listed.units, fault=fault))
+        else:
+            kind = record.attrs["format"]
+            channels.append(_in_short(name, record))
     return RecordLook(path, sha256(path), path.stat().st_size, kind, tuple(channels))
 
 

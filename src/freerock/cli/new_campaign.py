@@ -24,7 +24,7 @@ from freerock.config.campaign import RESERVED
 from freerock.config.mistakes import FILL_IN
 from freerock.config.record import Record
 from freerock.config.values import name_fault
-from freerock.errors import FreerockError, printable
+from freerock.errors import FreerockError, attempt, printable
 from freerock.files import MANIFEST, write_manifest, write_text
 from freerock.jobs.soundness import QUICK_LOOK
 from freerock.records.read import READERS
@@ -139,16 +139,10 @@ def _name_the_first(path: Path, name: str) -> bool:
 
 
 def _look_through(folder: Path) -> tuple[list[RecordLook], list[FreerockError]]:
-    looks: list[RecordLook] = []
-    refused: list[FreerockError] = []
-    for path in sorted(folder.iterdir()):
-        if path.suffix.lower() not in READERS or path.name == MANIFEST or not path.is_file():
-            continue
-        try:
-            looks.append(look_to_take(path))
-        except FreerockError as error:
-            refused.append(error)
-    return looks, refused
+    files = (path for path in sorted(folder.iterdir()) if path.is_file() and path.name != MANIFEST)
+    found = [attempt(look_to_take, path) for path in files if path.suffix.lower() in READERS]
+    refused = [each for each in found if isinstance(each, FreerockError)]
+    return [each for each in found if isinstance(each, RecordLook)], refused
 
 
 def _first_panels(looks: Sequence[RecordLook]) -> list[RecordLook]:
