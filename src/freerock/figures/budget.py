@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
 from freerock.populations.means import LAW
 from freerock.tables.candidates import named_by
@@ -46,9 +46,7 @@ SHOWN = 1.0  # per cent of a square, from which an input is named
 
 
 @printed
-def draw(
-    budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Share of each input in the square of the total uncertainty, for the law that most runs name.
 
     Parameters
@@ -90,8 +88,7 @@ def draw(
         ax.set_xlabel("share of u² / %")
     axes[0, 0].set_yticks(range(len(keys)), _names(labels, keys))
     axes[0, 0].set_ylim(len(keys) - 0.4, -0.6)
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 

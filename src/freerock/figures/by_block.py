@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import named_swings
@@ -41,7 +41,7 @@ def by_block(
     shown: Shown,
     rows: Callable[[pd.DataFrame], pd.DataFrame] = lambda swings: swings,
     finish: Callable[[Figure, pd.DataFrame], None] = lambda figure, data: None,
-) -> Callable[..., tuple[Figure, pd.DataFrame]]:
+) -> Callable[..., Drawing]:
     """The function `draw` of a figure of impacts: all runs, and the law of the first of each scene.
 
     Parameters
@@ -61,7 +61,7 @@ def by_block(
         blocks: Mapping[str, Block],
         origin: str,
         labels: Labels = None,
-    ) -> tuple[Figure, pd.DataFrame]:
+    ) -> Drawing:
         data = rows(named_swings(runs, restitution, epsilon, blocks))
         figure = _drawn(shown, data, runs, blocks, origin, labels)
         finish(figure, data)
@@ -108,8 +108,7 @@ def _drawn(
             ax.set_ylabel(shown.y_label)
     for ax in axes.ravel()[len(names) :]:
         ax.set_axis_off()
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure
 
 

@@ -5,10 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.block import GRAVITY, Block
 from freerock.models.corners import corners_over_time
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, law_of
@@ -41,7 +40,7 @@ def draw(
     debonding: str,
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Depth of the corners and force over weight up to the third impact, of the first run of each scene.
 
     Parameters
@@ -70,8 +69,7 @@ def draw(
         parts.append(own)
         depth, force = panels[scene]
         _draw(depth, force, own)
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)
 
 

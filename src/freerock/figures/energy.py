@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from freerock.figures import style
 from freerock.figures.by_block import foundation_looks
-from freerock.figures.style import Axes, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS
 from freerock.tables.swings import first_runs, named_swings
@@ -30,7 +30,7 @@ def draw(
     blocks: Mapping[str, Block],
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Energy between impacts over time, and its loss by each impact, of the first run on each foundation.
 
     Parameters
@@ -63,8 +63,7 @@ def draw(
             ax.margins(x=0.03)
     axes[-1, 0].set_xlabel("time since release / s")
     axes[-1, 1].set_xlabel("number of the impact")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 

@@ -1,10 +1,9 @@
 """Evidence for each candidate: residual over the noise at rest, and status in the choice."""
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS
 
 FIGURE = {
@@ -29,7 +28,7 @@ NEAREST: Style = {"marker": "o", "color": "black", "markersize": 5, "markerfacec
 
 
 @printed
-def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Power of the residual over that of the noise at rest, run by run and candidate by candidate.
 
     Parameters
@@ -62,8 +61,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figu
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))
     first.set_yticks(range(len(shown)), [MODEL_LABELS[model] for model in shown])
     style.outer_labels(panels, "power of the residual over that at rest / 1", "")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 

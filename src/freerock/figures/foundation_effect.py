@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
-from freerock.figures.style import Labels, printed
+from freerock.figures.style import Drawing, Labels, printed
 from freerock.products.groups import usable_runs
 
 FIGURE = {
@@ -24,7 +24,7 @@ OF_RECORDS = ("time", "theta", "release", "end")  # shown
 
 
 @printed
-def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> Drawing:
     """θ(t) of the first usable run on each foundation, one panel per block.
 
     Parameters

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS
 from freerock.products.misfit_maps import RecordMap, open_misfit_maps
 from freerock.tables.candidates import accepted_fits
@@ -38,9 +38,7 @@ def read(path: str) -> list[RecordMap]:
 
 
 @printed
-def draw(
-    maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Contours of ε_θ over stiffness and damping of the first run of each record, and what all runs gave.
 
     Angle and instant of release are those identified on the run; their own part is in the covariances of the

@@ -8,7 +8,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from freerock.figures import style
 from freerock.figures.by_block import foundation_looks
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.records.channels import listed
 from freerock.response.fragility import INTENSITIES
 
@@ -26,7 +26,7 @@ FIGURE = {
 
 
 @printed
-def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[Figure, pd.DataFrame]:
+def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """A row of panels for each block, a panel for each intensity, a curve for each record's law.
 
     Parameters
@@ -57,8 +57,7 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> tuple[F
             ax.set(xlabel=text, ylim=(-0.02, 1.02))
             ax.margins(x=0.04)
         axes[i, 0].set_ylabel("P(overturning)")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 

@@ -9,7 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, MODELS, law_of
 from freerock.tables.candidates import named_by
 from freerock.tables.paper import SCATTERS
@@ -61,7 +61,7 @@ def draw(
     choice: pd.DataFrame,
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Parameters of the law that most runs of a foundation name: a row for each run, record and foundation.
 
     Parameters
@@ -102,8 +102,7 @@ def draw(
         line[0].set_ylim(len(own) - 0.4, -0.6)
         for text, row in zip(line[0].get_yticklabels(), own, strict=True):
             text.set_fontweight("normal" if row.numbers["level"].iloc[0] == "run" else "bold")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered((row.numbers for row in rows), COLUMNS)
 
 

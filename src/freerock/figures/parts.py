@@ -1,10 +1,9 @@
 """Parameters of each part of a run: whether a law holds throughout the run."""
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.identification.levels import NORMAL_95
 from freerock.models.laws import SYMBOLS
 
@@ -30,7 +29,7 @@ FIT = ["test", "run", "model"]
 @printed
 def draw(
     parts: pd.DataFrame, parameters: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Parameters of the selected law from each part of a run, over those of the whole run.
 
     Parameters
@@ -58,8 +57,7 @@ def draw(
     for (block, foundation), ax in panels.items():
         _panel(ax, style.of_scene(data, block, foundation))
     style.outer_labels(panels, "time since release / s", "part over whole / %")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 

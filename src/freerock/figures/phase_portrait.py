@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
-from freerock.figures.style import Labels, printed
+from freerock.figures.style import Drawing, Labels, printed
 from freerock.products.groups import runs_of
 from freerock.runs.angular_rate import angular_rate
 from freerock.tables.swings import named_models
@@ -26,9 +25,7 @@ COLUMNS = ["test", "run", "source", "time_s", "theta_deg", "rate_deg_s"]
 
 
 @printed
-def draw(
-    fits: Sequence[xr.DataTree], epsilon: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(fits: Sequence[xr.DataTree], epsilon: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """θ̇ against θ of the first fitted run of each dataset, one panel per block and foundation.
 
     Parameters
@@ -66,8 +63,7 @@ def draw(
     for ax in panels.values():
         ax.margins(x=0.03)
     style.outer_labels(panels, "θ / °", "angular rate / (°/s)")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)
 
 

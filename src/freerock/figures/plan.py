@@ -1,5 +1,6 @@
 """The plan of a campaign: predicted standard errors, and differences between rivals."""
 
+from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 import numpy as np
@@ -77,8 +78,16 @@ def _page(frame: pd.DataFrame, rows: pd.DataFrame, title: str, labels: Labels) -
                 ax.set_ylabel(f"{style.label(labels, foundation)}\nstandard error / %")
             if all(j >= len(others) for others in shown[i + 1 :]):
                 ax.set_xlabel("release angle / °")
+    more = [{"linestyle": line, "label": f"{rate:g} Hz"} for rate, line in rates.items()]
+    return _headed(figure, title, blocks, labels, more)
+
+
+def _headed(
+    figure: Figure, title: str, blocks: Mapping[str, Style], labels: Labels, more: Sequence[Style]
+) -> Figure:
+    """A page with its title, and a legend of the blocks and of further lines."""
     handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
-    handles += [Line2D([], [], color="0.3", linestyle=s, label=f"{rate:g} Hz") for rate, s in rates.items()]
+    handles += [Line2D([], [], color="0.3", **look) for look in more]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
     return figure
@@ -128,14 +137,9 @@ def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Fig
     axes[0, 0].set(yscale="log", xlim=(0, 1.1 * frame["release_angle_deg"].max()))
     for ax, foundation in zip(axes[:, 0], foundations, strict=True):
         ax.set_ylabel(f"{style.label(labels, foundation)}\n$ε_θ$ / %")
-    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
-    handles.append(
-        Line2D([], [], color="0.3", marker="o", markerfacecolor="white", linestyle="", label="not told apart")
-    )
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    hollow = {"marker": "o", "markerfacecolor": "white", "linestyle": "", "label": "not told apart"}
     title = f"{MODEL_LABELS[rows['model'].iloc[0]]} expected: its rivals at their best"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9, weight="bold")
-    return figure
+    return _headed(figure, title, blocks, labels, [hollow])
 
 
 @styled()
@@ -184,8 +188,5 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
                 ax.set_ylabel(f"{style.label(labels, foundation)}\n$u$ / %")
             if i == len(expected) - 1:
                 ax.set_xlabel("runs per block")
-    handles = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in blocks.items()]
-    handles.append(Line2D([], [], color="0.3", linestyle=":", linewidth=0.8, label="inputs alone"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
-    figure.suptitle("Total uncertainty predicted for a mean", x=0.01, ha="left", fontsize=9, weight="bold")
-    return [figure], best
+    alone = {"linestyle": ":", "linewidth": 0.8, "label": "inputs alone"}
+    return [_headed(figure, "Total uncertainty predicted for a mean", blocks, labels, [alone])], best

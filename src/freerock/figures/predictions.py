@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS
 
 FIGURE = {
@@ -35,9 +35,7 @@ NARROWEST_IN = 2.2  # of a panel
 
 
 @printed
-def draw(
-    predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """ε_θ of each run with its own parameters, those of the record's other runs, and those of other blocks.
 
     Parameters

@@ -5,7 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, printed
+from freerock.figures.style import Axes, Drawing, Labels, printed
 from freerock.models.laws import SYMBOLS
 from freerock.tables.text import INPUT_LABELS
 
@@ -27,9 +27,7 @@ SHADES = ((2.0, "0.94"), (1.0, "0.86"))
 
 
 @printed
-def draw(
-    pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
     """Shift of each input by the fit of each run, and the shift of the parameters by what remains of it.
 
     Parameters
@@ -73,8 +71,7 @@ def draw(
     left.set_ylim(len(rows) - 0.4, -0.6)
     for ax in (left, right):
         ax.grid(axis="y", visible=False)
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, data
 
 

@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
 from freerock.arrays import Floats
 from freerock.figures import style
-from freerock.figures.style import Labels, Style, printed
+from freerock.figures.style import Drawing, Labels, Style, printed
 from freerock.products.choices import named_in
 from freerock.products.groups import runs_of
 from freerock.products.runs import OVER_TIME, measured_in
@@ -37,7 +36,7 @@ OF_REST: Style = {"color": "0.72", "linewidth": 2.6, "linestyle": "-", "label": 
 @printed
 def draw(
     fits: Sequence[xr.DataTree], records: Sequence[xr.DataTree], origin: str, labels: Labels = None
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """Spectrum of the residual of all fitted runs of each dataset, and of the noise at rest.
 
     Parameters
@@ -72,8 +71,7 @@ def draw(
         ax.set(xscale="log", yscale="log")
         style.whole_decades(ax.yaxis)
     style.outer_labels(panels, "frequency / Hz", "density / (deg²/Hz)")
-    style.legend_on_top(figure)
-    style.footer(figure, origin)
+    style.finish(figure, origin)
     return figure, style.gathered(parts, COLUMNS)[COLUMNS]
 
 

@@ -6,13 +6,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from freerock.figures import style
-from freerock.figures.style import styled
+from freerock.figures.style import Drawing, styled
 
 DIRECTIONS = {"ground_x_m_s2": "horizontal", "ground_z_m_s2": "vertical"}
 
 
 @styled()
-def draw(frame: pd.DataFrame) -> tuple[Figure, pd.DataFrame]:
+def draw(frame: pd.DataFrame) -> Drawing:
     """θ(t) of each model, below the acceleration of the ground where it moves.
 
     Parameters

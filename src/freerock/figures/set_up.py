@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Rectangle
 
 from freerock.figures import style
-from freerock.figures.style import Axes, Labels, Style, printed
+from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.block import Block
 
 FIGURE = {
@@ -34,7 +34,7 @@ def draw(
     set_ups: Mapping[str, Mapping[str, Any]],
     origin: str,
     labels: Labels = None,
-) -> tuple[Figure, pd.DataFrame]:
+) -> Drawing:
     """A panel for each block, with the beams that meet it and the foundations it stands on.
 
     Parameters

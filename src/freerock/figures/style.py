@@ -34,6 +34,8 @@ Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
 Labels = Mapping[str, str] | None
 """Printed names of blocks and foundations, where they have any."""
+Drawing = tuple[Figure, pd.DataFrame]
+"""A figure and the numbers drawn."""
 Drawn = TypeVar("Drawn", covariant=True)
 
 FAILED = "#b00020"  # colour of what is said of failed fits
@@ -347,14 +349,15 @@ def outer_labels(panels: Mapping[Scene, Axes], x: str, y: str) -> None:
             ax.set_ylabel(y)
 
 
-def legend_on_top(figure: Figure) -> None:
-    """One legend of all panels above them, each label once."""
+def finish(figure: Figure, origin: str) -> None:
+    """One legend of all panels above them, each label once, and the footer."""
     found = [ax.get_legend_handles_labels() for ax in figure.axes]
     handles = {name: handle for each in found for handle, name in zip(*each, strict=True)}
     if handles:
         figure.legend(
             handles.values(), handles, loc="outside upper center", ncols=legend_columns(list(handles))
         )
+    footer(figure, origin)
 
 
 def number_ticks(axis: Any, low: float, high: float, n: int = 4, room: float = 1.0) -> None:
