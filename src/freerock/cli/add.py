@@ -2,6 +2,13 @@
 
 All files are read, and all lines are checked, before anything is written. Then come the copies, the checksums
 and at last the CSV. Without its line a file is no record, so a killed command leaves nothing that counts.
+
+example:
+  freerock add marble_2026 /media/usb/monday/*.tdms --block tall --foundation mat
+
+Copies the files to the raw folder, lists their checksums in manifest.csv, and appends a line for
+each to the campaign's CSV. Adds all files or none. Each test has the name of its file. If the
+campaign has only one block, foundation or laser, omit the option.
 """
 
 import csv
@@ -28,14 +35,6 @@ CELLS = ("channel", "block", "foundation", "laser")  # the same for all files of
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock add marble_2026 /media/usb/monday/*.tdms --block tall --foundation mat\n"
-        "\n"
-        "Copies the files to the raw folder, lists their checksums in manifest.csv, and appends a line for\n"
-        "each to the campaign's CSV. Adds all files or none. Each test has the name of its file. If the\n"
-        "campaign has only one block, foundation or laser, omit the option."
-    )
     parser.add_argument("name", metavar="NAME", help="name of the campaign")
     parser.add_argument("files", metavar="FILE", nargs="+", help="record files")
     parser.add_argument("--block", default="", help="the block of these records")

@@ -1,4 +1,12 @@
-"""Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units."""
+"""Whether a campaign is ready: its configuration, record files, channels, calibrations, checksums, units.
+
+example:
+  freerock check palermo_virtual
+
+Lists every mistake of the configuration, and each record file, channel, unit, calibration and
+checksum that contradicts it. Improbable values, such as angles in radians or time in milliseconds,
+are printed as doubts. Doubts do not change the exit code. Nothing is written.
+"""
 
 import math
 from argparse import ArgumentParser, Namespace
@@ -71,15 +79,6 @@ NAME_IT = "name one in the channel column of the campaign's CSV"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock check palermo_virtual\n"
-        "\n"
-        "Lists every mistake of the configuration, and each record file, channel, unit, calibration and\n"
-        "checksum that contradicts it. Improbable values, such as angles in radians or time in "
-        "milliseconds,\n"
-        "are printed as doubts. Doubts do not change the exit code. Nothing is written."
-    )
     parser.add_argument(
         "campaign",
         metavar="CAMPAIGN",

@@ -1,4 +1,8 @@
-"""Changes between two analyses: parameters with their uncertainties, choices, products, provenance."""
+"""Changes between two analyses: parameters with their uncertainties, choices, products, provenance.
+
+example:
+  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv
+"""
 
 import math
 from argparse import ArgumentParser, Namespace
@@ -42,9 +46,6 @@ class Comparison(NamedTuple):
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n  freerock compare results/palermo_virtual results/palermo_again --csv changes.csv"
-    )
     parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
     parser.add_argument("b", metavar="B", help="results to compare with them")
     parser.add_argument("--csv", metavar="FILE", help="write all parameters of both to a table")

@@ -2,6 +2,12 @@
 
 A program is a template of `snippets` with the numbers of a campaign below it, and needs nothing of freerock.
 It holds θ(t) of the law it stands for, as freerock solves it, and prints how far the engine is from it.
+
+example:
+  freerock export palermo_virtual --to drake --python .venv-peers/bin/python
+
+Writes a program for each block and foundation, which needs the engine but not freerock.
+Its head states the law and, if the engine is installed, ε_θ between engine and law.
 """
 
 import json
@@ -74,13 +80,6 @@ ENGINES = {
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock export palermo_virtual --to drake --python .venv-peers/bin/python\n"
-        "\n"
-        "Writes a program for each block and foundation, which needs the engine but not freerock.\n"
-        "Its head states the law and, if the engine is installed, ε_θ between engine and law."
-    )
     parser.add_argument("campaign", metavar="NAME", help="an analysed campaign")
     parser.add_argument("--to", required=True, choices=[*ENGINES], help="the engine")
     parser.add_argument("--into", metavar="FOLDER", help="by default exports/NAME")

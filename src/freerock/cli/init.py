@@ -1,4 +1,11 @@
-"""A working folder for an installed freerock: its few files, for version control."""
+"""A working folder for an installed freerock: its few files, for version control.
+
+example:
+  freerock init my_laboratory
+
+Writes Snakefile, profiles/default, config/, raw/, requirements.txt, .gitignore and README.md.
+Existing files are kept; constraints.txt, config/README.md and the schemas are renewed.
+"""
 
 import re
 from argparse import ArgumentParser, Namespace
@@ -18,13 +25,6 @@ WRITTEN = ("Snakefile", "config/config.yaml", ".gitignore", "README.md", "raw/RE
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock init my_laboratory\n"
-        "\n"
-        "Writes Snakefile, profiles/default, config/, raw/, requirements.txt, .gitignore and README.md.\n"
-        "Existing files are kept; constraints.txt, config/README.md and the schemas are renewed."
-    )
     parser.add_argument(
         "folder", metavar="FOLDER", nargs="?", default=".", help="by default the current folder"
     )

@@ -1,4 +1,10 @@
-"""The content of a record file, channel by channel."""
+"""The content of a record file, channel by channel.
+
+example:
+  freerock inspect raw/palermo_virtual/config2_marble.tdms
+
+Formats: docs/records.md. The record file is only read.
+"""
 
 import math
 import shutil
@@ -22,12 +28,6 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock inspect raw/palermo_virtual/config2_marble.tdms\n"
-        "\n"
-        "Formats: docs/records.md. The record file is only read."
-    )
     parser.add_argument("file", metavar="FILE", help="a record file")
     parser.add_argument("--no-plot", action="store_true", help="print only")
     parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")

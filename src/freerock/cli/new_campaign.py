@@ -3,6 +3,12 @@
 What is in the files is written down. What only the laboratory knows is marked FILL_IN, which is refused until
 it is filled in. Records are copied, never linked, so that nothing that happens to the folder they came from
 changes a result; each copy is compared with its original by checksum.
+
+example:
+  freerock new-campaign marble_2026 --from /media/usb/marble
+
+Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and
+NAME.csv. Replace each FILL_IN in these files. Existing files are never overwritten.
 """
 
 import csv
@@ -35,13 +41,6 @@ MOST_PANELS = 24
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock new-campaign marble_2026 --from /media/usb/marble\n"
-        "\n"
-        "Copies the records to raw/NAME, lists their checksums, and writes config/campaigns/NAME.yaml and\n"
-        "NAME.csv. Replace each FILL_IN in these files. Existing files are never overwritten."
-    )
     parser.add_argument("name", metavar="NAME", help="name of the campaign: letters, digits and _")
     parser.add_argument(
         "--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files"

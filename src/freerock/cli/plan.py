@@ -1,4 +1,10 @@
-"""Standard errors of parameters, and rivals that a run would reject, predicted before any test."""
+"""Standard errors of parameters, and rivals that a run would reject, predicted before any test.
+
+example:
+  freerock plan palermo_virtual
+
+The section `plan` of the campaign states expected parameters and choices: see config/README.md.
+"""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -9,12 +15,6 @@ from freerock.config.step_settings import labels as labels_of
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock plan palermo_virtual\n"
-        "\n"
-        "The section `plan` of the campaign states expected parameters and choices: see config/README.md."
-    )
     parser.add_argument("campaign", metavar="CAMPAIGN", help="its name or YAML file")
     parser.add_argument(
         "--into",

@@ -1,4 +1,10 @@
-"""Progress, failures and remaining time of the analysis of a campaign."""
+"""Progress, failures and remaining time of the analysis of a campaign.
+
+example:
+  freerock progress palermo_virtual
+
+Run it beside snakemake, in another terminal.
+"""
 
 import math
 import time
@@ -22,9 +28,6 @@ STEPS = {  # products of a record, and their share of the work on it
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n  freerock progress palermo_virtual\n\nRun it beside snakemake, in another terminal."
-    )
     parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 

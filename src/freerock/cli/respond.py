@@ -1,4 +1,12 @@
-"""Responses of the identified laws of a campaign to ground motions, and the probability of overturning."""
+"""Responses of the identified laws of a campaign to ground motions, and the probability of overturning.
+
+example:
+  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20
+
+Takes the selected law and the parameters of each record from results/CAMPAIGN/tables. Motions are
+PEER AT2 files, or tables with a column of time and one as acceleration [g]. Writes response.csv
+(a row per record, motion, scale and draw) and fragility.csv.
+"""
 
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
@@ -9,14 +17,6 @@ from freerock.errors import FreerockError
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock respond palermo_virtual --motions accelerograms --scales 0.5,1,1.5,2 --draws 20\n"
-        "\n"
-        "Takes the selected law and the parameters of each record from results/CAMPAIGN/tables. Motions are\n"
-        "PEER AT2 files, or tables with a column of time and one as acceleration [g]. Writes response.csv\n"
-        "(a row per record, motion, scale and draw) and fragility.csv."
-    )
     parser.add_argument("campaign", metavar="CAMPAIGN", help="an analysed campaign")
     parser.add_argument("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
     parser.add_argument("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")

@@ -1,4 +1,11 @@
-"""Snakemake with this workflow, for those who don't know Snakemake: a progress bar, one line per failure."""
+"""Snakemake with this workflow, for those who don't know Snakemake: a progress bar, one line per failure.
+
+example:
+  freerock run palermo_virtual --cores 4
+
+Runs snakemake --config campaigns=NAME with the Snakefile of the folder, or else with freerock's.
+Whole products are not made again.
+"""
 
 import subprocess
 import sys
@@ -22,13 +29,6 @@ EVERY_S = 0.5  # between looks at the products
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock run palermo_virtual --cores 4\n"
-        "\n"
-        "Runs snakemake --config campaigns=NAME with the Snakefile of the folder, or else with freerock's.\n"
-        "Whole products are not made again."
-    )
     parser.add_argument("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
     parser.add_argument(
         "--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores"

@@ -1,4 +1,13 @@
-"""The supplement of a paper, as a zip: records, configuration, code, datasets, tables, figures, metadata."""
+"""The supplement of a paper, as a zip: records, configuration, code, datasets, tables, figures, metadata.
+
+example:
+  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026
+
+All products must be whole (freerock verify). The zip holds:
+  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS
+  records, configuration, code, and all products: datasets, tables, figures with captions, report
+In the unzipped folder `snakemake` makes the same bytes again. Equal products give equal zips.
+"""
 
 import re
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
@@ -12,15 +21,6 @@ from freerock.jobs.home import HOME
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock supplement palermo_virtual --paper 10.1016/j.proeng.2017.09.024 --year 2026\n"
-        "\n"
-        "All products must be whole (freerock verify). The zip holds:\n"
-        "  README.md, CITATION.cff, datacite.json, ro-crate-metadata.json, SHA256SUMS\n"
-        "  records, configuration, code, and all products: datasets, tables, figures with captions, report\n"
-        "In the unzipped folder `snakemake` makes the same bytes again. Equal products give equal zips."
-    )
     parser.add_argument("campaign", metavar="CAMPAIGN")
     parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper")
     parser.add_argument(

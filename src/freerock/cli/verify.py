@@ -1,4 +1,16 @@
-"""Check, file by file, whether the products of a campaign are those that a run would make now."""
+"""Check, file by file, whether the products of a campaign are those that a run would make now.
+
+example:
+  freerock verify palermo_virtual
+
+Reads every record and product, compares checksums with results/NAME/ledger, and lists products that are
+  missing
+  damaged   changed since it was written
+  stale     made from other records, settings or code than the present ones
+  foreign   not a product
+Products of other software versions are listed, but count as whole.
+Exit code 0: all products are whole. Nothing is made or changed.
+"""
 
 import subprocess
 import sys
@@ -14,19 +26,6 @@ from freerock.jobs.soundness import VERIFIED
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Add the arguments of the subcommand."""
-    parser.epilog = (
-        "example:\n"
-        "  freerock verify palermo_virtual\n"
-        "\n"
-        "Reads every record and product, compares checksums with results/NAME/ledger, and lists "
-        "products that are\n"
-        "  missing\n"
-        "  damaged   changed since it was written\n"
-        "  stale     made from other records, settings or code than the present ones\n"
-        "  foreign   not a product\n"
-        "Products of other software versions are listed, but count as whole.\n"
-        "Exit code 0: all products are whole. Nothing is made or changed."
-    )
     parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
