@@ -62,7 +62,7 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
     """Metadata of the data set in DataCite's schema 4; a repository adds DOI and publisher."""
     creators = []
     for name in creators_of(campaign):
-        family, given = _parted(name)
+        family, given = parted(name)
         personal = {"nameType": "Personal", "givenName": given, "familyName": family} if given else {}
         at = [{"name": campaign.institution}] if campaign.institution and given else []
         creators.append({"name": name, **personal} | ({"affiliation": at} if at else {}))
@@ -112,12 +112,12 @@ def readme(
 def _filled(template: str, campaign: Campaign, metadata: Metadata, **known: Any) -> str:
     """The text of a template about a campaign; `name` parts a name into family and given name."""
     environment = Environment(loader=FileSystemLoader(TEMPLATES), trim_blocks=True, lstrip_blocks=True)
-    environment.filters |= {"quoted": _quoted, "parted": _parted}
+    environment.filters |= {"quoted": _quoted, "parted": parted}
     known |= {"campaign": campaign, "metadata": metadata, "creators": creators_of(campaign)}
     return environment.get_template(template).render(known)
 
 
-def _parted(name: str) -> tuple[str, str]:
+def parted(name: str) -> tuple[str, str]:
     """Family and given name of a person; no given name of anyone else."""
     family, _, given = (part.strip() for part in name.partition(","))
     return family, given
