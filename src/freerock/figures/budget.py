@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from freerock.figures import style
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.means import LAW
+from freerock.populations.inputs import LAW
 from freerock.tables.candidates import named_by
 from freerock.tables.text import INPUT_LABELS
 
@@ -92,7 +92,7 @@ def draw(budget: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels
     return figure, style.gathered(parts, budget.columns).assign(named_by=named_by(models[0], choice))
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Of which law the means are, and which inputs are defaults."""
     if data.empty:
         return "No mean has a budget."

@@ -112,7 +112,7 @@ def _drawn(
     return figure
 
 
-def caption_of(data: pd.DataFrame) -> str:
+def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many impacts and runs are drawn, and the law of each line."""
     seen = data[data["source"] == "experiment"]
     n = len(seen[["test", "run"]].drop_duplicates())

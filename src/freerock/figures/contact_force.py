@@ -73,7 +73,7 @@ def draw(
     return figure, style.gathered(parts, COLUMNS)
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs and laws are drawn."""
     named = [MODEL_LABELS[model] for model in CANDIDATES if model in set(data["model"])]
     return f"{style.drawn_runs(data)} {'Law' if len(named) == 1 else 'Laws'}: {'; '.join(named) or 'none'}."

@@ -67,7 +67,7 @@ def draw(
     return figure, data
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs are drawn, and the model beside each."""
     models = data[data["source"] != "experiment"].drop_duplicates(["test", "run"])
     told = [f"{MODEL_LABELS[model]} ({', '.join(own['test'])})" for model, own in models.groupby("source")]

@@ -84,7 +84,7 @@ def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: L
     return figure, style.gathered((part for each in maps for part in _numbers(each)), COLUMNS)
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """Which runs the contours are of."""
     return style.drawn_runs(data[data["quantity"] == "grid"])
 

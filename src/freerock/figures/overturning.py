@@ -10,7 +10,7 @@ from freerock.figures import style
 from freerock.figures.by_block import foundation_looks
 from freerock.figures.style import Axes, Drawing, Labels, Style, printed
 from freerock.records.channels import listed
-from freerock.response.fragility import INTENSITIES
+from freerock.response.motions import INTENSITIES
 
 FIGURE = {
     "title": "Probability of overturning",
@@ -61,7 +61,7 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing
     return figure, data
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many motions, how many responses failed, and of which records no law is known."""
     told, lawless = [], data.loc[data["kind"] == "no_law", "test"]
     if len(lawless) < len(data):

@@ -75,7 +75,7 @@ def draw(pulls: pd.DataFrame, choice: pd.DataFrame, origin: str, labels: Labels 
     return figure, data
 
 
-def caption(data: pd.DataFrame) -> str:
+def caption(data: pd.DataFrame, labels: Labels = None) -> str:
     """How many runs there are, how many inputs were defaults, and the largest pull."""
     if data.empty:
         return "No run has a fit of its selected law that moved its inputs."

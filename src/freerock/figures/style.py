@@ -172,7 +172,7 @@ def _listed(names: Sequence[str]) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
-def drawn_runs(data: pd.DataFrame) -> str:
+def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
     """Sentence of a caption about the runs drawn; what to say where there is none."""
     told = runs_told(data)
     return f"Drawn: {told}." if told else "No run can be drawn."
@@ -183,7 +183,7 @@ def number_of(n: int, thing: str) -> str:
     return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
-def runs_counted(data: pd.DataFrame) -> str:
+def runs_counted(data: pd.DataFrame, labels: Labels = None) -> str:
     """Sentence of a caption: of how many runs the numbers are."""
     n = len(data[["test", "run"]].astype(str).drop_duplicates())
     return f"{number_of(n, 'run').capitalize()} of {number_of(data['test'].nunique(), 'record')}."

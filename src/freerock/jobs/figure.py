@@ -1,7 +1,7 @@
 """Figures of a campaign: what their modules require is read once, drawn and saved."""
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -64,18 +64,15 @@ def _make(
     known = {**read} | {name: value for name, value in settings.items() if name != "scenes"}
     if "blocks" in settings:
         known["blocks"] = {name: Block(**block) for name, block in settings["blocks"].items()}
-    drawn = pages(partial(figure.draw, target=target), _asked(figure.draw, known), talk=target == SLIDE)
+    asked = inspect.signature(figure.draw).parameters
+    taken = {name: value for name, value in known.items() if name in asked}
+    drawn = pages(partial(figure.draw, target=target), taken, talk=target == SLIDE)
     data = pd.concat([numbers for _, numbers in drawn], ignore_index=True).drop_duplicates()
     save([each for each, _ in drawn], data, stem, settings["origin"], target=target)
-    own = figure.caption(**_asked(figure.caption, {"data": data, "labels": settings["labels"]}))
+    own = figure.caption(data, settings["labels"])
     simulated = SIMULATED_NOTE if settings["origin"] == "simulated" else ""
     told = " ".join(filter(None, [settings["caption"], own, simulated]))
     write_text(f"{stem}.txt", f"{settings['title']}.\n{told}\n")
-
-
-def _asked(function: Callable[..., Any], known: Mapping[str, Any]) -> dict[str, Any]:
-    """What a function names among its arguments."""
-    return {name: known[name] for name in known if name in inspect.signature(function).parameters}
 
 
 def _read(

@@ -13,8 +13,8 @@ from freerock.models.block import Block
 from freerock.response.draws import Known, drawn
 from freerock.response.ensemble import COLUMNS as RESPONSES
 from freerock.response.ensemble import respond
-from freerock.response.fragility import INTENSITIES, fragility
-from freerock.response.motions import Accelerogram, read_motion
+from freerock.response.fragility import fragility
+from freerock.response.motions import INTENSITIES, Accelerogram, read_motion
 from freerock.tables.csvfile import read_csv, write_csv
 
 log = logging.getLogger("freerock")

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from freerock.identification.levels import REJECTS, TRACE
+from freerock.identification.levels import REJECTS, TELLS, TRACE
 from freerock.models.laws import LAWS
 from freerock.report.references import REFERENCES, bibtex
 from freerock.report.text import Pairs
-from freerock.selection.choice import TELLS
 from freerock.tables.markdown import SIGNS
 
 _KEY = f"@(?:{'|'.join(REFERENCES)})"

@@ -8,9 +8,9 @@ from typing import Any
 
 import pandas as pd
 
+from freerock.identification.levels import NEAR, TELLS
 from freerock.models.block import Block
 from freerock.models.laws import CANDIDATES, MODEL_LABELS, PAPER_MODELS, PARAMETERS, SYMBOLS, law_of
-from freerock.selection.choice import NEAR, TELLS
 from freerock.tables.candidates import MEDIANS, Answer, answers
 from freerock.tables.text import quantity, unit_text
 

@@ -9,8 +9,8 @@ import pandas as pd
 
 from freerock.config.history import LOOKED_AT, Change, looked_at
 from freerock.models.laws import MODEL_LABELS, MODELS, SYMBOLS
-from freerock.populations.means import LAW
-from freerock.response.fragility import INTENSITIES
+from freerock.populations.inputs import LAW
+from freerock.response.motions import INTENSITIES
 from freerock.runs.verdict import VERDICTS
 from freerock.tables.candidates import Answer, answers
 from freerock.tables.paper import Cell, Column, Labels, Printed, decimals, number, numbers

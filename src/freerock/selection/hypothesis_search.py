@@ -17,7 +17,7 @@ import numpy as np
 
 from freerock.errors import FreerockError
 from freerock.identification.fit import Fit, fit_record
-from freerock.identification.levels import REJECTS, TRACE
+from freerock.identification.levels import NEAR, REJECTS, TELLS, TRACE
 from freerock.identification.noise import LOUDNESS, hopeless_from, least_mean_square
 from freerock.identification.nuisances import Posterior, at_end
 from freerock.identification.settings import FitSettings
@@ -27,7 +27,7 @@ from freerock.models.laws import CANDIDATES, PER_RUN, law_of
 from freerock.rotation.laboratory import Input
 from freerock.runs.motion import Motion
 from freerock.selection.causes import Cause, required_effect
-from freerock.selection.choice import NEAR, TELLS, Choice, Evidence, choose, evidence, plainly
+from freerock.selection.choice import Choice, Evidence, choose, evidence, plainly
 from freerock.selection.holdout import of_other_runs
 from freerock.selection.hypotheses import Hypotheses, Hypothesis, holds
 from freerock.selection.quick import (

@@ -3,7 +3,7 @@
 import math
 import re
 
-from freerock.populations.means import LAW
+from freerock.populations.inputs import LAW
 
 SIMULATED_NOTE = "The records are simulated; they are not the laboratory's data."
 CLOSE = 1e-9  # relative difference of two values that are one

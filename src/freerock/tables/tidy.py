@@ -11,7 +11,7 @@ import xarray as xr
 
 from freerock.arrays import Floats
 from freerock.models.laws import MODELS, unit_of
-from freerock.populations.means import LAW
+from freerock.populations.inputs import LAW
 from freerock.products.choices import NUMBERS, TESTS, choices_of
 from freerock.products.groups import fits_of, n_restitutions, reasons_in, runs_of, total_uncertainty
 from freerock.products.verdicts import verdict_of_run
