@@ -178,28 +178,21 @@ def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
 
     engine, block = ENGINES[to], campaign.blocks[scene.block].block
     theta, other = _solved(campaign, engine, scene)
-    numbers = {name: scene.values.get(name, 0.0) for name in ("k", "c", "lambda")} | {
-        "b": block.b,
-        "h": block.h,
-        "m": block.mass_kg,
-        "g": GRAVITY,
-        "theta0": scene.theta0,
-        "z0": static_depth(block, Foundation.of(scene.values), scene.theta0),
-        "until_s": SPAN_S,
-        "every_s": EVERY_S,
-    }
+    numbers = {name: scene.values.get(name, 0.0) for name in ("k", "c", "lambda")}
+    numbers |= {"b": block.b, "h": block.h, "m": block.mass_kg, "g": GRAVITY, "theta0": scene.theta0}
+    numbers["z0"] = static_depth(block, Foundation.of(scene.values), scene.theta0)
+    numbers |= {"until_s": SPAN_S, "every_s": EVERY_S}
     units = {"k": "N/m²", "c": "N s/m²", "lambda": "N s/m³"}
     law = ", ".join(
         f"{name} = {value:.4g} ± {scene.u_total[name]:.2g} {units[name]}"
         for name, value in scene.values.items()
     )
     origin = " Its records are simulated." if campaign.origin == "simulated" else ""
-    rule = campaign.fits.debonding
-    rules = (
-        ""
-        if rule == engine.debonding
-        else (f"\nThe fits had the {rule} rule; by freerock ε_θ of the one against the other is {other:.2g}.")
-    )
+    rule, rules = campaign.fits.debonding, ""
+    if rule != engine.debonding:
+        rules = (
+            f"\nThe fits had the {rule} rule; by freerock ε_θ of the one against the other is {other:.2g}."
+        )
     head = (
         f"{campaign.name}: {scene.block} on {scene.foundation}, released from "
         f"{math.degrees(scene.theta0):.3g}°.{origin}\n"
@@ -211,16 +204,10 @@ def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     )
     comment = "\n".join(f"# {line}" for line in head.splitlines())
     rounded = [float(f"{value:.9g}") for value in theta]
-    return "\n".join(
-        [
-            comment,
-            _template(to),
-            f"\nSCENE = {json.dumps(numbers, indent=4)}",
-            f"SETTING = {json.dumps(engine.setting)}",
-            f"THETA = {json.dumps(rounded)}  # of the law, by freerock [rad]",
-            ENDING,
-        ]
-    )
+    scene_text, setting = json.dumps(numbers, indent=4), json.dumps(engine.setting)
+    theta_text = f"THETA = {json.dumps(rounded)}  # of the law, by freerock [rad]"
+    parts = [comment, _template(to), f"\nSCENE = {scene_text}", f"SETTING = {setting}", theta_text, ENDING]
+    return "\n".join(parts)
 
 
 ENDING = """
@@ -240,10 +227,7 @@ def _template(to: str) -> str:
     """The template of an engine with the functions that it shares with others."""
     shared = (SNIPPETS / "common.py").read_text(encoding="utf-8").split('"""\n', 1)[1]
     text = (SNIPPETS / f"to_{to}.py").read_text(encoding="utf-8")
-    line = re.search(r"^from common import .*\n", text, re.M)
-    assert line
-    before, after = text[: line.start()] + text[line.end() :], ""
-    head, mark, after = before.partition("\n\ndef ")
+    head, mark, after = re.sub(r"^from common import .*\n", "", text, flags=re.M).partition("\n\ndef ")
     return f"{head.rstrip()}\n\n\n{shared.strip()}\n{mark}{after}".rstrip() + "\n"
 
 

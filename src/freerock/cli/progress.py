@@ -102,9 +102,7 @@ def progress(results: str | Path, tests: Sequence[str], started_s: float, now_s:
         new += weight * sum(made_s >= started_s for made_s in made) / len(tests)
     records = {test: results / STEPS["records"][0].format(test) for test in tests}
     verdicts = {test: verdict_of(path) for test, path in records.items() if path.exists()}
-    failed = [
-        (test, in_one_line(reasons)) for test, (verdict, reasons) in verdicts.items() if verdict == "fail"
-    ]
+    failed = [(test, in_one_line(why)) for test, (verdict, why) in verdicts.items() if verdict == "fail"]
     remaining_s = (1 - share) / new * (now_s - started_s) if new and started_s else math.nan
     complete = (results / "complete.txt").exists() and share > 1 - 1e-9
     return Progress(done, len(tests), failed, complete, new < share - 1e-9, share, remaining_s)

@@ -144,12 +144,10 @@ class CampaignFile(Section):
     @field_validator("published")
     @classmethod
     def _published_is_configured(cls, published: Any, info: ValidationInfo) -> Any:
-        named = (
-            [*published.values.items(), *((k, [v]) for k, v in published.longest.items())]
-            if published
-            else []
-        )
-        for block, foundations in named:
+        if published is None:
+            return published
+        longest = ((block, [foundation]) for block, foundation in published.longest.items())
+        for block, foundations in (*published.values.items(), *longest):
             check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
             for name in foundations:
                 check_name(name, info.data.get("foundations", (name,)), "a foundation of this campaign")
@@ -362,9 +360,8 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
         problems = [*(problems if os.path.exists(path) else ()), FreerockError(path, *fault)]
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
-    records = (
-        read_records(csv, names, path, problems, table) if os.path.exists(path) else []
-    )  # false also for a name that is too long
+    there = os.path.exists(path)  # not, either, with a name that is too long
+    records = read_records(csv, names, path, problems, table) if there else []
     for line, record in records if file else ():
         for what, remedy in _laser_faults(record, file):
             problems.append(FreerockError(f"{csv}:{line}: laser", what, remedy))

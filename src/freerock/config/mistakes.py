@@ -72,9 +72,8 @@ def validate(
     located = [(tuple(str(part) for part in fault["loc"] if part != "[key]"), fault) for fault in found]
     # a list is too short as well where all its items are wrong
     inner = {loc[:n] for loc, _ in located for n in range(len(loc))}
-    faults = [
-        (loc, f) for loc, f in located if loc not in blanks and (f["type"] != "too_short" or loc not in inner)
-    ]
+    faults = [(loc, fault) for loc, fault in located if loc not in blanks]
+    faults = [(loc, fault) for loc, fault in faults if fault["type"] != "too_short" or loc not in inner]
     meant = {
         (*loc[:-1], close)
         for loc, fault in faults

@@ -38,9 +38,8 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
         Columns block, foundation, test, run, time_s (since the release), theta_deg.
     """
     blocks = list(dict.fromkeys(tree.attrs["block"] for tree in records))
-    looks = dict(
-        zip(dict.fromkeys(tree.attrs["foundation"] for tree in records), cycle(style.FOUNDATION_STYLES))
-    )
+    foundations = dict.fromkeys(tree.attrs["foundation"] for tree in records)
+    looks = dict(zip(foundations, cycle(style.FOUNDATION_STYLES)))
     curves: dict[tuple[str, str], pd.DataFrame] = {}
     for tree in records:
         for number, run in list(usable_runs(tree).items())[:1]:
@@ -60,9 +59,8 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")
-    style.legend_above(
-        axes[0], [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
-    )
+    lines = [Line2D([], [], **look, label=style.label(labels, name)) for name, look in looks.items()]
+    style.legend_above(axes[0], lines)
     style.footer(figure, origin)
     columns = ["block", "foundation", "test", "run", "time_s", "theta_deg"]
     return figure, style.gathered(curves.values(), columns)

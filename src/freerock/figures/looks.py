@@ -31,11 +31,8 @@ def _look(model: str) -> Style:
         moves = candidate.kinematics != LAWS[candidate.law].kinematics[0]
         dots = 1 + candidate.width + 2 * moves
         dash = 3.0 + 2.0 * list(LAWS).index(candidate.law)
-        style |= {
-            "color": RIVAL,
-            "linestyle": (0, (dash, 1.0, *(0.8, 1.0) * dots)),
-            "markerfacecolor": "none",
-        }
+        dashes = (0, (dash, 1.0, *(0.8, 1.0) * dots))
+        style |= {"color": RIVAL, "linestyle": dashes, "markerfacecolor": "none"}
     return style
 
 

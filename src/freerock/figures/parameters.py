@@ -251,13 +251,9 @@ def _mark(ax: Axes, kind: str, marked: list[tuple[int, Any]]) -> None:
         return
     spans = np.array([(row.next_low, row.next_high, np.nan) for _, row in marked], float)
     if np.isfinite(spans[:, 0]).any():
-        bar = {
-            "color": look["color"],
-            "alpha": 0.25,
-            "linewidth": style.scaled(HIGH[kind]),
-            "solid_capstyle": "butt",
-        }
-        ax.plot(spans.ravel(), np.repeat(places, 3), **bar, label=NEXT[kind])
+        bar = {"alpha": 0.25, "linewidth": style.scaled(HIGH[kind]), "solid_capstyle": "butt"}
+        places = np.repeat(places, 3)
+        ax.plot(spans.ravel(), places, color=look["color"], **bar, label=NEXT[kind])
     small = {"va": "center", "fontsize": "small"}
     for place, row in marked:
         ax.text(1.02, place, row.tau_text, transform=ax.get_yaxis_transform(), **small)

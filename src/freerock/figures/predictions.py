@@ -111,12 +111,9 @@ def _mark_failed(ax: Axes, fits: pd.DataFrame, scenes: list[tuple[str, str]]) ->
     for scene, own in fits.groupby(["block", "foundation"], sort=False):
         if n := int((~own["success"]).sum()):
             text = "failed fit" if n == 1 else f"{n} failed fits"
-            look = {
-                "fontsize": 0.85 * matplotlib.rcParams["legend.fontsize"],
-                "color": style.FAILED,
-                "va": "center",
-            }
-            ax.text(0.01, scenes.index(scene) + 0.3, text, transform=ax.get_yaxis_transform(), **look)
+            look = {"fontsize": 0.85 * matplotlib.rcParams["legend.fontsize"], "color": style.FAILED}
+            at = ax.get_yaxis_transform()
+            ax.text(0.01, scenes.index(scene) + 0.3, text, transform=at, va="center", **look)
 
 
 def _kind(basis: str) -> str:

@@ -62,11 +62,8 @@ def draw(
         own = _of_record(by_test.get(tree.attrs["test"]), runs).assign(test=tree.attrs["test"])
         parts.append(own)
         for (source, _), rows in own.groupby(["source", "run"], sort=False):
-            look = (
-                OF_REST
-                if source == REST
-                else style.MODEL_STYLES[source] | {"linewidth": 0.8, "linestyle": "-"}
-            )
+            of_law = {"linewidth": 0.8, "linestyle": "-"}
+            look = OF_REST if source == REST else style.MODEL_STYLES[source] | of_law
             ax.plot(rows["at"], rows["value"], **look | {"linewidth": style.scaled(look["linewidth"])})
         ax.set(xscale="log", yscale="log")
         style.whole_decades(ax.yaxis)

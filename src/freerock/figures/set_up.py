@@ -54,10 +54,8 @@ def draw(
     rows = -(-len(set_ups) // most)
     beside = -(-len(set_ups) // rows)
     shown = {name: blocks[name] for name in set_ups}
-    tallest, widest = (
-        max(getattr(each, f"{way}_m") for each in shown.values()) for way in ("height", "width")
-    )
     heights = [each.height_m for each in shown.values()]
+    tallest, widest = max(heights), max(each.width_m for each in shown.values())
     low = 0.2 * tallest
     high = [1.12 * max(heights[i * beside : (i + 1) * beside]) for i in range(rows)]
     room = [(low + each) / (1.32 * tallest) for each in high]
@@ -124,14 +122,8 @@ def _beam(ax: Axes, block: Block, laser: Mapping[str, Any]) -> None:
     if laser["beam"] == "horizontal":
         side = -1 if laser["face"] == "left" else 1
         ax.annotate("", (side * b, at), (side * 2.6 * b, at), arrowprops=BEAM)
-        ax.text(
-            side * 1.2 * b,
-            at + 0.1 * b,
-            text,
-            va="bottom",
-            ha="right" if side < 0 else "left",
-            fontsize="small",
-        )
+        towards = "right" if side < 0 else "left"
+        ax.text(side * 1.2 * b, at + 0.1 * b, text, va="bottom", ha=towards, fontsize="small")
     else:
         top = block.height_m
         ax.annotate("", (at, top), (at, 1.1 * top), arrowprops=BEAM)

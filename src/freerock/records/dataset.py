@@ -94,9 +94,8 @@ def _check_values(path: Path, name: str, values: Samples) -> None:
             beyond = np.flatnonzero(np.isfinite(part) & (np.abs(part) > bounds.SAMPLE_UNITS))
             if beyond.size:
                 n = start + int(beyond[0])
-                what = (
-                    f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{bounds.SAMPLE_UNITS:g}"
-                )
+                most = bounds.SAMPLE_UNITS
+                what = f"channel {name!r} holds {values[n]:.6g} at sample {n}, beyond ±{most:g}"
                 raise FreerockError(path, what, "export it again, an invalid sample as an empty cell or NaN")
 
 

@@ -146,9 +146,8 @@ def _table(path: Path, sheet: Any) -> Table:
     head = list(islice(rows, HEAD))
     kinds = [[_kind(cell) for cell in row] for row in head]
     begin = next((n for n in range(len(head)) if _is_table(kinds[n : n + ROWS_ALIKE])), len(head))
-    wanted = {
-        i: kind for row in kinds[begin : begin + ROWS_ALIKE] for i, kind in enumerate(row) if kind in WANTED
-    }
+    first_rows = kinds[begin : begin + ROWS_ALIKE]
+    wanted = {i: kind for row in first_rows for i, kind in enumerate(row) if kind in WANTED}
     numbers = {i: array("d") for i in sorted(wanted)}
     first: dict[int, datetime] = {}
     width = 0

@@ -130,9 +130,8 @@ class Tables:
         """Lowest and highest value of a column, "6 to 20"; one number where they are printed alike."""
         values = self.rows(table, where)[column].dropna().astype(float)
         ends: tuple[tuple[float, How], ...] = ((values.min(), "lowest"), (values.max(), "highest"))
-        low, high = (
-            Number(quantity(factor * value), table, (column,), where, how, factor) for value, how in ends
-        )
+        found = [(quantity(factor * value), how) for value, how in ends]
+        low, high = (Number(text, table, (column,), where, how, factor) for text, how in found)
         return (low,) if low.text == high.text else (low, " to ", high)
 
     def most(self, table: str, column: str, where: Where, factor: float = 1.0, digits: int = 2) -> Number:

@@ -137,9 +137,7 @@ def _content(
 ) -> dict[str, Any]:
     """What the page shows of tables, configuration and provenance."""
     config, runs = provenance["config"], tables["runs"]
-    labels = {
-        name: each["label"] for kind in ("blocks", "foundations") for name, each in config[kind].items()
-    }
+    labels = {name: each["label"] for name, each in (config["blocks"] | config["foundations"]).items()}
     simulated = config["origin"] == "simulated"
     doi = config["published"]["doi"] if config["published"] else ""
     rows = {name: shown.rows(table) for name, table in tables.items()}

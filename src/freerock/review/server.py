@@ -75,11 +75,8 @@ class Page(tornado.web.RequestHandler):
     def prepare(self) -> None:
         """Refuse what comes without the token, or under another name of this computer."""
         given = self.path_kwargs.pop("token", "")
-        name = self.request.host.rpartition(":")[0]
-        if not secrets.compare_digest(str(given).encode(), self.token.encode()) or name not in (
-            HOST,
-            "localhost",
-        ):
+        known = self.request.host.rpartition(":")[0] in (HOST, "localhost")
+        if not secrets.compare_digest(str(given).encode(), self.token.encode()) or not known:
             raise tornado.web.HTTPError(404)
 
     def write_error(self, status_code: int, **kwargs: Any) -> None:
