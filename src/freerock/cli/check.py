@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from freerock.config.campaign import Source, campaign_paths, read_campaign
+from freerock.config.campaign import Campaign, Source, campaign_paths, read_campaign
 from freerock.config.keys import BlockSection
 from freerock.config.mistakes import ConfigError
 from freerock.config.record import Record
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from freerock.rotation.sensor import Laser
 
     Contents = Named | FreerockError
+    Tables = dict[str, Calibration]
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ def check_files(source: Source) -> Iterator[FreerockError]:
     from freerock.records.read import list_channels
     from freerock.rotation.calibration import read_calibration
 
-    tables: dict[str, Calibration] = {}
+    tables: Tables = {}
     unread: set[str] = set()  # files of which a problem says so
     for name, laser in source.lasers.items():
         if laser.calibration:
@@ -175,7 +176,7 @@ def check_files(source: Source) -> Iterator[FreerockError]:
             contents[path] = attempt(list_channels, path)
         if isinstance(contents[path], FreerockError):
             unread.add(record.file)
-        yield from _record(f"{csv}:{line}", path, contents[path], record, source.lasers, tables)
+        yield from _record(f"{csv}:{line}", source, contents[path], record, tables)
     yield from _manifest(source.raw, unread)
 
 
@@ -188,15 +189,11 @@ def _manifest(raw: str, unread: set[str]) -> Iterator[FreerockError]:
 
 
 def _record(
-    where: str,
-    path: Path,
-    contents: "Contents",
-    record: Record,
-    lasers: dict[str, LaserSection],
-    tables: "dict[str, Calibration]",
+    where: str, source: Source, contents: "Contents", record: Record, tables: "Tables"
 ) -> Iterator[FreerockError]:
     from freerock.records.channels import chosen, listed
 
+    path = Path(source.raw, record.file)
     if isinstance(contents, FreerockError):
         yield _at(f"{where}: file", contents)
         return
@@ -206,9 +203,9 @@ def _record(
             yield _at(f"{where}: channel", found)
         elif len(found) > 1:
             yield FreerockError(f"{where}: channel", f"{path}: has the channels {listed(found)}", NAME_IT)
-        elif name in lasers:
+        elif name in source.lasers:
             (unit,) = (each.units for each in found.values())
-            yield from _unit(f"{where}: laser", unit, lasers[name], tables.get(name))
+            yield from _unit(f"{where}: laser", unit, source.lasers[name], tables.get(name))
 
 
 def _unit(
@@ -249,17 +246,14 @@ def doubts_about(source: Source) -> Iterator[FreerockError]:
     yield from _same_signal(csv, source)
     work = 0.0
     for number, (line, record) in enumerate(source.records):
-        path, block = Path(source.raw, record.file), campaign.blocks[record.block]
+        path = Path(source.raw, record.file)
         work += path.stat().st_size * SLOWER.get(path.suffix.lower(), 1)
         if work > MOST_WORK:
             what = f"only {number} of {len(source.records)} records were looked into"
             yield FreerockError(csv, what, "look into the others with freerock inspect")
             return
         for channel, laser in zip(record.channels, record.lasers, strict=True):
-            where = f"{csv}:{line}: {record.test}"
-            in_motion = (record.start or campaign.processing.runs.start) == "motion"
-            sensor = campaign.lasers[laser]
-            yield from _channel(where, path, channel, block, sensor, source.raw, in_motion)
+            yield from _channel(f"{csv}:{line}: {record.test}", campaign, record, channel, laser)
         yield from _by_hand(f"{csv}:{line}", path, record)
 
 
@@ -312,13 +306,7 @@ def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockE
 
 
 def _channel(
-    where: str,
-    path: Path,
-    channel: str,
-    block: BlockSection,
-    laser: LaserSection,
-    raw: str,
-    in_motion: bool = False,
+    where: str, campaign: Campaign, record: Record, channel: str, name: str
 ) -> Iterator[FreerockError]:
     """Doubts about the rate, the length and the size of one channel of a record, and how its runs begin."""
     import numpy as np
@@ -326,10 +314,11 @@ def _channel(
     from freerock.records.read import read_record
     from freerock.rotation.sensor import looks_like_current
 
+    block, laser = campaign.blocks[record.block], campaign.lasers[name]
     try:
-        read = read_record(path, channel or None)
+        read = read_record(campaign.file(record.test), channel or None)
         (signal,) = read.data_vars.values()
-        sensor = _sensor(laser, raw)
+        sensor = _sensor(laser, campaign.raw)
         values, quantity = in_base_units(signal.values, laser.units, str(signal.attrs["units"]))
         swept = math.degrees(_swept_angle(values, quantity, sensor, block))
     except (FreerockError, ValueError):
@@ -348,7 +337,7 @@ def _channel(
     if signal.size / rate < USUAL.lasts / p:
         what = f"the record lasts {signal.size / rate:.2g} s, a swing of the block about {2 / p:.2g} s"
         yield FreerockError(where, what, "is the unit of time right?")
-    if in_motion:  # whatever it turned by before its runs
+    if (record.start or campaign.processing.runs.start) == "motion":  # whatever it turned by before
         return
     if _holdless(read["time"].values, values):
         what = "begins in motion: nothing stands still before it rocks to rest"

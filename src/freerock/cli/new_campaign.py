@@ -37,6 +37,7 @@ from freerock.records.read import READERS
 from freerock.units import CHANNEL_UNITS, understood
 
 MOST_PANELS = 24
+Sensors = dict[tuple[str, str], str]  # name of a laser by quantity and unit
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -121,7 +122,7 @@ def new_campaign(name: str, folder: str | Path, root: str | Path = ".") -> NewCa
     if not (raw / MANIFEST).exists():
         write_manifest(raw, files)
     sensors = _sensors(looks)
-    write_text(yaml.with_suffix(".csv"), _csv_text(name, looks, refused, sensors))
+    write_text(yaml.with_suffix(".csv"), _csv_text(looks, refused, sensors))
     write_text(yaml, _yaml_text(name, sensors, picture.relative_to(root)))
     named = _name_the_first(root / "config/config.yaml", name)
     return NewCampaign(yaml, yaml.with_suffix(".csv"), raw, picture, tuple(looks), tuple(refused), named)
@@ -181,7 +182,7 @@ def _proposed(look: RecordLook) -> tuple[ChannelLook, ...]:
     return known or look.readable
 
 
-def _sensors(looks: Sequence[RecordLook]) -> dict[tuple[str, str], str]:
+def _sensors(looks: Sequence[RecordLook]) -> Sensors:
     """Name of a laser for each quantity and unit that the records' sensors have."""
     kinds = [_kind(channel) for look in looks for channel in _proposed(look)]
     return {kind: f"laser{number}" for number, kind in enumerate(dict.fromkeys(kinds), 1)}
@@ -192,7 +193,7 @@ def _kind(channel: ChannelLook) -> tuple[str, str]:
     return quantity, (understood(channel.units) or "") if quantity == "rotation" else ""
 
 
-def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) -> str:
+def _yaml_text(name: str, sensors: Sensors, picture: Path) -> str:
     from jinja2 import Template
 
     text = Path(__file__).with_name("campaign.yaml.j2").read_text(encoding="utf-8")
@@ -201,12 +202,7 @@ def _yaml_text(name: str, sensors: dict[tuple[str, str], str], picture: Path) ->
     return made
 
 
-def _csv_text(
-    name: str,
-    looks: Sequence[RecordLook],
-    refused: Sequence[FreerockError],
-    sensors: dict[tuple[str, str], str],
-) -> str:
+def _csv_text(looks: Sequence[RecordLook], refused: Sequence[FreerockError], sensors: Sensors) -> str:
     out = io.StringIO()
     rows = csv.writer(out, lineterminator="\n")
     rows.writerow(Record.model_fields)

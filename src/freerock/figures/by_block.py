@@ -63,53 +63,40 @@ def by_block(
         labels: Labels = None,
     ) -> Drawing:
         data = rows(named_swings(runs, restitution, epsilon, blocks))
-        figure = _drawn(shown, data, runs, blocks, origin, labels)
+        names = list(dict.fromkeys(runs["block"]))
+        looks = foundation_looks(runs)
+        beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))
+        below = -(-len(names) // beside)
+        figure = Figure(figsize=style.size(0.5 + HIGH_IN * below))
+        axes = figure.subplots(below, beside, squeeze=False)
+        for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
+            own = data[data["block"] == name]
+            x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
+            ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
+            for foundation, look in looks.items():
+                _draw(
+                    ax,
+                    shown,
+                    style.of_scene(own, name, foundation),
+                    look,
+                    style.label(labels, foundation),
+                    origin,
+                )
+            ax.set_title(
+                style.wrapped(style.panel(i, len(names), style.label(labels, name)), 0.8 / beside), loc="left"
+            )
+            ax.margins(x=0.04)
+            if i + beside >= len(names):
+                ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))
+            if i % beside == 0:
+                ax.set_ylabel(shown.y_label)
+        for ax in axes.ravel()[len(names) :]:
+            ax.set_axis_off()
+        style.finish(figure, origin)
         finish(figure, data)
         return figure, data
 
     return draw
-
-
-def _drawn(
-    shown: Shown,
-    data: pd.DataFrame,
-    runs: pd.DataFrame,
-    blocks: Mapping[str, Block],
-    origin: str,
-    labels: Labels,
-) -> Figure:
-    """Impacts of all runs as signs, those of the selected law of the first run of each scene as lines."""
-    names = list(dict.fromkeys(runs["block"]))
-    looks = foundation_looks(runs)
-    beside = max(1, min(len(names), int(style.size(1)[0] / NARROWEST_IN)))
-    rows = -(-len(names) // beside)
-    figure = Figure(figsize=style.size(0.5 + HIGH_IN * rows))
-    axes = figure.subplots(rows, beside, squeeze=False)
-    for i, (name, ax) in enumerate(zip(names, axes.ravel(), strict=False)):
-        own = data[data["block"] == name]
-        x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
-        ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
-        for foundation, look in looks.items():
-            _draw(
-                ax,
-                shown,
-                style.of_scene(own, name, foundation),
-                look,
-                style.label(labels, foundation),
-                origin,
-            )
-        ax.set_title(
-            style.wrapped(style.panel(i, len(names), style.label(labels, name)), 0.8 / beside), loc="left"
-        )
-        ax.margins(x=0.04)
-        if i + beside >= len(names):
-            ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))
-        if i % beside == 0:
-            ax.set_ylabel(shown.y_label)
-    for ax in axes.ravel()[len(names) :]:
-        ax.set_axis_off()
-    style.finish(figure, origin)
-    return figure
 
 
 def caption_of(data: pd.DataFrame, labels: Labels = None) -> str:

@@ -1,7 +1,7 @@
 """Mean, spread and prediction of parameters over the runs of a record, foundation or campaign."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ POPULATIONS = [*OF_MEAN, "n_records", "mean", "stderr", "ci95_low", "ci95_high"]
 POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau_high"]
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
 BUDGET = [*OF_MEAN, *OF_INPUT, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
+COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 
@@ -156,7 +157,7 @@ def _by_foundation(
     found: dict[tuple[str, ...], list[tuple[Mean, bool]]] = {}
     for scene, member, explained in records:
         if member.found.n:
-            common = tuple(scene[name] for name in ("campaign", "foundation", "model", "parameter", "unit"))
+            common = tuple(scene[name] for name in COMMON)
             found.setdefault(common, []).append((member, explained))
     return {
         common: [member for member, explained in own if explained] or [member for member, _ in own]
@@ -182,11 +183,10 @@ def _foundations(
     members: Mapping[tuple[str, ...], list[Mean]],
 ) -> Iterator[tuple[dict[str, Any], Mean]]:
     """The parameters of each foundation over its records: what they are of, and what the records say."""
-    for (campaign, foundation, model, parameter, unit), records in members.items():
-        if len(records) < 2 or not law_of(model).is_foundation:
-            continue
-        scene = _scene(campaign, "foundation", foundation, model, parameter, unit, records)
-        yield scene, over_records(records)
+    for common, records in members.items():
+        scene = _scene("foundation", common, records)
+        if len(records) > 1 and law_of(scene["model"]).is_foundation:
+            yield scene, over_records(records)
 
 
 def _inputs_by_key(contributions: pd.DataFrame) -> dict[Key, dict[str, object]]:
@@ -209,24 +209,15 @@ def _campaign(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[dict[st
             scale = scale_of(parameter)
             mean = float(scale.back(np.mean([each.found.mean for each in records])))
             spread = zip(("tau", "tau_low", "tau_high"), found, strict=True)
-            yield _scene(campaign, "campaign", "", model, parameter, unit, records) | {
+            yield _scene("campaign", (campaign, "", model, parameter, unit), records) | {
                 "mean": mean,
                 **{name: value * scale.slope(mean) for name, value in spread},
             }
 
 
-def _scene(
-    campaign: str,
-    level: str,
-    foundation: str,
-    model: str,
-    parameter: str,
-    unit: str,
-    records: list[Mean],
-) -> dict[str, Any]:
+def _scene(level: str, common: Sequence[str], records: list[Mean]) -> dict[str, Any]:
     """What a row of several records is of."""
-    scene = {"campaign": campaign, "level": level, "test": "", "block": "", "foundation": foundation}
-    scene |= {"model": model, "parameter": parameter, "unit": unit}
+    scene = {"level": level, "test": "", "block": "", **dict(zip(COMMON, common, strict=True))}
     return scene | {"n_records": len(records), "n_runs": sum(each.found.n for each in records)}
 
 
