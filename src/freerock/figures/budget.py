@@ -128,6 +128,6 @@ def _names(labels: Labels, keys: Sequence[Sequence[str]]) -> list[str]:
         if level == "foundation":
             names.append(f"{style.label(labels, foundation)}, all records")
         else:
-            name = f"{style.label(labels, block)}, {style.label(labels, foundation)}"
+            name = style.label(labels, block, foundation)
             names.append(f"{name}: {style.as_text(test)}" if records[block, foundation] > 1 else name)
     return names

@@ -74,17 +74,9 @@ def by_block(
             x, y = shown.rigid(blocks[name], own[own["source"] == "experiment"])
             ax.plot(x, y, color="0.45", linestyle=":", label="rigid block (Housner 1963)")
             for foundation, look in looks.items():
-                _draw(
-                    ax,
-                    shown,
-                    style.of_scene(own, name, foundation),
-                    look,
-                    style.label(labels, foundation),
-                    origin,
-                )
-            ax.set_title(
-                style.wrapped(style.panel(i, len(names), style.label(labels, name)), 0.8 / beside), loc="left"
-            )
+                scene = style.of_scene(own, name, foundation)
+                _draw(ax, shown, scene, look, style.label(labels, foundation), origin)
+            style.entitle(ax, i, len(names), style.label(labels, name), 0.8 / beside)
             ax.margins(x=0.04)
             if i + beside >= len(names):
                 ax.set_xlabel(style.wrapped(shown.x_label, 0.9 / beside))

@@ -54,8 +54,7 @@ def draw(records: Sequence[xr.DataTree], origin: str, labels: Labels = None) -> 
             if (block, foundation) in curves:
                 curve = curves[block, foundation]
                 ax.plot(curve["time_s"], curve["theta_deg"], **look)
-        title = style.panel(i, len(blocks), style.label(labels, block))
-        ax.set_title(style.wrapped(title, 0.9), loc="left")
+        style.entitle(ax, i, len(blocks), style.label(labels, block), 0.9)
         ax.set_ylabel("θ / °")
         ax.set_xlim(left=0)
     axes[-1].set_xlabel("time since release / s")

@@ -58,8 +58,7 @@ def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: L
         correlation of ln k and ln λ; SI units.
     """
     accepted = accepted_fits(choice)
-    width, _ = style.size(1)
-    beside = 2 if len(maps) > 1 and width > 2 * NARROWEST_IN else 1
+    beside = 2 if len(maps) > 1 and style.size(1)[0] > 2 * NARROWEST_IN else 1
     rows = max(1, math.ceil(len(maps) / beside))
     figure = Figure(figsize=style.size(2.5 * rows + 0.4))
     axes = figure.subplots(rows, beside, squeeze=False).ravel()
@@ -69,9 +68,8 @@ def draw(maps: Sequence[RecordMap], choice: pd.DataFrame, origin: str, labels: L
             look: Style = {"fontsize": "small", "color": style.FAILED, "zorder": 4, "ha": "right"}
             box = {"facecolor": "white", "edgecolor": "none", "pad": 1}
             ax.text(0.98, 0.03, "law rejected", transform=ax.transAxes, bbox=box, **look)
-        block, foundation = style.label(labels, each.block), style.label(labels, each.foundation)
-        title = style.panel(i, len(maps), f"{block}, {foundation}: {MODEL_LABELS[each.model]}")
-        ax.set_title(style.wrapped(title, 0.8 / beside), loc="left")
+        title = f"{style.label(labels, each.block, each.foundation)}: {MODEL_LABELS[each.model]}"
+        style.entitle(ax, i, len(maps), title, 0.8 / beside)
         first, second = each.map.names
         ax.set(xlabel=style.axis_of(first), ylabel=style.axis_of(second))
     for ax in axes[len(maps) :]:
@@ -135,9 +133,8 @@ def _numbers(record: RecordMap) -> Iterator[pd.DataFrame]:
     first, second = record.map.names
     axes = [each.ravel() for each in np.meshgrid(record.map.first, record.map.second)]
     grid = {first: axes[0], second: axes[1], "epsilon_theta": record.map.epsilon_theta.ravel()}
-    yield pd.DataFrame(
-        {**identity, "run": record.identified[0].run, "quantity": "grid", **grid}, columns=COLUMNS
-    )
+    run = record.identified[0].run
+    yield pd.DataFrame({**identity, "run": run, "quantity": "grid", **grid}, columns=COLUMNS)
     found = [
         {"run": each.run, first: each.first, second: each.second, "correlation": each.correlation}
         for each in record.identified

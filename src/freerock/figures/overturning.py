@@ -52,8 +52,7 @@ def draw(fragility: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing
             ax, own = axes[i, j], curves[(curves["block"] == name) & (curves["measure"] == measure)]
             for (_, foundation), scene in own.groupby(["test", "foundation"], sort=False):
                 _curve(ax, scene, looks[foundation], style.label(labels, foundation))
-            title = style.panel(2 * i + j, 2 * len(names), style.label(labels, name))
-            ax.set_title(style.wrapped(title, 0.4), loc="left")
+            style.entitle(ax, 2 * i + j, 2 * len(names), style.label(labels, name), 0.4)
             ax.set(xlabel=text, ylim=(-0.02, 1.02))
             ax.margins(x=0.04)
         axes[i, 0].set_ylabel("P(overturning)")

@@ -168,7 +168,7 @@ def _rows(
         if not with_runs:
             of_foundation = _evenly(of_foundation, max(1, MOST_RECORDS // records["foundation"].nunique()))
         for test, record in of_foundation.groupby("test", sort=False):
-            scene = f"{style.label(labels, record['block'].iloc[0])}, {style.label(labels, str(foundation))}"
+            scene = style.label(labels, record["block"].iloc[0], str(foundation))
             name = f"{scene}: {test}" if several[record["block"].iloc[0]] > 1 else scene
             own = runs[runs["test"] == test]
             if with_runs and (own["run"].nunique() > 1 or str(test) in {each for each, _ in no}):

@@ -70,22 +70,16 @@ def draw(predictions: pd.DataFrame, epsilon: pd.DataFrame, origin: str, labels: 
         _mark_failed(ax, epsilon[epsilon["model"] == model], scenes)
     for ax in axes.ravel()[len(shown) :]:
         ax.set_axis_off()
-    names = [
-        f"{style.label(labels, block)}, {style.label(labels, foundation)}" for block, foundation in scenes
-    ]
-    axes[0, 0].set(
-        xscale="log", yticks=range(len(scenes)), yticklabels=names, ylim=(max(1, len(scenes)) - 0.5, -0.5)
-    )
+    axes[0, 0].set(xscale="log", ylim=(max(1, len(scenes)) - 0.5, -0.5))
+    axes[0, 0].set_yticks(range(len(scenes)), [style.label(labels, *scene) for scene in scenes])
     for i, ax in enumerate(axes.ravel()[: len(shown)]):
         ax.tick_params(labelbottom=True)  # of all panels, also above an empty place
         if i + beside >= len(shown):
             ax.set_xlabel("$ε_θ$ / %")
     texts = {OTHER_RUNS: "predicted from the other runs", "another block": "predicted from another block"}
-    handles = [
-        Line2D([], [], linestyle="", **_sized(look), label=texts.get(kind, kind))
-        for kind, look in kinds.items()
-    ]
-    named = [str(handle.get_label()) for handle in handles]
+    named = [texts.get(kind, kind) for kind in kinds]
+    looks = zip(named, kinds.values(), strict=True)
+    handles = [Line2D([], [], linestyle="", **_sized(look), label=text) for text, look in looks]
     figure.legend(handles=handles, loc="outside upper right", ncols=style.legend_columns(named))
     style.footer(figure, origin)
     return figure, data

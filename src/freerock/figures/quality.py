@@ -82,8 +82,8 @@ def failed(
 
 
 def _title(record: xr.DataTree, labels: Labels) -> str:
-    names = [style.label(labels, record.attrs[key]) for key in ("block", "foundation")]
-    return f"{record.attrs['test']}: {', '.join(names)}"
+    names = style.label(labels, record.attrs["block"], record.attrs["foundation"])
+    return f"{record.attrs['test']}: {names}"
 
 
 def _series(run: Any, series: str, time_s: Floats, value: Floats, unit: str) -> pd.DataFrame:

@@ -65,9 +65,7 @@ def draw(
         _panel(ax, block, set_ups[name], labels)
         half = max(1.6 * widest, 0.42 * tallest)
         ax.set(xlim=(-half, half), ylim=(-low, high[i // beside]), aspect="equal")
-        ax.set_title(
-            style.wrapped(style.panel(i, len(shown), style.label(labels, name)), 0.8 / beside), loc="left"
-        )
+        style.entitle(ax, i, len(shown), style.label(labels, name), 0.8 / beside)
     for ax in axes.ravel():
         ax.set_axis_off()
     style.footer(figure, origin)

@@ -117,9 +117,9 @@ CHARACTER = 0.56  # width of a character over the size of its font, as a rule
 FOOTER = "simulated record – not the laboratory's data"
 
 
-def label(labels: Labels, name: str) -> str:
-    """Printed name of a block or foundation, to be drawn; the name itself where none is given."""
-    return as_text((labels or {}).get(name) or name)
+def label(labels: Labels, *names: str) -> str:
+    """Printed names of a block, a foundation or both, to be drawn; the name itself where none is given."""
+    return ", ".join(as_text((labels or {}).get(name) or name) for name in names)
 
 
 def as_text(text: str) -> str:
@@ -147,6 +147,11 @@ def letter(index: int) -> str:
 def panel(index: int, n_panels: int, text: str) -> str:
     """Title of a panel, with its letter where there are several."""
     return f"({letter(index)}) {text}" if n_panels > 1 else text
+
+
+def entitle(ax: Axes, index: int, n_panels: int, text: str, room: float) -> None:
+    """Give a panel its letter and title, in so much of the figure's width."""
+    ax.set_title(wrapped(panel(index, n_panels, text), room), loc="left")
 
 
 def recorded(origin: str) -> Style:
@@ -315,8 +320,7 @@ def panels_per_scene(
         for ax in own[:-1]:
             own[-1].sharex(ax)
             ax.tick_params(labelbottom=False)
-        title = panel(len(panels), len(places), ", ".join(label(labels, name) for name in scene))
-        own[0].set_title(wrapped(title, 0.8 / beside), loc="left")
+        entitle(own[0], len(panels), len(places), label(labels, *scene), 0.8 / beside)
         panels[scene] = (*own,)
     shown = {(n * i + k, j) for i, j in places.values() for k in range(n)}
     for at, ax in np.ndenumerate(axes):
