@@ -105,7 +105,7 @@ def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) ->
     ax.text(corner + side * 0.12 * b, 0.62 * h, "α", ha="left" if side > 0 else "right", **small)
     ax.text(block.e - side * 0.1 * b, 0.62 * h, "R", ha="right" if side > 0 else "left", **small)
     size_mm = f"{1e3 * block.width_m:.4g} × {1e3 * height:.4g} mm"
-    stands = ", ".join(style.label(labels, each) for each in set_up["foundations"])
+    stands = style.label(labels, *set_up["foundations"])
     ax.text(0, -1.3 * depth, f"{size_mm}\non {stands}", ha="center", va="top", fontsize="small")
     for laser in set_up["lasers"]:
         _beam(ax, block, laser)
