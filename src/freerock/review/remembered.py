@@ -9,6 +9,7 @@ from itertools import count
 from pathlib import Path
 from shutil import rmtree
 from tempfile import mkdtemp
+from types import FunctionType
 from typing import Any
 from weakref import finalize
 
@@ -27,6 +28,14 @@ class OnDisk:
 
     def __getitem__(self, part: slice) -> NDArray[Any]:
         return np.array(np.load(self._path, mmap_mode="r")[part])
+
+
+class _Writer(pickle.Pickler):
+    """Writes of a function within another, as lmfit's results name what they called, the name alone."""
+
+    def reducer_override(self, obj: Any) -> Any:
+        local = isinstance(obj, FunctionType) and "<locals>" in obj.__qualname__
+        return (str, (obj.__qualname__,)) if local else NotImplemented
 
 
 class Remembered:
@@ -56,7 +65,7 @@ class Remembered:
         made, path = make(), self._folder / str(next(self._numbers))
         try:
             with open(path, "wb") as file:
-                pickle.dump(made, file, pickle.HIGHEST_PROTOCOL)
+                _Writer(file, pickle.HIGHEST_PROTOCOL).dump(made)
             self._kept[key] = path
         except OSError:  # no space: it is made again next time
             path.unlink(missing_ok=True)
