@@ -13,18 +13,14 @@ FIGURE = {
     "reads": ["choice"],
 }
 
+HOLLOW: Style = {"markerfacecolor": "none"}
 LOOKS: dict[str, Style] = {
     "selected": {"marker": "o", "color": "black", "markersize": 5, "label": "named"},
-    "also_possible": {
-        "marker": "s",
-        "color": "#0072b2",
-        "markersize": 4.5,
-        "markerfacecolor": "none",
-        "label": "also possible",
-    },
+    "also_possible": {"marker": "s", "color": "#0072b2", "markersize": 4.5, "label": "also possible"}
+    | HOLLOW,
     "rejected": {"marker": "x", "color": "#d55e00", "markersize": 4.5, "label": "rejected"},
 }
-NEAREST: Style = {"marker": "o", "color": "black", "markersize": 5, "markerfacecolor": "none"}
+NEAREST = LOOKS["selected"] | HOLLOW | {"label": "nearest, explains no run"}
 
 
 @printed
@@ -55,7 +51,7 @@ def draw(choice: pd.DataFrame, origin: str, labels: Labels = None) -> Drawing:
             own = scene[scene["status"] == status]
             _dots(ax, own[own["explains"].astype(bool) | (status != "selected")], shown, look)
         nearest = scene[(scene["status"] == "selected") & ~scene["explains"].astype(bool)]
-        _dots(ax, nearest, shown, NEAREST | {"label": "nearest, explains no run"})
+        _dots(ax, nearest, shown, NEAREST)
         ax.margins(x=0.05)
     first = next(iter(panels.values()))
     first.set(xscale="log", ylim=(len(shown) - 0.5, -0.5))

@@ -34,12 +34,10 @@ MOST_ROWS = 60  # with more there are no rows of runs
 MOST_RECORDS = 36  # without rows of runs, evenly taken of each foundation: they stand on a page
 COLUMNS = ["level", "model", "test", "run", "block", "foundation", "parameter", "value", "low", "high"]
 COLUMNS += ["next_low", "next_high", "tau_text", "rejected", "named_by"]
+OF_RUN: Style = {"fmt": "o", "color": "0.45", "markersize": 3}
 LOOKS: dict[str, tuple[Style, str]] = {
-    "run": ({"fmt": "o", "color": "0.45", "markersize": 3}, "run"),
-    "rejected": (
-        {"fmt": "o", "color": "0.45", "markersize": 3, "markerfacecolor": "white"},
-        "run, law rejected",
-    ),
+    "run": (OF_RUN, "run"),
+    "rejected": (OF_RUN | {"markerfacecolor": "white"}, "run, law rejected"),
     "record": ({"fmt": "D", "color": "0.15", "markersize": 4}, "mean of a record"),
     "foundation": ({"fmt": "s", "color": "#0a5bd3", "markersize": 5}, "mean of the records"),
 }

@@ -80,19 +80,17 @@ def datacite_json(campaign: Campaign, metadata: Metadata) -> str:
     if metadata.year:
         found["publicationYear"] = str(metadata.year)
     if campaign.summary or campaign.origin == "simulated":
-        told = " ".join(
-            filter(None, [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""])
-        )
-        found["descriptions"] = [{"description": told, "descriptionType": "Abstract"}]
+        told = [campaign.summary, SIMULATED_NOTE if campaign.origin == "simulated" else ""]
+        text = " ".join(filter(None, told))
+        found["descriptions"] = [{"description": text, "descriptionType": "Abstract"}]
     if campaign.license:
         spdx = {"rightsIdentifier": campaign.license, "rightsIdentifierScheme": "SPDX"}
-        found["rightsList"] = [
-            {"rights": campaign.license} | (spdx if SPDX.fullmatch(campaign.license) else {})
-        ]
+        known = spdx if SPDX.fullmatch(campaign.license) else {}
+        found["rightsList"] = [{"rights": campaign.license} | known]
     if related:
+        of_doi = {"relatedIdentifierType": "DOI"}
         found["relatedIdentifiers"] = [
-            {"relatedIdentifier": doi, "relatedIdentifierType": "DOI", "relationType": kind}
-            for doi, kind in related
+            {"relatedIdentifier": doi, **of_doi, "relationType": kind} for doi, kind in related
         ]
     return json.dumps(found, indent=2, ensure_ascii=False) + "\n"
 

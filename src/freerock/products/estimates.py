@@ -85,9 +85,8 @@ def _moved(fit: xr.Dataset) -> dict[str, float]:
         return {}
     by = fit["input_moved"].values * fit["input_u"].values
     names = fit["input"].values.tolist()
-    return {
-        name: float(each) for name, each in zip(names, by, strict=True) if names.count(name) == 1 and each
-    }
+    moved = zip(names, by.tolist(), strict=True)
+    return {name: each for name, each in moved if names.count(name) == 1 and each}
 
 
 def estimates_of(trees: Iterable[xr.DataTree]) -> list[Estimate]:

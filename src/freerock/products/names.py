@@ -55,7 +55,10 @@ CONTENT = {
     "auxiliary": "auxiliaryInformation",
     "measured": "physicalMeasurement",
 }
-IN_UNIT = {"comment": "in the unit that the variable unit gives for the parameter"}
+OF_PARAMETERS = ["value", "stderr", "ci95_low", "ci95_high", "discrepancy", "initial", "min", "max"]
+OF_PARAMETERS += ["u_total", "contribution", "impact_of_input", "part_value", "part_value_stderr"]
+IN_UNIT = "in the unit that the variable unit gives for the parameter"
+IN_UNITS = "in the product of the units that the variable unit gives for the two parameters"
 EXTRA: dict[str, dict[str, Any]] = {
     "flags": {
         "standard_name": "quality_flag",
@@ -65,16 +68,9 @@ EXTRA: dict[str, dict[str, Any]] = {
     "success": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "not_usable usable"},
     "explains": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "more_than_noise noise"},
     "vary": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "fixed_or_tied found"},
-    "covariance": {
-        "comment": "in the product of the units that the variable unit gives for the two parameters"
-    },
+    "covariance": {"comment": IN_UNITS},
     "input_stated": {"flag_values": np.array([0, 1], np.int8), "flag_meanings": "default stated"},
-    **dict.fromkeys(
-        ["value", "stderr", "ci95_low", "ci95_high", "discrepancy", "initial", "min", "max"], IN_UNIT
-    ),
-    **dict.fromkeys(
-        ["u_total", "contribution", "impact_of_input", "part_value", "part_value_stderr"], IN_UNIT
-    ),
+    **{name: {"comment": IN_UNIT} for name in OF_PARAMETERS},
 }
 BESIDE = {
     "theta": ("sigma_theta", "flags"),

@@ -66,9 +66,8 @@ class Measured(NamedTuple):
         noise = known_from(self.rests, self.step)
         if noise is None:
             return self.motions
-        return {
-            number: heard(motion, noise.scaled(self.loud[number])) for number, motion in self.motions.items()
-        }
+        levels = {number: noise.scaled(loud) for number, loud in self.loud.items()}
+        return {number: heard(motion, levels[number]) for number, motion in self.motions.items()}
 
 
 def motions_in(record: xr.DataTree, samples: Mapping[str, Floats] | None = None) -> dict[int, Motion]:

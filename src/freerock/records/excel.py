@@ -153,9 +153,8 @@ def _table(path: Path, sheet: Any) -> Table:
     width = 0
     for n, row in enumerate(chain(head[begin:], rows), start=begin + 1):
         if n > bounds.SHEET_ROWS:
-            raise FreerockError(
-                path, f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows", COPY_AGAIN
-            )
+            what = f"sheet {sheet.title!r} has more than {bounds.SHEET_ROWS} rows"
+            raise FreerockError(path, what, COPY_AGAIN)
         width = max(width, len(row))
         if n * width > bounds.SHEET_CELLS:
             what = f"sheet {sheet.title!r} has more than {bounds.SHEET_CELLS} cells, empty ones included"

@@ -240,9 +240,8 @@ def _pieces(where: object, time: Samples, typical: float) -> Grid:
     step, start = line.step, line.start
     deviation = line.off / step
     if not deviation <= MILD_JITTER:
-        what = (
-            f"the time stamps leave an even grid of {step:.6g} s by up to {deviation:.2g} sampling intervals"
-        )
+        far = f"{deviation:.2g} sampling intervals"
+        what = f"the time stamps leave an even grid of {step:.6g} s by up to {far}"
         raise FreerockError(where, what, "export with the logger's own clock, or resample it evenly")
 
     shift = np.rint((start - start[0]) / step)

@@ -83,9 +83,8 @@ def free_besides(fits: Mapping[str, Any]) -> Pairs:
 def settings(config: Mapping[str, Any]) -> list[tuple[str, list[tuple[str, str, Pairs]]]]:
     """Each section of the configuration with (anchor, name, pairs of key and text) of the things in it."""
     sections = {key: value for key, value in config.items() if isinstance(value, Mapping)}
-    plain = {
-        key: value for key, value in config.items() if key not in (*sections, "records", "title", "summary")
-    }
+    told = {*sections, "records", "title", "summary"}
+    plain = {key: value for key, value in config.items() if key not in told}
     return [("campaign", [("", "", list(_flat(plain)))])] + [
         (key, list(_parts(value, f"config-{key}"))) for key, value in sections.items()
     ]
