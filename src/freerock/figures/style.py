@@ -28,7 +28,8 @@ from freerock.figures.looks import Style as Style
 from freerock.files import atomic
 from freerock.models.laws import PARAMETERS, SYMBOLS, unit_of
 from freerock.tables.csvfile import write_csv
-from freerock.tables.text import quantity, with_unit
+from freerock.tables.text import in_words, quantity, with_unit
+from freerock.tables.text import number_of as number_of
 
 Axes = Any
 """Axes of Matplotlib: its hints do not say what an array of them holds."""
@@ -167,25 +168,16 @@ def runs_told(data: pd.DataFrame) -> str:
     for test, own in runs.groupby("test", sort=False)["run"]:
         of_runs.setdefault(tuple(own), []).append(str(test))
     named = [
-        f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{_listed(each)} of {_listed(tests)}"
+        f"run{'s' * (len(each) > 1)}\N{NO-BREAK SPACE}{in_words(each)} of {in_words(tests)}"
         for each, tests in of_runs.items()
     ]
     return "; ".join(named)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def drawn_runs(data: pd.DataFrame, labels: Labels = None) -> str:
     """Sentence of a caption about the runs drawn; what to say where there is none."""
     told = runs_told(data)
     return f"Drawn: {told}." if told else "No run can be drawn."
-
-
-def number_of(n: int, thing: str) -> str:
-    """A number of things in words: "1 run", "3 runs"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def runs_counted(data: pd.DataFrame, labels: Labels = None) -> str:

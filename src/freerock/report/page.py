@@ -5,7 +5,6 @@ import io
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from freerock.config.history import Change
-from freerock.figures.looks import on_screen
+from freerock.figures.looks import on_screen, scripts_folder
 from freerock.files import write_text
 from freerock.models.block import Block
 from freerock.models.laws import law_of
@@ -118,7 +117,7 @@ def write_report(
         sections=[each for each in sections if each["test"] in shown.tests],
         n_charted=len(wanted),
         facts=known,
-        scripts=_scripts() if wanted else [],
+        scripts=[(scripts_folder() / name).read_text(encoding="utf-8") for name in BOKEH if wanted],
         by_hand=made.by_hand(changes, provenance["config"], shown.tests),
         looked=made.changes_seen(changes, tables["runs"]),
         own_script=(HERE / "report.js").read_text(encoding="utf-8"),
@@ -270,12 +269,3 @@ def _figure(chapter: str, caption: str, file: Path, folder: Path, n: int) -> dic
         opened.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE).save(small, "png", compress_level=7)
         size = dict(zip(("width", "height"), opened.size, strict=True))
         return image | size | {"data": base64.b64encode(small.getvalue()).decode()}
-
-
-def _scripts() -> list[str]:
-    """BokehJS as it comes with the Python package, which need not be imported for it."""
-    found = find_spec("bokeh")
-    if found is None or found.origin is None:
-        raise ModuleNotFoundError("No module named 'bokeh'", name="bokeh")
-    folder = Path(found.origin).parent / "server/static/js"
-    return [(folder / name).read_text(encoding="utf-8") for name in BOKEH]

@@ -9,23 +9,19 @@ import pandas as pd
 from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, SYMBOLS
 from freerock.tables.summary import largest_shift_m
-from freerock.tables.text import fixed, quantity
+from freerock.tables.text import fixed, number_of, quantity
 
 Pairs = list[tuple[str, str]]
 
 
 def counts(runs: pd.DataFrame) -> str:
     """How many records and runs there are, with what verdicts, from the tidy table."""
-
-    def number(n: int, noun: str) -> str:
-        return f"{n} {noun}{'' if n == 1 else 's'}"
-
     found = runs["run"].notna()
     verdicts = ", ".join(f"{n} {verdict}" for verdict, n in runs["verdict"].value_counts(sort=False).items())
     n_lost = (~found & (runs["verdict"] == "fail")).sum()
-    lost = f" {number(n_lost, 'record')} could not be processed." if n_lost else ""
-    records = number(runs["test"].nunique(), "record")
-    return f"{records} with {number(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
+    lost = f" {number_of(n_lost, 'record')} could not be processed." if n_lost else ""
+    records = number_of(runs["test"].nunique(), "record")
+    return f"{records} with {number_of(found.sum(), 'free-rocking run')}; verdicts: {verdicts}.{lost}"
 
 
 def facts(

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 from freerock.populations.inputs import LAW
 
@@ -102,6 +103,16 @@ def unit_text(unit: str) -> str:
     if unit == "1":
         return ""
     return re.sub(r"-[0-9]", lambda exponent: exponent[0].translate(SUPERSCRIPTS), unit)
+
+
+def number_of(n: int, thing: str) -> str:
+    """A number of things in words: "1 run", "3 runs"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
+def in_words(names: Sequence[str], word: str = "and") -> str:
+    """Names one after the other, the last after a word: "a, b and c"."""
+    return f" {word} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def _exponent(value: float, digits: int) -> int:
