@@ -15,8 +15,8 @@ import csv
 import io
 import os
 import re
-from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,14 +33,14 @@ from freerock.units import in_base_units
 CELLS = ("channel", "block", "foundation", "laser")  # the same for all files of a command
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("name", metavar="NAME", help="name of the campaign")
-    parser.add_argument("files", metavar="FILE", nargs="+", help="record files")
-    parser.add_argument("--block", default="", help="the block of these records")
-    parser.add_argument("--foundation", default="", help="their foundation")
-    parser.add_argument("--laser", default="", help="their laser, or two lasers as a;b")
-    parser.add_argument("--channel", default="", help="the channel of the laser, or of two lasers as a;b")
+    add("name", metavar="NAME", help="name of the campaign")
+    add("files", metavar="FILE", nargs="+", help="record files")
+    add("--block", default="", help="the block of these records")
+    add("--foundation", default="", help="their foundation")
+    add("--laser", default="", help="their laser, or two lasers as a;b")
+    add("--channel", default="", help="the channel of the laser, or of two lasers as a;b")
 
 
 def run(chosen: Namespace) -> None:

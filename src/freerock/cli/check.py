@@ -9,8 +9,8 @@ are printed as doubts. Doubts do not change the exit code. Nothing is written.
 """
 
 import math
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
+from argparse import Namespace
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -78,9 +78,9 @@ LEAD_S = 0.5  # of motion before the first phase of stillness: a record that beg
 NAME_IT = "name one in the channel column of the campaign's CSV"
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
+    add(
         "campaign",
         metavar="CAMPAIGN",
         nargs="?",

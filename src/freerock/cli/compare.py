@@ -5,8 +5,8 @@ example:
 """
 
 import math
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -44,11 +44,11 @@ class Comparison(NamedTuple):
     provenance: pd.DataFrame
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
-    parser.add_argument("b", metavar="B", help="results to compare with them")
-    parser.add_argument("--csv", metavar="FILE", help="write all parameters of both to a table")
+    add("a", metavar="A", help="results of a campaign, as results/palermo_virtual")
+    add("b", metavar="B", help="results to compare with them")
+    add("--csv", metavar="FILE", help="write all parameters of both to a table")
 
 
 def run(chosen: Namespace) -> None:

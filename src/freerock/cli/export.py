@@ -16,8 +16,8 @@ import os
 import re
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator, Mapping
+from argparse import Namespace
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -78,14 +78,12 @@ ENGINES = {
 }
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="NAME", help="an analysed campaign")
-    parser.add_argument("--to", required=True, choices=[*ENGINES], help="the engine")
-    parser.add_argument("--into", metavar="FOLDER", help="by default exports/NAME")
-    parser.add_argument(
-        "--python", metavar="FILE", help="a Python that has the engine; by default .venv-peers or this one"
-    )
+    add("campaign", metavar="NAME", help="an analysed campaign")
+    add("--to", required=True, choices=[*ENGINES], help="the engine")
+    add("--into", metavar="FOLDER", help="by default exports/NAME")
+    add("--python", metavar="FILE", help="a Python that has the engine; by default .venv-peers or this one")
 
 
 def run(chosen: Namespace) -> None:

@@ -8,7 +8,8 @@ Existing files are kept; constraints.txt, config/README.md and the schemas are r
 """
 
 import re
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -23,11 +24,9 @@ FOLDER = Path(__file__).with_name("folder")  # the files, as they are written
 WRITTEN = ("Snakefile", "config/config.yaml", ".gitignore", "README.md", "raw/README.md")
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument(
-        "folder", metavar="FOLDER", nargs="?", default=".", help="by default the current folder"
-    )
+    add("folder", metavar="FOLDER", nargs="?", default=".", help="by default the current folder")
 
 
 def run(chosen: Namespace) -> None:

@@ -8,8 +8,8 @@ Formats: docs/records.md. The record file is only read.
 
 import math
 import shutil
-from argparse import ArgumentParser, Namespace
-from collections.abc import Iterable
+from argparse import Namespace
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("file", metavar="FILE", help="a record file")
-    parser.add_argument("--no-plot", action="store_true", help="print only")
-    parser.add_argument("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
+    add("file", metavar="FILE", help="a record file")
+    add("--no-plot", action="store_true", help="print only")
+    add("--into", metavar="FOLDER", default="results/inspect", help="folder of the picture")
 
 
 def run(chosen: Namespace) -> None:

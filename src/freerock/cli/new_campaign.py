@@ -18,8 +18,8 @@ import re
 import shutil
 import sys
 import tempfile
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,12 +40,10 @@ MOST_PANELS = 24
 Sensors = dict[tuple[str, str], str]  # name of a laser by quantity and unit
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("name", metavar="NAME", help="name of the campaign: letters, digits and _")
-    parser.add_argument(
-        "--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files"
-    )
+    add("name", metavar="NAME", help="name of the campaign: letters, digits and _")
+    add("--from", dest="folder", metavar="FOLDER", required=True, help="folder of the record files")
 
 
 def run(chosen: Namespace) -> None:

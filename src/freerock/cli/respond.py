@@ -8,23 +8,22 @@ PEER AT2 files, or tables with a column of time and one as acceleration [g]. Wri
 (a row per record, motion, scale and draw) and fragility.csv.
 """
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.campaign import load_campaign
 from freerock.errors import FreerockError
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="CAMPAIGN", help="an analysed campaign")
-    parser.add_argument("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
-    parser.add_argument("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
-    parser.add_argument("--draws", type=int, default=20, help="sets of parameters, including the means")
-    parser.add_argument(
-        "--of", choices=("next", "mean"), default="next", help="draw parameters of the next run, or the mean"
-    )
-    parser.add_argument("--into", metavar="FOLDER", help="by default results/CAMPAIGN/response")
+    add("campaign", metavar="CAMPAIGN", help="an analysed campaign")
+    add("--motions", metavar="FOLDER", required=True, help="the folder of the accelerograms")
+    add("--scales", type=_factors, default=(1.0,), help="factors on each motion, as 0.5,1,2")
+    add("--draws", type=int, default=20, help="sets of parameters, including the means")
+    add("--of", choices=("next", "mean"), default="next", help="draw parameters of the next run, or the mean")
+    add("--into", metavar="FOLDER", help="by default results/CAMPAIGN/response")
 
 
 def run(chosen: Namespace) -> None:

@@ -9,18 +9,17 @@ into the campaign's CSV; run snakemake afterwards. Ctrl+C ends it.
 
 import os
 import webbrowser
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Thread
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument(
-        "--no-browser", action="store_true", help="print the address without opening a browser"
-    )
-    parser.add_argument("--port", type=_port, default=0, help="by default any free port")
+    add("campaign", metavar="CAMPAIGN")
+    add("--no-browser", action="store_true", help="print the address without opening a browser")
+    add("--port", type=_port, default=0, help="by default any free port")
 
 
 def _port(text: str) -> int:

@@ -11,8 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Mapping, Sequence
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
@@ -27,15 +27,11 @@ PROFILE = "Using workflow specific profile "  # what Snakemake begins with, --qu
 EVERY_S = 0.5  # between looks at the products
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
-    parser.add_argument(
-        "--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores"
-    )
-    parser.add_argument(
-        "--slurm", action="store_true", help="run the jobs on the Slurm cluster of this machine"
-    )
+    add("campaign", metavar="NAME", nargs="*", help="by default those of config.yaml")
+    add("--cores", metavar="N", type=_cores, help="number of parallel jobs; by default all cores")
+    add("--slurm", action="store_true", help="run the jobs on the Slurm cluster of this machine")
 
 
 def run(chosen: Namespace) -> None:

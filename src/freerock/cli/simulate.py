@@ -8,16 +8,17 @@ A scene with a laser gives a record file (TDMS) of the virtual laboratory. Any o
 θ(t) of each model (CSV, PDF, PNG), with or without ground motion.
 """
 
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.config.scene import load_scene
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
-    parser.add_argument("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
+    add("scene", metavar="SCENE.yaml", help="the scene, see config/README.md")
+    add("--into", metavar="FOLDER", default="results/simulate", help="where the files go")
 
 
 def run(chosen: Namespace) -> None:

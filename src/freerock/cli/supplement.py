@@ -10,7 +10,8 @@ In the unzipped folder `snakemake` makes the same bytes again. Equal products gi
 """
 
 import re
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentTypeError, Namespace
+from collections.abc import Callable
 from pathlib import Path
 
 from freerock.cli.verify import verification
@@ -19,14 +20,12 @@ from freerock.errors import FreerockError, printable
 from freerock.jobs.home import HOME
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="CAMPAIGN")
-    parser.add_argument("--paper", metavar="DOI", type=_doi, help="of the paper")
-    parser.add_argument(
-        "--year", metavar="YYYY", type=_year, help="of publication; by default the repository adds it"
-    )
-    parser.add_argument("--output", metavar="FILE", help="by default CAMPAIGN_supplement.zip")
+    add("campaign", metavar="CAMPAIGN")
+    add("--paper", metavar="DOI", type=_doi, help="of the paper")
+    add("--year", metavar="YYYY", type=_year, help="of publication; by default the repository adds it")
+    add("--output", metavar="FILE", help="by default CAMPAIGN_supplement.zip")
 
 
 def run(chosen: Namespace) -> None:

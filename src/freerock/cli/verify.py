@@ -14,8 +14,8 @@ Exit code 0: all products are whole. Nothing is made or changed.
 
 import subprocess
 import sys
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from freerock.config.campaign import load_config
@@ -24,9 +24,9 @@ from freerock.jobs.home import SNAKEFILE
 from freerock.jobs.soundness import VERIFIED
 
 
-def add_arguments(parser: ArgumentParser) -> None:
+def add_arguments(add: Callable[..., object]) -> None:
     """Add the arguments of the subcommand."""
-    parser.add_argument("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
+    add("campaign", metavar="CAMPAIGN", nargs="*", help="by default those of config.yaml")
 
 
 def run(chosen: Namespace) -> None:
