@@ -264,9 +264,8 @@ def _same_signal(csv: Path, source: Source) -> Iterator[FreerockError]:
         for channel in record.channels:
             test = first.setdefault((record.file, channel), record.test)
             if test != record.test:
-                what = (
-                    f"{record.file}{f', channel {channel},' if channel else ''} is the signal of {test} too"
-                )
+                named = f", channel {channel}," if channel else ""
+                what = f"{record.file}{named} is the signal of {test} too"
                 where = f"{csv}:{line}: {record.test}"
                 yield FreerockError(where, what, "name the file and channel of this record")
 
@@ -299,9 +298,8 @@ def _block(source: Source, name: str, block: BlockSection) -> Iterator[FreerockE
     for angle in filter(None, {block.release_angle_deg, *planned}):
         if angle < USUAL.least_angle * critical:
             share = f"{100 * angle / critical:.2g} % of the critical angle"
-            what = (
-                f"a release angle of {angle:g}° is {share}, in radians it would be {math.degrees(angle):.3g}°"
-            )
+            turned = math.degrees(angle)
+            what = f"a release angle of {angle:g}° is {share}, in radians it would be {turned:.3g}°"
             yield FreerockError(where, what, "give it in degrees")
 
 

@@ -26,9 +26,8 @@ def _rigid(block: Block, seen: pd.DataFrame) -> tuple[Floats, Floats]:
     if not 0 < highest < 1:
         return np.empty(0), np.empty(0)
     amplitude = np.linspace(0.002, 1, 60) * highest
-    quarter = [
-        housner_swings(block, 1.0, each * block.theta_cr, max_impacts=1).impact_time[0] for each in amplitude
-    ]
+    swings = [housner_swings(block, 1.0, each * block.theta_cr, max_impacts=1) for each in amplitude]
+    quarter = [each.impact_time[0] for each in swings]
     return amplitude, 4 * np.array(quarter)
 
 

@@ -102,14 +102,9 @@ def _panel(ax: Axes, record: RecordMap) -> None:
     found_map = record.map
     k, damping = found_map.first, found_map.second
     # √ε_θ is nearly linear on the slopes: smoother contours
-    lines = ax.contour(
-        found_map.first_finer,
-        found_map.second_finer,
-        np.sqrt(100 * found_map.epsilon_finer),
-        levels=np.sqrt(LEVELS_PERCENT),
-        colors="0.4",
-        linewidths=style.scaled(0.7),
-    )
+    slopes = (found_map.first_finer, found_map.second_finer, np.sqrt(100 * found_map.epsilon_finer))
+    look: Style = {"colors": "0.4", "linewidths": style.scaled(0.7)}
+    lines = ax.contour(*slopes, levels=np.sqrt(LEVELS_PERCENT), **look)
     percent = {level: f"{level**2:.3g}" for level in lines.levels}
     texts = ax.clabel(lines, fmt=percent, fontsize=matplotlib.rcParams["legend.fontsize"], inline=False)
     for look, found in ((OF_OTHERS, record.identified[1:]), (OF_DRAWN, record.identified[:1])):

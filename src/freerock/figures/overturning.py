@@ -78,20 +78,12 @@ def _curve(ax: Axes, scene: pd.DataFrame, look: Style, name: str) -> None:
     drawn = {key: value for key, value in look.items() if key != "marker"}
     ax.plot(line["intensity"], line["probability"], label=name, **drawn)
     if line["low"].notna().any():
-        ax.fill_between(
-            line["intensity"], line["low"], line["high"], color=look.get("color"), alpha=0.18, lw=0
-        )
+        band = {"color": look.get("color"), "alpha": 0.18, "lw": 0}
+        ax.fill_between(line["intensity"], line["low"], line["high"], **band)
     below, above = counted["probability"] - counted["low"], counted["high"] - counted["probability"]
-    ax.errorbar(
-        counted["intensity"],
-        counted["probability"],
-        yerr=[below.clip(lower=0.0), above.clip(lower=0.0)],
-        linestyle="",
-        marker=look.get("marker"),
-        color=look.get("color"),
-        markersize=3.5,
-        elinewidth=0.7,
-    )
+    bars = [below.clip(lower=0.0), above.clip(lower=0.0)]
+    dots = {"linestyle": "", "marker": look.get("marker"), "color": look.get("color"), "markersize": 3.5}
+    ax.errorbar(counted["intensity"], counted["probability"], yerr=bars, elinewidth=0.7, **dots)
     if not math.isclose(scene["intensity"].max(), scene["intensity"].min()):
         ax.set_xscale("log")
         ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0, 7.0)))

@@ -71,15 +71,8 @@ def _panel(ax: Axes, scene: pd.DataFrame) -> None:
         if own.empty:
             continue
         half = (own["end_s"] - own["start_s"]) / 2
-        ax.errorbar(
-            own["start_s"] + half,
-            own["change_percent"],
-            xerr=half,
-            yerr=NORMAL_95 * own["change_stderr_percent"],
-            linestyle="",
-            markersize=style.scaled(3.5),
-            elinewidth=style.scaled(0.8),
-            label=SYMBOLS[parameter],
-            **look,
-        )
+        bars = {"xerr": half, "yerr": NORMAL_95 * own["change_stderr_percent"], "linestyle": ""}
+        sizes = {"markersize": style.scaled(3.5), "elinewidth": style.scaled(0.8)}
+        at = own["start_s"] + half
+        ax.errorbar(at, own["change_percent"], **bars, **sizes, label=SYMBOLS[parameter], **look)
     ax.margins(x=0.02)

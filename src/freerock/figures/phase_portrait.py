@@ -74,6 +74,5 @@ def _curve(time_s: Floats, theta: Floats) -> pd.DataFrame:
     """Rotation and angular rate of some samples."""
     kept = style.thin(len(time_s), 2000)
     rate = np.degrees(angular_rate(time_s, theta))
-    return pd.DataFrame(
-        {"time_s": time_s[kept], "theta_deg": np.degrees(theta[kept]), "rate_deg_s": rate[kept]}
-    )
+    shown = {"theta_deg": np.degrees(theta[kept]), "rate_deg_s": rate[kept]}
+    return pd.DataFrame({"time_s": time_s[kept], **shown})

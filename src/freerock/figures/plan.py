@@ -127,9 +127,8 @@ def _rivals_page(frame: pd.DataFrame, rows: pd.DataFrame, labels: Labels) -> Fig
         for ax, foundation in zip(column, foundations, strict=True):
             chosen = measured[(measured["rival"] == rival) & (measured["foundation"] == foundation)]
             for block, some in chosen.groupby("block", sort=False):
-                curve = some.groupby("release_angle_deg").agg(
-                    {"epsilon_percent": "first", "told_apart": "all"}
-                )
+                of_angle = {"epsilon_percent": "first", "told_apart": "all"}
+                curve = some.groupby("release_angle_deg").agg(of_angle)
                 (line,) = ax.plot(curve["epsilon_percent"], **blocks[block])
                 hidden = curve["epsilon_percent"][~curve["told_apart"]]
                 ax.plot(hidden, **blocks[block] | {"linestyle": "", "markerfacecolor": "white"}, zorder=3)
@@ -159,9 +158,8 @@ def draw_totals(frame: pd.DataFrame, labels: Labels = None) -> tuple[list[Figure
         The rows drawn, each in the case that knows best, with both in per cent of the value.
     """
     best = best_known(frame)
-    best = best.assign(
-        u_total_percent=100 * best["u_total"] / best["value"], inputs_percent=100 * best["inputs_fraction"]
-    )
+    best = best.assign(u_total_percent=100 * best["u_total"] / best["value"])
+    best = best.assign(inputs_percent=100 * best["inputs_fraction"])
     blocks = dict(zip(frame["block"].unique(), cycle(BLOCK_STYLES)))
     expected = {
         name: list(dict.fromkeys(zip(own["model"], own["parameter"], strict=True)))

@@ -98,17 +98,9 @@ def _pulls(ax: Axes, place: int, rows: pd.DataFrame) -> None:
     for which, face, text in ((known, "black", "run"), (~known, "white", "run that does not see the input")):
         if which.any():
             own = rows[which]
-            ax.errorbar(
-                own["input_moved"],
-                at[which],
-                xerr=own["input_remaining"],
-                fmt="o",
-                markersize=3,
-                color="black",
-                markerfacecolor=face,
-                elinewidth=0.7,
-                label=text,
-            )
+            dots = {"fmt": "o", "markersize": 3, "color": "black", "markerfacecolor": face}
+            bars = {"xerr": own["input_remaining"], "elinewidth": 0.7}
+            ax.errorbar(own["input_moved"], at[which], **bars, **dots, label=text)
 
 
 def _impacts(ax: Axes, place: int, rows: pd.DataFrame, names: list[str]) -> None:

@@ -85,9 +85,8 @@ def caption(data: pd.DataFrame, labels: Labels = None) -> str:
 
 def _panel(ax: Axes, block: Block, set_up: Mapping[str, Any], labels: Labels) -> None:
     b, h, height = block.width_m / 2, block.h, block.height_m
-    ax.add_patch(
-        Rectangle((-b, 0), 2 * b, height, facecolor="0.93", edgecolor="black", linewidth=style.scaled(0.9))
-    )
+    outline: Style = {"facecolor": "0.93", "edgecolor": "black", "linewidth": style.scaled(0.9)}
+    ax.add_patch(Rectangle((-b, 0), 2 * b, height, **outline))
     ground: Style = {"facecolor": "none", "edgecolor": "0.55", "hatch": "////", "linewidth": 0}
     left, right = -2.4 * b, 2.4 * b
     depth = 0.25 * b + 0.02 * height
