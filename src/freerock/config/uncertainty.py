@@ -13,12 +13,8 @@ from typing import Any
 from freerock.config.values import NotNegative, Number, Section, key
 
 DEFAULTS = {
-    "height_m": 3e-4,
-    "width_m": 3e-4,
-    "contact_width_m": 3e-4,
+    **dict.fromkeys(["height_m", "width_m", "contact_width_m", "com_height_m", "com_offset_m"], 3e-4),
     "mass_fraction": 1e-3,
-    "com_height_m": 3e-4,
-    "com_offset_m": 3e-4,
     "inertia_fraction": 5e-3,
     "position_m": 6e-4,
     "scale_fraction": 1e-3,

@@ -29,8 +29,8 @@ FIGURE = {
 OF_FITS = (*ESTIMATED, "impact_time")  # shown
 SWINGS, N_SAMPLES = 3, 1500
 LONGEST_S = 2.0
-COLUMNS = ["test", "run", "block", "foundation", "model", "time_s"]
-COLUMNS += ["left_mm", "right_mm", "force_over_weight"]
+OF_ESTIMATE = ["test", "run", "block", "foundation", "model"]
+COLUMNS = [*OF_ESTIMATE, "time_s", "left_mm", "right_mm", "force_over_weight"]
 
 
 @printed
@@ -92,12 +92,7 @@ def _over_time(tree: xr.DataTree, estimate: Estimate, block: Block, debonding: s
     end = impacts[min(SWINGS, len(impacts)) - 1] if len(impacts) else LONGEST_S
     time_s = np.linspace(0.0, 1.03 * end, N_SAMPLES)
     left, right, force = corners_over_time(estimate.model, block, estimate.values, time_s, debonding)
-    columns = {
-        "test": estimate.test,
-        "run": estimate.run,
-        "block": estimate.block,
-        "foundation": estimate.foundation,
-        "model": estimate.model,
+    columns = {name: getattr(estimate, name) for name in OF_ESTIMATE} | {
         "time_s": time_s,
         "left_mm": 1e3 * left,
         "right_mm": 1e3 * right,

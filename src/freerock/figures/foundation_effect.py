@@ -75,9 +75,7 @@ def _curve(tree: xr.DataTree, number: int, run: xr.DataTree) -> pd.DataFrame:
     during = during[style.thin(len(during))]
     return pd.DataFrame(
         {
-            "block": tree.attrs["block"],
-            "foundation": tree.attrs["foundation"],
-            "test": tree.attrs["test"],
+            **{name: tree.attrs[name] for name in ("block", "foundation", "test")},
             "run": number,
             "time_s": time[during] - release,
             "theta_deg": np.degrees(tree.dataset["theta"].values[during]),

@@ -20,14 +20,9 @@ READERS = {
     ".tdms": "tdms",
     ".lvm": "lvm",
     ".mat": "mat",
-    ".csv": "text",
-    ".tsv": "text",
-    ".txt": "text",
-    ".xlsx": "excel",
-    ".xlsm": "excel",
-    ".h5": "hdf5",
-    ".hdf5": "hdf5",
-    ".nc": "hdf5",
+    **dict.fromkeys([".csv", ".tsv", ".txt"], "text"),
+    **dict.fromkeys([".xlsx", ".xlsm"], "excel"),
+    **dict.fromkeys([".h5", ".hdf5", ".nc"], "hdf5"),
     ".c3d": "c3d",
 }
 

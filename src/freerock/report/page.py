@@ -199,9 +199,7 @@ def _content(
         "n_runs": int(runs["run"].notna().sum()),
         "settings": settings(config),
         "free": free_besides(config["fits"]),
-        "inputs": provenance["inputs"],
-        "software": provenance["software"],
-        "git": provenance["git"],
+        **{name: provenance[name] for name in ("inputs", "software", "git")},
         "other_software": provenance.get("other_software", ()),
         "styles": {"mark": " – simulated" if simulated else "", "lines": on_screen()},
     }

@@ -21,6 +21,9 @@ POPULATIONS += ["u_total", "total95_low", "total95_high", "tau", "tau_low", "tau
 POPULATIONS += ["next_low", "next_high", "scatter_p"]
 BUDGET = [*OF_MEAN, *OF_INPUT, "mean", "u_total", "sensitivity", "contribution", "share_percent"]
 COMMON = ["campaign", "foundation", "model", "parameter", "unit"]  # of the records of a foundation
+# Column of an end of an interval, and its name in `Population`.
+ENDS = {"ci95_low": "low", "ci95_high": "high", "total95_low": "total_low", "total95_high": "total_high"}
+ENDS |= {"next_low": "next_low", "next_high": "next_high"}
 RECORD = ["campaign", "test", "block", "foundation", "model", "parameter"]
 
 
@@ -230,13 +233,8 @@ def _told(parameter: str, found: Population) -> dict[str, Any]:
         "n_runs": found.n,
         "mean": mean,
         "stderr": found.stderr * slope,
-        "ci95_low": float(scale.back(found.low)),
-        "ci95_high": float(scale.back(found.high)),
         "u_total": found.u * slope,
-        "total95_low": float(scale.back(found.total_low)),
-        "total95_high": float(scale.back(found.total_high)),
         **{name: getattr(found, name) * slope for name in ("tau", "tau_low", "tau_high")},
-        "next_low": float(scale.back(found.next_low)),
-        "next_high": float(scale.back(found.next_high)),
+        **{column: float(scale.back(getattr(found, name))) for column, name in ENDS.items()},
         "scatter_p": found.p,
     }
