@@ -21,10 +21,7 @@ from freerock.config.yaml_lines import Key
 from freerock.errors import FreerockError
 
 FORMER = {  # keys that earlier versions had; of a renamed one the remedy is `use NEW_NAME`
-    "pooled": (
-        "runs are no longer fitted jointly",
-        "remove it: tables give the mean of the runs",
-    ),
+    "pooled": ("runs are no longer fitted jointly", "remove it: tables give the mean of the runs")
 }
 FILL_IN = "FILL_IN"  # what `freerock new-campaign` writes where only the user knows
 

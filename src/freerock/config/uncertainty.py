@@ -70,16 +70,10 @@ class LaserUncertainty(Section):
         "the position of the beam in metres", "position_m", "read to ±1 mm, over √3"
     )
     scale_fraction: Number | None = _known(
-        "its scale, as a share",
-        "scale_fraction",
-        "linear to ±0.18 % of the range, over √3",
-        lt=1,
+        "its scale, as a share", "scale_fraction", "linear to ±0.18 % of the range, over √3", lt=1
     )
     sampling_rate_fraction: Number | None = _known(
-        "the sampling rate, as a share",
-        "sampling_rate_fraction",
-        "a quartz of ±100 ppm, over √3",
-        lt=1,
+        "the sampling rate, as a share", "sampling_rate_fraction", "a quartz of ±100 ppm, over √3", lt=1
     )
     response_ms: Number | None = key(
         "the uncertainty of its response_ms; by default "

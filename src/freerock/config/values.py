@@ -47,10 +47,7 @@ def _in_one_line(value: Any) -> Any:
 
 def _of_this_world(value: float) -> float:
     if value and not bounds.LEAST_SI <= abs(value) <= bounds.MOST_SI:
-        raise Invalid(
-            f"{value:.6g} is out of range",
-            f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}",
-        )
+        raise Invalid(f"{value:.6g} is out of range", f"give 0, or {bounds.LEAST_SI:g} to {bounds.MOST_SI:g}")
     return value
 
 

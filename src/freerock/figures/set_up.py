@@ -30,10 +30,7 @@ MOST_BESIDE = 4
 
 @printed
 def draw(
-    blocks: Mapping[str, Block],
-    set_ups: Mapping[str, Mapping[str, Any]],
-    origin: str,
-    labels: Labels = None,
+    blocks: Mapping[str, Block], set_ups: Mapping[str, Mapping[str, Any]], origin: str, labels: Labels = None
 ) -> Drawing:
     """A panel for each block, with the beams that meet it and the foundations it stands on.
 

@@ -193,8 +193,7 @@ def compared_restitution(compared: pd.DataFrame) -> Sortable:
     columns = [
         _RECORD,
         Column(
-            "Housner r, fitted",
-            lambda row: number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted),
+            "Housner r, fitted", lambda row: number(quantity(row.r_fitted, row.r_fitted_stderr), row.r_fitted)
         ),
         numbers("r, first impact", "r_first", decimals(3)),
         numbers("r, median of impacts", "r_median", decimals(3)),

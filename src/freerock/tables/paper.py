@@ -181,11 +181,7 @@ TABLE3 = (
 
 
 def printed_tables(
-    frames: Mapping[str, pd.DataFrame],
-    origin: str,
-    *,
-    doi: str = "",
-    labels: Labels | None = None,
+    frames: Mapping[str, pd.DataFrame], origin: str, *, doi: str = "", labels: Labels | None = None
 ) -> dict[str, Printed]:
     """Tables 1 to 3 of Spanos et al. 2017 for another campaign.
 

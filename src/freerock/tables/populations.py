@@ -47,9 +47,7 @@ def scale_of(parameter: str) -> _Scale:
 
 
 def populations_table(
-    parameters: pd.DataFrame,
-    contributions: pd.DataFrame | None = None,
-    choice: pd.DataFrame | None = None,
+    parameters: pd.DataFrame, contributions: pd.DataFrame | None = None, choice: pd.DataFrame | None = None
 ) -> pd.DataFrame:
     """Random effects of the identified parameters (`populations.random_effects`).
 
@@ -153,9 +151,7 @@ def _records(
         yield scene | {"level": "record", "n_records": 1, "n_runs": member.found.n}, member, any(explained)
 
 
-def _by_foundation(
-    records: Iterable[tuple[dict[str, Any], Mean, bool]],
-) -> dict[tuple[str, ...], list[Mean]]:
+def _by_foundation(records: Iterable[tuple[dict[str, Any], Mean, bool]]) -> dict[tuple[str, ...], list[Mean]]:
     """The records of each parameter on a foundation: those that the law explains, else all."""
     found: dict[tuple[str, ...], list[tuple[Mean, bool]]] = {}
     for scene, member, explained in records:
@@ -182,9 +178,7 @@ def _member(parameter: str, runs: pd.DataFrame, shifts: list[dict[Key, float]]) 
     return over_runs(there[known], noise, [each for each, one in zip(shifts, known, strict=True) if one])
 
 
-def _foundations(
-    members: Mapping[tuple[str, ...], list[Mean]],
-) -> Iterator[tuple[dict[str, Any], Mean]]:
+def _foundations(members: Mapping[tuple[str, ...], list[Mean]]) -> Iterator[tuple[dict[str, Any], Mean]]:
     """The parameters of each foundation over its records: what they are of, and what the records say."""
     for common, records in members.items():
         scene = _scene("foundation", common, records)
