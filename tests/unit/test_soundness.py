@@ -15,7 +15,7 @@ from freerock.jobs import contents, ledger, soundness
 from freerock.jobs.contents import LOOKS, checksum, look, settled
 from freerock.jobs.ledger import at_work, entry_path, read_entry
 from freerock.jobs.reruns import code_checksum
-from freerock.jobs.soundness import Comparison, Step, in_doubt, left_over, other_software, verified
+from freerock.jobs.soundness import Step, compare, in_doubt, left_over, other_software, verified
 
 MADE = Step(
     "results/lab/logs/make.log",
@@ -47,15 +47,6 @@ def lab(tmp_path, monkeypatch):
     do(MADE)
     do(READ)
     return tmp_path
-
-
-def compare(steps, thorough=False):
-    """A plan compared with the ledger and with the files that are there now."""
-    found = Comparison({Path(step.log).parents[1] for step in steps}, thorough)
-    found.contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
-    for step in steps:
-        found.add(step)
-    return found
 
 
 def states(found=None, **options):

@@ -127,6 +127,29 @@ class Comparison:
         return {step.log: doubts for step in self.steps if (doubts := of(step))}
 
 
+def compare(steps: Iterable[Step], thorough: bool = False) -> Comparison:
+    """Compare a plan with the ledger and with the files that are there now.
+
+    Parameters
+    ----------
+    steps : iterable of Step
+        Those of the plan, in any order.
+    thorough : bool
+        As of `Comparison`.
+
+    Raises
+    ------
+    FreerockError
+        A file can't be read.
+    """
+    steps = [*steps]
+    found = Comparison({Path(step.log).parents[1] for step in steps}, thorough)
+    found.contents.look_at(path for step in steps for path in (*step.inputs, *step.outputs))
+    for step in steps:
+        found.add(step)
+    return found
+
+
 def _doubts(step: Step, entry: Entry | None, contents: Contents, doubtful: Sequence[str]) -> Iterator[Doubt]:
     """Doubts about the products of a step; `doubtful` are the products in doubt among its inputs."""
     there = [path for path in step.outputs if contents.sha256(path)]
