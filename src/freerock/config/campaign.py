@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import ValidationInfo, field_validator
 
+from freerock.config import values
 from freerock.config.keys import (
     BlockSection,
     FitsSection,
@@ -24,21 +25,7 @@ from freerock.config.keys import (
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
-from freerock.config.values import (
-    Folder,
-    Invalid,
-    Name,
-    Once,
-    Section,
-    Text,
-    Whole,
-    check_inside,
-    check_name,
-    closest,
-    did_you_mean,
-    key,
-    name_fault,
-)
+from freerock.config.values import Folder, Invalid, Name, Once, Section, Text, Whole, key
 from freerock.config.yaml_lines import Lines, place, read_yaml
 from freerock.errors import FreerockError
 
@@ -134,7 +121,7 @@ class CampaignFile(Section):
     def _truth_is_simulated(cls, truth: Any, info: ValidationInfo) -> Any:
         if truth and info.data.get("origin") == "measured":
             raise Invalid("a measured campaign has no known truth", "remove the key or set origin: simulated")
-        return check_inside(truth) if truth else truth
+        return values.check_inside(truth) if truth else truth
 
     @field_validator("published")
     @classmethod
@@ -143,9 +130,11 @@ class CampaignFile(Section):
             return published
         longest = ((block, [foundation]) for block, foundation in published.longest.items())
         for block, foundations in (*published.values.items(), *longest):
-            check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
+            values.check_name(block, info.data.get("blocks", (block,)), "a block of this campaign")
             for name in foundations:
-                check_name(name, info.data.get("foundations", (name,)), "a foundation of this campaign")
+                values.check_name(
+                    name, info.data.get("foundations", (name,)), "a foundation of this campaign"
+                )
         return published
 
     @field_validator("plan")
@@ -155,12 +144,12 @@ class CampaignFile(Section):
             return plan
         blocks, foundations = info.data["blocks"], info.data["foundations"]
         for name in (*plan.expected, *plan.spread_fraction):
-            check_name(name, foundations, "a foundation of this campaign")
+            values.check_name(name, foundations, "a foundation of this campaign")
         for name in foundations:
             if name not in plan.expected:
                 raise Invalid(f"no parameters are expected of foundation {name!r}", "add it to plan.expected")
         for name, angles in plan.release_angles_deg.items():
-            check_name(name, blocks, "a block of this campaign")
+            values.check_name(name, blocks, "a block of this campaign")
             critical = math.degrees(blocks[name].block.theta_cr)
             if max(angles, default=0) >= critical:
                 what = f"released at {max(angles):g}° {name} overturns, its critical angle is {critical:.3f}°"
@@ -291,7 +280,7 @@ def campaign_paths(
         else:
             others = [p.stem for p in sorted(campaign_path.parent.glob("*.yaml"))]
             what = f"there is no campaign {name!r}: {campaign_path} is missing"
-            remedy = did_you_mean(name, others) or "write the file or correct the name"
+            remedy = values.did_you_mean(name, others) or "write the file or correct the name"
             problems.append(FreerockError(where, what, remedy))
     return paths
 
@@ -305,8 +294,8 @@ def check_options(options: Iterable[str]) -> None:
         A key is close to one of `OPTIONS`.
     """
     for option in options:
-        if option not in OPTIONS and closest(option, OPTIONS):
-            raise FreerockError(f"--config: {option}", "unknown key", did_you_mean(option, OPTIONS))
+        if option not in OPTIONS and values.closest(option, OPTIONS):
+            raise FreerockError(f"--config: {option}", "unknown key", values.did_you_mean(option, OPTIONS))
 
 
 @dataclass(frozen=True)
@@ -351,7 +340,7 @@ def read_campaign(path: str | Path, table: bytes | None = None) -> Source:
     path = Path(path)
     data, lines, problems = read_yaml(path)
     file = validate(CampaignFile, data, lambda loc: place(path, lines, loc), problems)
-    if fault := name_fault(path.stem):  # no such file can be written either
+    if fault := values.name_fault(path.stem):  # no such file can be written either
         problems = [*(problems if os.path.exists(path) else ()), FreerockError(path, *fault)]
     names = {column: (data or {}).get(f"{column}s") for column in ("block", "foundation", "laser")}
     csv = path.with_suffix(".csv")
