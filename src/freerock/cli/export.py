@@ -171,6 +171,8 @@ def scenes(campaign: Campaign, engine: Engine, tables: Mapping[str, "pd.DataFram
 
 def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     """Text of a program for an engine."""
+    from jinja2 import Template
+
     from freerock.models.block import GRAVITY
     from freerock.models.contact import Foundation, static_depth
 
@@ -180,45 +182,21 @@ def program(campaign: Campaign, to: str, scene: Scene, epsilon: str) -> str:
     numbers |= {"b": block.b, "h": block.h, "m": block.mass_kg, "g": GRAVITY, "theta0": scene.theta0}
     numbers["z0"] = static_depth(block, Foundation.of(scene.values), scene.theta0)
     numbers |= {"until_s": SPAN_S, "every_s": EVERY_S}
-    units = {"k": "N/m²", "c": "N s/m²", "lambda": "N s/m³"}
-    law = ", ".join(
-        f"{name} = {value:.4g} ± {scene.u_total[name]:.2g} {units[name]}"
-        for name, value in scene.values.items()
+    text = Path(__file__).with_name("program.py.j2").read_text(encoding="utf-8")
+    made: str = Template(text, trim_blocks=True, keep_trailing_newline=True).render(
+        campaign=campaign,
+        engine=engine,
+        scene=scene,
+        degrees=math.degrees(scene.theta0),
+        span_s=SPAN_S,
+        epsilon=epsilon,
+        other=other,
+        snippet=_template(to),
+        numbers=json.dumps(numbers, indent=4),
+        setting=json.dumps(engine.setting),
+        theta=json.dumps([float(f"{value:.9g}") for value in theta]),
     )
-    origin = " Its records are simulated." if campaign.origin == "simulated" else ""
-    rule, rules = campaign.fits.debonding, ""
-    if rule != engine.debonding:
-        rules = (
-            f"\nThe fits had the {rule} rule; by freerock ε_θ of the one against the other is {other:.2g}."
-        )
-    head = (
-        f"{campaign.name}: {scene.block} on {scene.foundation}, released from "
-        f"{math.degrees(scene.theta0):.3g}°.{origin}\n"
-        f"Law: {engine.law}, {engine.debonding}, guided; {law} (total standard uncertainty)\n"
-        f"of {scene.source}.\n"
-        f"{engine.name}: {engine.how}; {', '.join(f'{k} {v:g}' for k, v in engine.setting.items())}.\n"
-        f"ε_θ against the law over {SPAN_S:g} s: {epsilon}.{rules}\n"
-        "Units are SI, k, c and λ per unit of width."
-    )
-    comment = "\n".join(f"# {line}" for line in head.splitlines())
-    rounded = [float(f"{value:.9g}") for value in theta]
-    scene_text, setting = json.dumps(numbers, indent=4), json.dumps(engine.setting)
-    theta_text = f"THETA = {json.dumps(rounded)}  # of the law, by freerock [rad]"
-    parts = [comment, _template(to), f"\nSCENE = {scene_text}", f"SETTING = {setting}", theta_text, ENDING]
-    return "\n".join(parts)
-
-
-ENDING = """
-
-def energy(values):
-    return sum(value**2 for value in values) - (values[0] ** 2 + values[-1] ** 2) / 2
-
-
-if __name__ == "__main__":
-    found = prepare(SCENE, SETTING)()
-    error = energy([one - other for one, other in zip(found, THETA, strict=True)])
-    print(f"epsilon_theta {error / energy(THETA):.3g}")
-"""
+    return made
 
 
 def _template(to: str) -> str:

@@ -12,16 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import ValidationInfo, field_validator
 
-from freerock.config import values
-from freerock.config.keys import (
-    BlockSection,
-    FitsSection,
-    FoundationSection,
-    GroundMotionsSection,
-    PlanSection,
-    ProcessingSection,
-    PublishedSection,
-)
+from freerock.config import keys, values
 from freerock.config.mistakes import ConfigError, validate
 from freerock.config.record import Record, read_records
 from freerock.config.sensor import LaserSection
@@ -31,16 +22,8 @@ from freerock.errors import FreerockError
 
 # In the order of the report; each is a module of freerock.figures.
 FIGURES: tuple[str, ...] = ("set_up", "models", "residuals", "decay", "backbone", "restitution", "parameters")
-FIGURES += (
-    "predictions",
-    "contact_force",
-    "foundation_effect",
-    "misfit_map",
-    "energy",
-    "phase_portrait",
-    "evidence",
-)
-FIGURES += ("budget", "parts", "pulls", "overturning")
+FIGURES += ("predictions", "contact_force", "foundation_effect", "misfit_map", "energy", "phase_portrait")
+FIGURES += ("evidence", "budget", "parts", "pulls", "overturning")
 if TYPE_CHECKING:  # words known only at run time
     Figure: TypeAlias = str
 else:
@@ -67,15 +50,15 @@ class CampaignFile(Section):
     references: Text = key("publications, as doi:10.…/…", "")
     raw: Folder = key("the folder of the record files; by default raw/<name of the campaign>", "")
     truth: str = key("the file of true values in the raw folder, of a simulated campaign", "")
-    blocks: dict[Name, BlockSection] = key("one or more blocks, each by its name", min_length=1)
-    foundations: dict[Name, FoundationSection] = key(
+    blocks: dict[Name, keys.BlockSection] = key("one or more blocks, each by its name", min_length=1)
+    foundations: dict[Name, keys.FoundationSection] = key(
         "one or more foundations, each by its name", min_length=1
     )
     lasers: dict[Name, LaserSection] = key("one or more sensors, each by its name", min_length=1)
     records_per_job: Whole = key(
         "records per job, at most; with hundreds of records 40 saves start-up time", 4, ge=1
     )
-    ground_motions: GroundMotionsSection | None = key(
+    ground_motions: keys.GroundMotionsSection | None = key(
         "the ground motions under which the report says whether the blocks fall", None
     )
     figures: Annotated[tuple[Figure, ...], Once] = key(
@@ -86,12 +69,12 @@ class CampaignFile(Section):
     figures_for: Annotated[tuple[Literal["single_column", "slide"], ...], Once] = key(
         "further targets of the figures, beside the double column of a paper", ()
     )
-    processing: ProcessingSection = key("the steps from volts to impacts", ProcessingSection())
-    fits: FitsSection = key("the identification of the models", FitsSection())
-    published: PublishedSection | None = key(
+    processing: keys.ProcessingSection = key("the steps from volts to impacts", keys.ProcessingSection())
+    fits: keys.FitsSection = key("the identification of the models", keys.FitsSection())
+    published: keys.PublishedSection | None = key(
         "values of a publication, printed beside the identified ones", None
     )
-    plan: PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
+    plan: keys.PlanSection | None = key("tests for which `freerock plan` predicts standard errors", None)
 
     @field_validator("figures")
     @classmethod

@@ -194,17 +194,10 @@ def contributions_table(fits: Trees) -> pd.DataFrame:
         inputs = list(zip(*(fit[name].values.tolist() for name in OF_INPUT), strict=True))
         inputs.append((LAW, of_fit["model"], math.nan, "", pd.NA))
         shifts = np.column_stack([fit["contribution"].values, fit["discrepancy"].values])
-        for i, parameter in enumerate(fit["parameter"].values.astype(str)):
-            for j, source in enumerate(inputs):
-                rows.append(
-                    {
-                        **of_fit,
-                        "parameter": parameter,
-                        "value": fit["value"].values[i],
-                        **dict(zip(OF_INPUT, source, strict=True)),
-                        "contribution": shifts[i, j],
-                    }
-                )
+        found = zip(fit["parameter"].values.astype(str), fit["value"].values, shifts, strict=True)
+        for parameter, value, own in found:
+            for source, shift in zip(inputs, own, strict=True):
+                rows.append((*of_fit.values(), parameter, value, *source, shift))
     return pd.DataFrame(rows, columns=CONTRIBUTIONS)
 
 
@@ -266,8 +259,7 @@ def parts_table(fits: Trees) -> pd.DataFrame:
             at = names.index(name)
             of_parts = (fit[key].values[:, at].tolist() for key in ("part_value", "part_value_stderr"))
             for i, (span, value, stderr) in enumerate(zip(spans, *of_parts, strict=True)):
-                known = name, unit_of(name), i + 1, *span, value, stderr
-                rows.append({**of_fit, **dict(zip(PARTS[len(of_fit) :], known, strict=True))})
+                rows.append((*of_fit.values(), name, unit_of(name), i + 1, *span, value, stderr))
     return pd.DataFrame(rows, columns=PARTS)
 
 
