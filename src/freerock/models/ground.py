@@ -41,8 +41,8 @@ class GroundMotion:
     coefficients: np.ndarray
 
     def is_constant(self, time: Floats) -> bool:
-        """Whether the ground is at rest or keeps its acceleration, as on a base that leans, from before t = 0 to
-        the last of the instants [s]."""
+        """Whether the ground is at rest or keeps its acceleration, as on a base that leans, from t = 0 to the
+        last of the instants [s]."""
         if not len(self.coefficients):
             return True
         spans = len(self.coefficients) == 1 and self.breaks[0] <= 0 and self.breaks[1] > time[-1]

@@ -101,7 +101,9 @@ def _written_out(touching: str) -> str:
             f"e{n} = e{n} - h*lever*{m}.0*w{m}",
         ]
     lines += [f"z[{n}], t[{n}] = z{n}, t{n}" for n in range(ORDER + 1)]
-    head = f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g, ground = law\n"
+    head = (
+        f"def _{touching}(z, t, z0, v0, t0, w0, s0, c0, a, law):\n    k, c, lam, b, h, J, g, ground = law\n"
+    )
     return head + "".join(f"    {line}\n" for line in lines)
 
 

@@ -59,8 +59,7 @@ class Effort:
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
     rivals : float
-        Times the least misfit under another law of the foundation beside the same kinematics, width and
-        priors, that frees no more numbers, up to which a hypothesis is extended.
+        Times the least misfit of hypotheses that free no more numbers, up to which one is extended.
     widened : int
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
@@ -345,25 +344,17 @@ class _Search:
         explaining, noise = self.explaining, least_mean_square(self.motion)
         little = (LOUDNESS.louder**2 - 1) * noise
         left = {each: max(self._mean_square(each) - noise, little) for each in {**self.fits, **self.quick}}
+        whole = [each for each in left if each in self.fits or not self.quick[each].given_up]
         kept = []
         for each, own in left.items():
             parents = [left[other] for other in self._parents(each)]
-            beside = [left[other] for other in left if self._is_other_law(other, each)]
+            beside = [left[other] for other in whole if self.rank(other) <= self.rank(each)]
             if each in explaining or (
                 own <= EFFORT.rivals * min(beside, default=math.inf)
                 and own <= max(EFFORT.promises * min(parents, default=math.inf), little)
             ):
                 kept.append(each)
         return kept
-
-    def _is_other_law(self, other: Hypothesis, each: Hypothesis) -> bool:
-        """Whether two hypotheses, looked at as a whole, differ by the law of the foundation alone, and the
-        first frees no more numbers."""
-        one, own = CANDIDATES[other.model], CANDIDATES[each.model]
-        alike = (one.kinematics, one.width, other.widened) == (own.kinematics, own.width, each.widened)
-        whole = other in self.fits or not self.quick[other].given_up
-        foundations = law_of(other.model).is_foundation and law_of(each.model).is_foundation
-        return alike and whole and foundations and self.rank(other) <= self.rank(each)
 
     def _parents(self, each: Hypothesis) -> list[Hypothesis]:
         tried = {*self.fits, *self.quick}
