@@ -81,8 +81,8 @@ def explains_as_well(
     """
     name, values = fit.parameters[0], as_well.values
     change = values.get(name, math.inf) / fit.values[name] - 1
-    off = abs(change * fit.values[name]) / fit.u_total[0]
-    if not off > 1 and other.model in possible:
+    apart = abs(change * fit.values[name]) / fit.u_total[0]
+    if not apart > 1 and other.model in possible:
         return
     said, reason, freed = list[str](), "", {*values, *fit.values, *widened}
     unlike = {*other.widened} ^ {*widened}
@@ -109,7 +109,7 @@ def explains_as_well(
         reason = _name_of_release(angles[1] > angles[0])
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
-    verdict = "ok" if off < NORMAL_95 and other.model in possible else "warn"
+    verdict = "ok" if apart < NORMAL_95 and other.model in possible else "warn"
     yield Reason(verdict, reason, f"{text} explains the run as well, with {moved}: measure what differs")
 
 
