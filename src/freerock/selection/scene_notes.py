@@ -12,7 +12,7 @@ from freerock.models.block import Block
 from freerock.models.laws import MODEL_LABELS, MODELS
 from freerock.runs.evenness import EVEN
 from freerock.runs.motion import Motion
-from freerock.runs.verdict import Reason
+from freerock.runs.verdict import Level, Reason
 from freerock.selection.causes import Cause
 from freerock.selection.hypotheses import Hypothesis
 from freerock.selection.quick import blur_of
@@ -109,7 +109,7 @@ def explains_as_well(
         reason = _name_of_release(angles[1] > angles[0])
     moved = f"{name} {100 * change:+.2g} %" if math.isfinite(change) else f"no {name}"
     text = f"{MODEL_LABELS[other.model]} with {' and '.join(said) or 'the release as measured'}"
-    verdict = "ok" if apart < NORMAL_95 and other.model in possible else "warn"
+    verdict: Level = "ok" if apart < NORMAL_95 and other.model in possible else "warn"
     yield Reason(verdict, reason, f"{text} explains the run as well, with {moved}: measure what differs")
 
 
