@@ -59,7 +59,9 @@ class Effort:
         Share of its parent's misfit beyond the noise that a hypothesis may leave to be extended: what acts on
         the block explains most of what a law lacks without it.
     rivals : float
-        Times the least misfit of hypotheses that free no more numbers, up to which one is extended.
+        Times the least misfit of hypotheses that free no more numbers, up to which one is extended. Set on 81
+        truths of the confusion atlas under white noise, on the way to which hypotheses left up to 39 times it;
+        on 81 under mains 100 names 78, and 10 names 75.
     widened : int
         Priors besides the contact width: more of them pass for anything.
     edges_m : (float, float)
@@ -74,7 +76,7 @@ class Effort:
     beaten: float = 4.0
     clearly: float = 1e-8
     promises: float = 0.5
-    rivals: float = 10.0
+    rivals: float = 100.0
     widened: int = 2
     edges_m: tuple[float, float] = (5e-4, 2e-3)
     freed: float = 10.0
