@@ -60,7 +60,7 @@ class Effort:
         the block explains most of what a law lacks without it.
     rivals : float
         Times the least misfit of hypotheses that free no more numbers, up to which one is extended. Set on 81
-        truths of the confusion atlas under white noise, on the way to which hypotheses left up to 39 times it;
+        truths of the confusion atlas under white noise, on the way to which hypotheses left up to 39 times;
         on 81 under mains 100 names 78, and 10 names 75.
     widened : int
         Priors besides the contact width: more of them pass for anything.
