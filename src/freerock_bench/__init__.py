@@ -36,7 +36,6 @@ __all__ = [
     "mutation",
     "naming",
     "noises",
-    "numerics",
     "paper",
     "peers",
     "rooms",

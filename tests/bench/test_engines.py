@@ -7,13 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock_bench import engines, numerics, peers
+from freerock_bench import engines, peers
 from freerock_bench.document import renew
 from freerock_bench.engines import Scale, problem_of, table
 from freerock_bench.figures import engines as engines_figure
-from freerock_bench.figures import numerics as numerics_figure
 from freerock_bench.methods.by_name import TIME_STEPPING, freerock
-from freerock_bench.methods.foundation import ode45, stepped_states
+from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
 
 pytestmark = pytest.mark.slow
@@ -109,9 +108,6 @@ def test_the_figures_are_drawn(own):
     figure, rows = engines_figure.draw(own)
     assert len(figure.axes) == 3 and len(rows) == len(own)
     assert "pale: a cheaper setting errs less" in [text.get_text() for text in figure.legends[0].texts]
-    figure, rows = numerics_figure.draw(numerics.run("small"))
-    assert len(figure.axes) == 4
-    assert set(rows["part"]) == set(numerics.X)
 
 
 def test_what_an_engine_cannot_do_stands_within_its_panel():
@@ -176,22 +172,3 @@ def test_ode45_at_its_defaults_and_at_tighter_ones():
     true = freerock(problem, TIME, 1e-12).theta
     assert 1e-6 < error(ode45(problem, TIME), true) < 0.05
     assert error(ode45(problem, TIME, 1e-9), true) < 1e-6
-
-
-@pytest.mark.parametrize("method", TIME_STEPPING)
-def test_states_after_whole_steps_are_those_of_the_run(method):
-    problem = problem_of("hunt_crossley", "geometric")
-    states = stepped_states(method, problem, 1e-4, 100, 60)
-    assert states.shape == (4, 61)
-    found = TIME_STEPPING[method](problem, TIME, 1e-4)
-    assert np.abs(states[2] - found.theta).max() < 1e-4
-
-
-def test_energy_of_an_undamped_block():
-    frame = numerics.run("small")
-    last = frame[frame["part"] == "energy"].groupby(["method", "setting"])["y"].last()
-    assert last["freerock", "rtol 1e-10"] < 1e-8
-    assert last["freerock", "rtol 1e-10"] < last["freerock", "rtol 1e-06"] < 1e-3
-    orders = frame[frame["part"] == "order"].groupby(["model", "method"])["order"].first()
-    assert orders["hunt_crossley", "freerock"] > 4
-    assert isinstance(frame, pd.DataFrame)

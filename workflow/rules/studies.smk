@@ -5,7 +5,6 @@ STUDIES = [
     "bits",
     "speed_accuracy",
     "engines",
-    "numerics",
     "stability",
     "paper",
     "success",

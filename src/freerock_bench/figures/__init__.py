@@ -10,7 +10,6 @@ __all__ = [
     "cost",
     "coverage",
     "engines",
-    "numerics",
     "paper",
     "shared",
     "speed_accuracy",

@@ -241,21 +241,8 @@ def fixed_step(method: str, problem: Problem, time: Floats, step: float, limit: 
     return solution(problem, time, theta, evaluations, False, failure)
 
 
-def stepped_states(method: str, problem: Problem, step: float, steps: int, intervals: int) -> Floats:
-    """z_cb, ż_cb, θ, θ̇ at the release and after each interval of so many steps, shape (4, 1 + intervals).
-
-    The other parameters as in `fixed_step`.
-    """
-    y, found = problem.start, [problem.start]
-    for _ in range(intervals):
-        end = np.array([(steps - 0.5) * step])
-        _stepper(method)(y, problem.law, step, steps, problem.amplitudes, end, np.empty(1))
-        found.append(y.copy())
-    return np.stack(found, axis=1)
-
-
 def _stepper(method: str) -> Callable[..., tuple[int, int]]:
-    """What takes the steps, from a state that it leaves at their end."""
+    """What takes the steps."""
     if method in IMPLICIT:
         return partial(_newmark, alpha=IMPLICIT[method])
     return {"RK4": _rk4, "central difference": _central}[method]
@@ -316,11 +303,7 @@ def _central(
         ends = (here[2], y[2], w - 0.5 * step * turn, w + 0.5 * step * turn)
         n = _sample(time, theta, n, i * step, step, ends)
         if n == time.size or not abs(y[2]) < BLOWN_UP:
-            here[0], here[2] = y[0], y[2]
-            here[1], here[3] = v + 0.5 * step * a, w + 0.5 * step * turn
-            rates(dy, here, law)
-            y[1], y[3] = v + 0.5 * step * dy[1], w + 0.5 * step * dy[3]
-            return 0, i + 3
+            return 0, i + 2
     return 1, most + 1
 
 
