@@ -26,9 +26,7 @@ from freerock_bench.atlas.cells import problem_of
 from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.foundation import rates
 from freerock_bench.methods.housner import housner_overturns
-from freerock_bench.methods.problem import Problem
-from freerock_bench.scenes import NOISE_RAD
-from freerock_bench.speed_accuracy import errors
+from freerock_bench.methods.problem import NOISE_RAD, Problem, errors
 from freerock_bench.timing import interleaved
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]

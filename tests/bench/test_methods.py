@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from freerock.models.block import Block
 from freerock_bench.methods.by_name import HOUSNER_METHODS, METHODS, freerock
 from freerock_bench.methods.foundation import plain_right_hand_side, right_hand_side
-from freerock_bench.methods.problem import Problem
-from freerock_bench.speed_accuracy import errors
+from freerock_bench.methods.problem import Problem, errors
 
 BLOCK = Block(0.28, 0.07, 5.84)
 MARBLE = {"k": 6.88e6, "lambda": 1.30e8}

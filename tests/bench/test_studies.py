@@ -21,7 +21,6 @@ from freerock_bench import (
     figures,
     harness,
     shared,
-    speed_accuracy,
     stability,
     success,
 )
@@ -29,7 +28,6 @@ from freerock_bench.atlas.cells import COLUMNS, STATES, attempt, judge
 from freerock_bench.methods.by_name import freerock
 from freerock_bench.methods.problem import Problem, Solution
 from freerock_bench.naming import what_is_wrong
-from freerock_bench.scenes import scenes
 from freerock_bench.timing import interleaved
 from freerock_bench.truths import place
 
@@ -71,23 +69,8 @@ def test_a_call_that_waits_for_its_turn_is_timed_by_its_processor(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def speeds():
-    return speed_accuracy.run("small")
-
-
-@pytest.fixture(scope="module")
 def cells():
     return stability.run("small")
-
-
-def test_speed_accuracy(speeds):
-    assert set(speeds["model"]) == {"housner", "winkler", "hunt_crossley"}
-    assert (speeds["outcome"] == "completed").all()
-    assert (speeds["time_s"] > 0).all()
-    assert (speeds["reference_epsilon"] < 1e-20).all()
-    own = speeds[speeds["method"] == "freerock"].groupby("model")["epsilon"].min()
-    assert (own < 1e-14).all()
-    assert len(scenes()) == 11
 
 
 def test_atlas(cells):
@@ -121,12 +104,6 @@ def test_refusals_are_cells_too():
         "housner", Block(0.035, 0.07, 1.0), {"r": Block(0.035, 0.07, 1.0).restitution_housner}, 0.1
     )
     assert isinstance(attempt(freerock, squat, TIME, 1e-8, 100), FreerockError)
-
-
-def test_the_figure_of_speed_against_accuracy(speeds, tmp_path):
-    drawn, data = figures.speed_accuracy.draw(speeds)
-    _saved(drawn, data, tmp_path, "speed_accuracy")
-    assert set(data["model"]) == {"hunt_crossley", "winkler"} and len(drawn.axes) == 2
 
 
 def test_each_page_of_the_atlas_is_a_figure(cells, tmp_path):

@@ -4,7 +4,6 @@
 STUDIES = [
     "bits",
     "speed_accuracy",
-    "engines",
     "stability",
     "paper",
     "success",

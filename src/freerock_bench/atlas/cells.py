@@ -16,8 +16,8 @@ from freerock.errors import FreerockError
 from freerock.models.laws import LAWS
 from freerock.models.published import BLOCKS, PUBLISHED_BLOCK, RELEASE_ANGLES, TABLE_2
 from freerock_bench.methods.by_name import METHODS, Method, freerock
+from freerock_bench.methods.foundation import cyrk_installed
 from freerock_bench.methods.problem import Problem, Solution
-from freerock_bench.scenes import cyrk_installed
 
 STATES = ("converged", "inaccurate", "unstable", "too_slow", "refused")
 CONVERGED = 1e-6  # largest ε_θ against the reference

@@ -9,7 +9,6 @@ __all__ = [
     "confusion",
     "cost",
     "coverage",
-    "engines",
     "paper",
     "shared",
     "speed_accuracy",

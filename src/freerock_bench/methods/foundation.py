@@ -8,6 +8,7 @@ numba's cache notices a change in the file of the cached function only.
 import math
 from collections.abc import Callable
 from functools import cache, partial
+from importlib.util import find_spec
 
 import numpy as np
 from numba import njit
@@ -205,6 +206,11 @@ def cyrk(method: str, problem: Problem, time: Floats, rtol: float, limit: float 
     theta = result.y[2].copy() if success else np.empty(0)
     result.free()
     return solution(problem, time, theta, math.nan, success, stopped)
+
+
+def cyrk_installed() -> bool:
+    """Whether the optional package CyRK can be compared with."""
+    return find_spec("CyRK") is not None
 
 
 @cache

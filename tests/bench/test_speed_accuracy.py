@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from freerock_bench import engines, peers
+from freerock_bench import peers, speed_accuracy
 from freerock_bench.document import renew
-from freerock_bench.engines import Scale, problem_of, table
-from freerock_bench.figures import engines as engines_figure
+from freerock_bench.figures import speed_accuracy as figure_of_tools
 from freerock_bench.methods.by_name import TIME_STEPPING, freerock
 from freerock_bench.methods.foundation import ode45
 from freerock_bench.methods.housner import housner_eventless
+from freerock_bench.speed_accuracy import Scale, problem_of, table
 
 pytestmark = pytest.mark.slow
 
@@ -35,7 +35,7 @@ answer(prepare)
 def own():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers, "installed", lambda: False)
-        return engines.run("small")
+        return speed_accuracy.run("small")
 
 
 @pytest.fixture
@@ -87,10 +87,10 @@ def test_the_table_has_a_row_for_every_tool(own, tmp_path):
     lines = table(own).splitlines()
     assert len(lines) == 2 + own.groupby(["model", "method"]).ngroups
     path = tmp_path / "benchmark.md"
-    path.write_text("before " + engines.MARK[0] + "old" + engines.MARK[1] + " after")
-    renew(path, engines.MARK, table(own))
-    assert path.read_text().startswith("before " + engines.MARK[0] + "| law | tool |")
-    assert path.read_text().endswith(engines.MARK[1] + " after")
+    path.write_text("before " + speed_accuracy.MARK[0] + "old" + speed_accuracy.MARK[1] + " after")
+    renew(path, speed_accuracy.MARK, table(own))
+    assert path.read_text().startswith("before " + speed_accuracy.MARK[0] + "| law | tool |")
+    assert path.read_text().endswith(speed_accuracy.MARK[1] + " after")
 
 
 def test_a_tool_that_fails_is_told(own):
@@ -105,7 +105,7 @@ def test_a_tool_that_fails_is_told(own):
 
 
 def test_the_figures_are_drawn(own):
-    figure, rows = engines_figure.draw(own)
+    figure, rows = figure_of_tools.draw(own)
     assert len(figure.axes) == 3 and len(rows) == len(own)
     assert "pale: a cheaper setting errs less" in [text.get_text() for text in figure.legends[0].texts]
 
@@ -134,7 +134,7 @@ def test_what_an_engine_cannot_do_stands_within_its_panel():
         ]
         columns = ["model", "method", "kind", "epsilon", "time_s", "floor_epsilon", "parameter"]
         columns += ["error_stderr", "fit_s", "note"]
-        figure = engines_figure.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
+        figure = figure_of_tools.draw(pd.DataFrame(rows, columns=columns).assign(outcome="completed"))[0]
         figure.draw_without_rendering()
         for ax in figure.axes:
             (note,) = [text for text in ax.texts if text.get_text().endswith(":\nanother law: takes no r")]
