@@ -6,7 +6,6 @@ A study is a module, and in it one function, `run(size)`, which gives the study'
 
 __all__ = [
     "analysed",
-    "atlas",
     "bouncing",
     "bounds",
     "confusion",

@@ -22,11 +22,11 @@ from freerock.models.laws import KINEMATICS, Rules
 from freerock.models.published import TABLE_2
 from freerock.models.simulate import Solver, simulate, simulate_many, simulate_theta
 from freerock.virtual_lab.palermo import CONFIGURATIONS, FOUNDATIONS
-from freerock_bench.atlas.cells import problem_of
 from freerock_bench.methods.by_name import METHODS
 from freerock_bench.methods.foundation import rates
 from freerock_bench.methods.housner import housner_overturns
 from freerock_bench.methods.problem import NOISE_RAD, Problem, errors
+from freerock_bench.stability import problem_of
 from freerock_bench.timing import interleaved
 
 BLOCK, THETA0, _ = CONFIGURATIONS["config2"]

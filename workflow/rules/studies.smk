@@ -20,7 +20,7 @@ STUDIES = [
 DRAWN_BY = {study: study for study in STUDIES} | dict.fromkeys(["success", "kinds"], "coverage")
 
 # The stability atlas is a figure for each of its pages.
-PAGES = ["stiffness", "step", "release", "others"]
+PAGES = ["stiffness", "step", "release"]
 AS_TABLES = ["faults", "drawn"]  # their tables are on docs/validation.md
 FIGURES_OF_STUDIES = [study for study in STUDIES if study not in ("stability", *AS_TABLES)]
 

@@ -50,31 +50,20 @@ def rates(dy: Floats, y: Floats, law: Floats) -> None:
     z, v, w = y[0], y[1], y[3]
     s, cos = math.sin(y[2]), math.cos(y[2])
     q = w * cos
-    n = int(law[8])
-    force = 0.0
-    moment = 0.0
-    for i in range(n):
-        u = b * ((2 * i + 1) / n - 1)
-        depth, rate = z + u * s, v + u * q
-        f = (k * depth + c * rate + lam * depth * rate) * (2 * b / n)
-        if depth > 0 and (f > 0 or law[7] == 0):
-            force += f
-            moment += f * u * cos
-    if n == 0:
-        u0, u1 = _clip(z, s, -b, b)
-        if law[7] > 0:
-            if lam > 0:
-                u0, u1 = _clip(k + lam * v, lam * q, u0, u1)
-            else:
-                u0, u1 = _clip(k * z + c * v, k * s + c * q, u0, u1)
-        f0, f1, f2 = k * z + c * v + lam * z * v, k * s + c * q + lam * (s * v + z * q), lam * s * q
-        # mean of u, u², u³ over the contact
-        length, total, product = u1 - u0, u0 + u1, u0 * u1
-        mean1 = total / 2
-        mean2 = (total * total - product) / 3
-        mean3 = total * (total * total - 2 * product) / 4
-        force = length * (f0 + f1 * mean1 + f2 * mean2)
-        moment = cos * length * (f0 * mean1 + f1 * mean2 + f2 * mean3)
+    u0, u1 = _clip(z, s, -b, b)
+    if law[7] > 0:
+        if lam > 0:
+            u0, u1 = _clip(k + lam * v, lam * q, u0, u1)
+        else:
+            u0, u1 = _clip(k * z + c * v, k * s + c * q, u0, u1)
+    f0, f1, f2 = k * z + c * v + lam * z * v, k * s + c * q + lam * (s * v + z * q), lam * s * q
+    # mean of u, u², u³ over the contact
+    length, total, product = u1 - u0, u0 + u1, u0 * u1
+    mean1 = total / 2
+    mean2 = (total * total - product) / 3
+    mean3 = total * (total * total - 2 * product) / 4
+    force = length * (f0 + f1 * mean1 + f2 * mean2)
+    moment = cos * length * (f0 * mean1 + f1 * mean2 + f2 * mean3)
     vertical = g - force - h * cos * w * w
     turning = (h * g * s - moment - h * s * vertical) / (inertia - h * h * s * s)
     dy[0], dy[1], dy[2], dy[3] = v, vertical - h * s * turning, w, turning

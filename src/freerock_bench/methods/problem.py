@@ -33,8 +33,6 @@ class Problem:
         Angle of release [rad].
     debonding : str
         "geometric" or "tensionless".
-    springs : int
-        Number of springs that stand for the foundation in the compiled right-hand side; 0: distributed.
     """
 
     model: str
@@ -42,16 +40,15 @@ class Problem:
     parameters: Mapping[str, float]
     theta0: float
     debonding: str = "geometric"
-    springs: int = 0
 
     @property
     def law(self) -> Floats:
-        """Constants of the compiled right-hand side: k, c, λ, I over m; b, h, g; tensionless; springs."""
+        """Constants of the compiled right-hand side: k, c, λ, I over m; b, h, g; tensionless."""
         m, b, h = self.block.mass_kg, self.block.b, self.block.h
         k, c, lam = (self.parameters.get(name, 0.0) for name in ("k", "c", "lambda"))
         tensionless = float(self.debonding == "tensionless")
         inertia = self.block.inertia_base
-        return np.array([k / m, c / m, lam / m, inertia / m, b, h, GRAVITY, tensionless, self.springs])
+        return np.array([k / m, c / m, lam / m, inertia / m, b, h, GRAVITY, tensionless])
 
     @property
     def start(self) -> Floats:
