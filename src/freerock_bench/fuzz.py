@@ -34,6 +34,8 @@ def readers(n: int, kinds: list[str]) -> int:
 
     from freerock.records.read import read_record
 
+    if unknown := [kind for kind in kinds if kind not in KINDS]:
+        sys.exit(f"{unknown[0]} is no kind of file: name some of {', '.join(KINDS)}")
     faults = 0
     for kind in kinds or KINDS:
         with tempfile.TemporaryDirectory() as folder:
@@ -56,7 +58,7 @@ def tried(kind: str, items: Iterator[Any], n: int, task: Callable[[Any], object]
             if outcome not in ("read", "refused"):
                 kept = f"seed {item}"
                 if isinstance(item, Path):
-                    kept = f"{tempfile.gettempdir()}/{kind}_{done}{item.suffix}"
+                    kept = f"{tempfile.gettempdir()}/{kind.replace(' ', '_')}_{done}{item.suffix}"
                     shutil.copy(item, kept)
                 print(f"  {outcome}: {kept}")
     read, refused = outcomes.pop("read", 0), outcomes.pop("refused", 0)
