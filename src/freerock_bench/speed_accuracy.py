@@ -10,12 +10,15 @@ import math
 import sys
 import time as clock
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
+from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from ruamel.yaml import YAML
 
 from freerock.arrays import Floats
 from freerock.identification.fit import fit_run
@@ -61,8 +64,8 @@ class Engine:
         A module of `benchmarks/peers`.
     model, debonding : str
         The law that it solves.
-    settings : mapping of str to sequence of dict
-        By size of the study.
+    settings : mapping of str to list of dict
+        By size of the study; each combination of the values of a dict is a setting.
     note : str
         What it can't do, or does otherwise.
     """
@@ -71,76 +74,19 @@ class Engine:
     driver: str
     model: str
     debonding: str
-    settings: Mapping[str, list[dict[str, float]]] = field(default_factory=dict)
-    note: str = ""
+    settings: Mapping[str, list[dict[str, list[float]]]]
+    note: str
+
+    def cases(self, size: str) -> list[dict[str, float]]:
+        """Every setting of a size."""
+        return [
+            dict(zip(grid, values, strict=True))
+            for grid in self.settings[size]
+            for values in product(*grid.values())
+        ]
 
 
-def _grid(**ladders: tuple[float, ...]) -> list[dict[str, float]]:
-    (one, ones), (other, others) = ladders.items()
-    return [{one: a, other: b} for a in ones for b in others]
-
-
-ENGINES = (
-    Engine(
-        "OpenSees, gap springs",
-        "opensees",
-        "winkler",
-        "geometric",
-        {
-            "full": [
-                *_grid(springs=(20, 50, 100), step_s=(2e-3, 1e-3, 5e-4)),
-                {"springs": 50, "step_s": 1e-3, "alpha": 0.9},
-            ],
-            "small": _grid(springs=(20,), step_s=(1e-3,)),
-        },
-        "guided only; no Hunt–Crossley bed under a turning base",
-    ),
-    Engine(
-        "MuJoCo, strips",
-        "mujoco_strips",
-        "winkler",
-        "tensionless",
-        {
-            "full": _grid(strips=(20, 50, 100), step_s=(2e-3, 1e-3, 5e-4)),
-            "small": _grid(strips=(20,), step_s=(1e-3,)),
-        },
-        "tensionless only; its soft constraint made linear by an impedance of 1e-4",
-    ),
-    Engine(
-        "Drake, points, RK3",
-        "drake_points",
-        "hunt_crossley",
-        "tensionless",
-        {
-            "full": _grid(points=(20, 50, 100, 200), rtol=(1e-2, 1e-4, 1e-6)),
-            "small": _grid(points=(20,), rtol=(1e-3,)),
-        },
-        "tensionless only",
-    ),
-    Engine(
-        "Drake, points, discrete",
-        "drake_points",
-        "hunt_crossley",
-        "tensionless",
-        {"full": _grid(points=(100,), step_s=(2e-3, 1e-3, 2e-4)), "small": []},
-        "tensionless only; first order in the step",
-    ),
-    Engine(
-        "MuJoCo, box",
-        "mujoco_box",
-        "housner",
-        "",
-        {
-            "full": [
-                {"step_s": 2e-3},
-                {"step_s": 1e-3, "time_constant_s": 2e-3},
-                {"step_s": 1e-4, "time_constant_s": 2e-4},
-            ],
-            "small": [{"step_s": 2e-3}],
-        },
-        "another law: takes no r; compared with r = 1 − 1.5 sin²θ_cr",
-    ),
-)
+ENGINES = [Engine(**stated) for stated in YAML(typ="safe").load(Path(__file__).with_name("engines.yaml"))]
 
 
 def problem_of(model: str, debonding: str) -> Problem:
@@ -219,7 +165,7 @@ def _asked(engine: Engine, size: str, time: Floats) -> Iterator[Row]:
     problem = problem_of(engine.model, engine.debonding)
     if engine.driver == "mujoco_box":
         problem = replace(problem, parameters={"r": problem.block.restitution_housner})
-    scale, settings = Scale(problem, time), engine.settings[size]
+    scale, settings = Scale(problem, time), engine.cases(size)
     for setting, answer in zip(
         settings, peers.solve(engine.driver, problem, settings, time, ROUNDS[size]), strict=True
     ):
