@@ -35,15 +35,12 @@ class Study:
         The study's own columns.
     mark : (str, str)
         Lines of a document between which the table stands.
-    halves : list of str
-        Own columns by whose values the table ends with means over the cases.
     """
 
     cases: Callable[[str], Sequence[Any]]
     rows_of: Callable[[Any], list[Row]]
     columns: list[str]
     mark: tuple[str, str] = ("", "")
-    halves: Sequence[str] = ()
 
     def run(self, size: str = "full") -> pd.DataFrame:
         """The long table of all cases: `NUMBERS`, then the study's own columns.
@@ -63,21 +60,14 @@ class Study:
         publish(self.run, self.mark, self.markdown, product, size, document)
 
     def markdown(self, frame: pd.DataFrame) -> str:
-        """A row per case and parameter, then means over the cases by each of the halves."""
-        head = ["case", "number", "n", "error", "stderr", "u", "inside ± 1.96 stderr", "inside ± 1.96 u"]
-        lines = list[list[object]]()
+        """A row per case and parameter."""
+        heads = ["case", "number", "n", "error", "stderr", "u", "inside ± 1.96 stderr", "inside ± 1.96 u"]
+        lines = []
         for row in coverage(frame).itertuples():
             cells = [row.case, SYMBOLS.get(row.parameter, row.parameter), row.n]
             cells += [f"{value:.2g} %" for value in (row.error, row.stderr, row.u)]
-            cells += [f"{value:.0f} %" for value in (row.inside_stderr, row.inside)]
-            lines.append(cells)
-        for key, own in frame.groupby([*self.halves, "parameter"], sort=False) if self.halves else ():
-            known = coverage(own)
-            words = [f"{name}: {value}" for name, value in zip(self.halves, map(str, key[:-1]), strict=True)]
-            cells = [f"**{', '.join(words)}**", SYMBOLS.get(key[-1], key[-1]), known["n"].sum(), "", "", ""]
-            cells += [f"{known[name].mean():.0f} %" for name in ("inside_stderr", "inside") if len(known)]
-            lines.append(cells)
-        return in_markdown(head, lines)
+            lines.append([*cells, *(f"{value:.0f} %" for value in (row.inside_stderr, row.inside))])
+        return in_markdown(heads, lines)
 
 
 def number_row(

@@ -146,11 +146,9 @@ def _released(size: str, span: float, block: Block, share: float, slenderness: f
     yield from rows(Cell("release", problem, x, y, pipeline), methods | near, time, exact)
 
 
-def problem_of(
-    model: str, k: float, ratio: float, debonding: str = "geometric", theta0: float = THETA0
-) -> Problem:
+def problem_of(model: str, k: float, ratio: float, debonding: str = "geometric") -> Problem:
     """Configuration 2 with stiffness k [N/m²] and damping by its ratio to k [s or s/m]."""
-    return Problem(model, BLOCK, {"k": k, DAMPING[model]: ratio * k}, theta0, debonding)
+    return Problem(model, BLOCK, {"k": k, DAMPING[model]: ratio * k}, THETA0, debonding)
 
 
 def pipeline_of(problem: Problem, time: Floats) -> str:

@@ -158,13 +158,8 @@ def test_coverage_counts_shares_and_medians_by_case_and_number(tmp_path):
     assert known["inside"].to_dict() == {"a": 100, "b": 0}
     assert known.loc["a", ["error", "stderr", "u"]].tolist() == pytest.approx([10, 5, 7.5])
     assert known["z"].tolist() == pytest.approx([math.hypot(1.5, 1) / math.sqrt(2), 2.5])
-    study = harness.Study(lambda size: [], lambda case: [], ["half"], halves=["half"])
-    table = study.markdown(frame.assign(half=["set", "set", "shown", "shown"])).splitlines()
-    assert table[2] == "| a | k | 2 | 10 % | 5 % | 7.5 % | 50 % | 100 % |"
-    assert table[4:] == [
-        "| **half: set** | k | 2 |  |  |  | 50 % | 100 % |",
-        "| **half: shown** | r | 1 |  |  |  | 0 % | 0 % |",
-    ]
+    table = harness.Study(lambda size: [], lambda case: [], []).markdown(frame).splitlines()
+    assert table[2] == "| a | k | 2 | 10 % | 5 % | 7.5 % | 50 % | 100 % |" and len(table) == 4
     drawn, data = figures.coverage.draw(frame)
     _saved(drawn, data, tmp_path, "coverage")
     assert [[text.get_text() for text in ax.texts] for ax in drawn.axes] == [["50", "0"], ["100", "0"]]
