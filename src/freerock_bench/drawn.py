@@ -35,10 +35,11 @@ from freerock.selection.choice import Choice
 from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
-from freerock_bench.document import in_markdown, publish
+from freerock_bench.document import in_markdown
+from freerock_bench.harness import Study
 from freerock_bench.integrated import Scene, Truth, recorded
 from freerock_bench.truths import place
-from freerock_bench.virtual_run import SEED, Row, correlated, rows_of_all
+from freerock_bench.virtual_run import SEED, Row, correlated
 
 INSTRUMENTS = {  # standard uncertainties
     "caliper": {"block": 3e-5, "mass": 2e-4, "position_m": 2e-4, "scale": 5e-4, "rate": 2e-5},
@@ -72,22 +73,6 @@ OUTCOMES = ("named", "in the set", "not explained", "warned, truth excluded", "o
 MARK = ("<!-- drawn -->\n", "<!-- end of the drawn -->\n")
 
 
-def run(size: str = "full") -> pd.DataFrame:
-    """Every part with all instruments, kinematics, laws and scenes in turn.
-
-    Returns
-    -------
-    pandas.DataFrame
-        A row per record: part, instruments, kinematics, law, block, foundation, record; beyond (standard
-        uncertainties by which corners or base are off); expected (the pull that this makes, as far as the
-        noise lets it be seen); level and names of the verdict; truth, the candidate that holds it; selected,
-        explained; named (the truth is), held (it is named or also possible); cause (worn corners or tilt are
-        told); of each parameter under the candidate that is named the error over u_total, over stderr, and
-        relative; the pull of each input in the fit of the truth.
-    """
-    return pd.DataFrame(rows_of_all(rows_of, cases(SIZES[size])), columns=COLUMNS)
-
-
 def cases(n: int) -> list[tuple[str, str, str, int]]:
     """Part, instruments, kinematics and number of each record."""
     return [
@@ -101,7 +86,15 @@ def cases(n: int) -> list[tuple[str, str, str, int]]:
 
 
 def rows_of(case: tuple[str, str, str, int]) -> list[Row]:
-    """The row of one record."""
+    """The row of one record.
+
+    part, instruments, kinematics, law, block, foundation, record; beyond (standard uncertainties by which
+    corners or base are off); expected (the pull that this makes, as far as the noise lets it be seen); level
+    and names of the verdict; truth, the candidate that holds it; selected, explained; named (the truth is),
+    held (it is named or also possible); cause (worn corners or tilt are told); of each parameter under the
+    candidate that is named the error over u_total, over stderr, and relative; the pull of each input in the
+    fit of the truth.
+    """
     part, instruments, kinematics, i = case
     draw = np.random.default_rng([SEED, zlib.crc32(f"{part} {instruments} {kinematics}".encode()), i])
     (configuration, foundation), law = place(i), TURNS[i // 6 % len(TURNS)]
@@ -302,5 +295,8 @@ def markdown(frame: pd.DataFrame) -> str:
     return "\n".join(["", in_markdown(heads, named), "", of_pulls, "", ""])
 
 
+STUDY = Study(lambda size: cases(SIZES[size]), rows_of, COLUMNS, MARK, markdown)
+run = STUDY.run
+
 if __name__ == "__main__":
-    publish(run, MARK, markdown, *sys.argv[1:])
+    STUDY.main(*sys.argv[1:])

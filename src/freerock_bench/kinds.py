@@ -34,7 +34,7 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench import disturbances as faults
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
-from freerock_bench.harness import Study, number_row
+from freerock_bench.harness import NUMBERS, Study, number_row
 from freerock_bench.springs import Motion, Scene, read
 from freerock_bench.truths import place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
@@ -52,8 +52,8 @@ ADVICE = re.compile(
     r"|(?:response_ms, |averages over )([\d.]+) ms"
 )
 MARK = ("<!-- kinds -->\n\n", "\n\n<!-- end of the kinds -->")
-COLUMNS = ["run", "law", "block", "foundation", "known", "verdict", "candidate", "explained", "causes"]
-COLUMNS += ["names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
+COLUMNS = [*NUMBERS, "run", "law", "block", "foundation", "known", "verdict", "candidate", "explained"]
+COLUMNS += ["causes", "names", "first", "among", "error", "z", "z_u", "advice", "advised", "advised_z_u"]
 OWN = ("incline", "volts", "lost", "bits", "slow")  # what differs beside the scene
 Draw = Any
 
@@ -369,15 +369,14 @@ def _numbers(result: Analysed, name: str, true: dict[str, float]) -> list[Row]:
     return rows or [{"parameter": ""}]
 
 
-class _Kinds(Study):
-    def markdown(self, frame: pd.DataFrame) -> str:
-        """A row per kind: verdicts, numbers, causes; then all, clean ones, and the rest."""
-        heads = ["kind", "ok", "warn", "fail", "first cause right", "among three", "inside ± 1.96 u"]
-        heads += ["ok beyond 2 u", "3 u", "advice followed", "then ok", "beyond 3 u", "first causes"]
-        clean = frame["case"].map(lambda name: not KINDS[name].names).astype(bool)
-        groups = [*frame.groupby("case", sort=False)]
-        groups += [("**clean**", frame[clean]), ("**others**", frame[~clean]), ("**all**", frame)]
-        return in_markdown(heads, [_cells(str(name), own) for name, own in groups])
+def markdown(frame: pd.DataFrame) -> str:
+    """A row per kind: verdicts, numbers, causes; then all, clean ones, and the rest."""
+    heads = ["kind", "ok", "warn", "fail", "first cause right", "among three", "inside ± 1.96 u"]
+    heads += ["ok beyond 2 u", "3 u", "advice followed", "then ok", "beyond 3 u", "first causes"]
+    clean = frame["case"].map(lambda name: not KINDS[name].names).astype(bool)
+    groups = [*frame.groupby("case", sort=False)]
+    groups += [("**clean**", frame[clean]), ("**others**", frame[~clean]), ("**all**", frame)]
+    return in_markdown(heads, [_cells(str(name), own) for name, own in groups])
 
 
 def _cells(name: str, own: pd.DataFrame) -> list[str]:
@@ -400,7 +399,7 @@ def _cells(name: str, own: pd.DataFrame) -> list[str]:
     return [*cells, told]
 
 
-STUDY = _Kinds(cases, rows_of, COLUMNS, MARK)
+STUDY = Study(cases, rows_of, COLUMNS, MARK, markdown)
 run = STUDY.run
 
 if __name__ == "__main__":

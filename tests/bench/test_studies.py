@@ -181,7 +181,7 @@ def test_large_differences_between_blocks_are_seen_and_none_seldom():
 def test_coverage_of_few_runs_near_the_bound():
     runs = [coverage.rows_of(("config3", "marble", "hunt_crossley", "white", i)) for i in range(6)]
     frame = pd.DataFrame([row for rows in runs for row in rows])
-    assert list(frame) == [*harness.NUMBERS, *coverage.STUDY.columns]
+    assert list(frame) == coverage.STUDY.columns and list(frame)[:8] == harness.NUMBERS
     known = harness.coverage(frame).set_index("parameter")
     assert set(known.index) == {"k", "lambda"} and (known["n"] == 6).all()
     assert known["z"].between(0.3, 2.0).all()  # of six runs
