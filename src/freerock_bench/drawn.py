@@ -36,10 +36,10 @@ from freerock.selection.hypotheses import BY_DEFAULT
 from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
-from freerock_bench.harness import Study
+from freerock_bench.harness import Study, rows_of_fit
 from freerock_bench.integrated import Scene, Truth, recorded
 from freerock_bench.truths import place
-from freerock_bench.virtual_run import SEED, Row, correlated
+from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
 INSTRUMENTS = {  # standard uncertainties
     "caliper": {"block": 3e-5, "mass": 2e-4, "position_m": 2e-4, "scale": 5e-4, "rate": 2e-5},
@@ -175,9 +175,7 @@ def measured(truth: Truth, i: int, draw: Any) -> Floats:
     noise = draw.standard_normal(n)
     if i % SLOW_OF == 0:
         noise = noise + SLOW * correlated(n, SLOW_S, RATE_HZ, draw)
-    offset = draw.uniform()
-    volts = truth.volts + SIGMA_V * noise
-    return np.asarray(COUNT_V * (np.rint(volts / COUNT_V + offset) - offset))
+    return converted(truth.volts + SIGMA_V * noise, COUNT_V, draw)
 
 
 def judged(
@@ -225,13 +223,10 @@ def _is_told(part: str, result: Analysed, choice: Choice) -> bool:
 
 def _errors(fit: Fit, parameters: dict[str, float]) -> Row:
     row: Row = {}
-    for name, true in parameters.items():
-        if name in fit.parameters and fit.success:
-            at = fit.parameters.index(name)
-            off, stderr = float(fit.value[at]) - true, float(fit.stderr[at])
-            known = fit.contributions
-            u = stderr if known is None else float(known.total(fit.stderr, fit.discrepancy)[at])
-            row |= {f"{name}_z": off / u, f"{name}_z_stderr": off / stderr, f"{name}_error": off / true}
+    for each in rows_of_fit("", fit, parameters):
+        name, off = each["parameter"], each["value"] - each["truth"]
+        row |= {f"{name}_z": off / each["u"], f"{name}_z_stderr": off / each["stderr"]}
+        row[f"{name}_error"] = off / each["truth"]
     return row
 
 

@@ -103,13 +103,14 @@ def number_row(
 
 
 def rows_of_fit(case: str, fit: Fit, truth: dict[str, float]) -> list[Row]:
-    """Rows of the parameters of a fit; their u holds what the law does not explain."""
-    rows = []
-    for at, name in enumerate(fit.parameters):
+    """Rows of the parameters of a fit; their u holds what the law does not explain, and known inputs."""
+    rows, totals = [], [math.hypot(*each) for each in zip(fit.stderr, fit.discrepancy, strict=True)]
+    if fit.contributions is not None:
+        totals = fit.contributions.total(fit.stderr, fit.discrepancy).tolist()
+    for name, value, stderr, u in zip(fit.parameters, fit.value, fit.stderr, totals, strict=True):
         if name in truth:
-            stderr = float(fit.stderr[at]) if fit.success else math.nan
-            u = math.hypot(stderr, float(fit.discrepancy[at]))
-            rows.append(number_row(case, name, truth[name], float(fit.value[at]), stderr, u))
+            known = (float(stderr), u) if fit.success else (math.nan, math.nan)
+            rows.append(number_row(case, name, truth[name], float(value), *known))
     return rows
 
 

@@ -34,7 +34,7 @@ from freerock.virtual_lab.palermo import CONFIGURATIONS
 from freerock_bench import disturbances as faults
 from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
-from freerock_bench.harness import NUMBERS, Study, number_row
+from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.springs import Motion, Scene, read
 from freerock_bench.truths import place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
@@ -358,14 +358,10 @@ def _numbers(result: Analysed, name: str, true: dict[str, float]) -> list[Row]:
     fit = result.found.fits.get(choice.selected)
     if fit is None or not fit.success:
         return [{"parameter": ""}]
-    rows, known = [], fit.contributions
-    u = fit.stderr if known is None else known.total(fit.stderr, fit.discrepancy)
-    for at, each in enumerate(fit.parameters):
-        if each in true:
-            value, stderr = float(fit.value[at]), float(fit.stderr[at])
-            off = value - true[each]
-            row = number_row(name, each, true[each], value, stderr, float(u[at]))
-            rows.append(row | {"error": off / true[each], "z": off / stderr, "z_u": off / float(u[at])})
+    rows = []
+    for row in rows_of_fit(name, fit, true):
+        off = row["value"] - row["truth"]
+        rows.append(row | {"error": off / row["truth"], "z": off / row["stderr"], "z_u": off / row["u"]})
     return rows or [{"parameter": ""}]
 
 

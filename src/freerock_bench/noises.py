@@ -28,7 +28,7 @@ from freerock_bench.analysed import Measured, measured
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study
 from freerock_bench.integrated import RATE_HZ, Truth, candidate_of, laser_of, names_of, truth_of
-from freerock_bench.virtual_run import SEED, Row, correlated
+from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
 SIZES = {
     "small": 3,
@@ -110,8 +110,7 @@ def record_of(noise: str, i: int) -> tuple[Truth, Floats]:
     draw = np.random.default_rng([SEED, list(NOISES).index(noise), i])
     volts = truth.volts + SIGMA_V * NOISES[noise](truth.theta, draw, truth.moving)
     step = STEPS.get(noise, 0.0) * SIGMA_V or 20.0 / 2**24
-    offset = draw.uniform()
-    return truth, step * (np.rint(volts / step + offset) - offset)
+    return truth, converted(volts, step, draw)
 
 
 def cases(size: str) -> list[tuple[str, int]]:
