@@ -78,13 +78,8 @@ class Lab:
         from warm import commands
 
         out = Path(f"{self.folder}_{time.monotonic_ns()}.out")
-        command = [
-            commands() / "python" if warm else sys.executable,
-            "-m",
-            "snakemake",
-            "--snakefile",
-            self.code / "Snakefile",
-        ]
+        python = commands() / "python" if warm else sys.executable
+        command = [python, "-m", "snakemake", "--snakefile", self.code / "Snakefile"]
         command += ["--directory", self.folder, "--profile", self.code / "profiles/default"]
         command += ["--cores", str(cores)]
         with open(out, "w") as told:
