@@ -29,7 +29,7 @@ from freerock.identification.settings import FitSettings
 from freerock.identification.start import posed
 from freerock.models.laws import CANDIDATES, LAWS, Candidate
 from freerock.models.published import TABLE_2
-from freerock.rotation.laboratory import Input, Laboratory
+from freerock.rotation.laboratory import Laboratory
 from freerock.runs.motion import Motion
 from freerock.selection.choice import Choice
 from freerock.selection.hypotheses import BY_DEFAULT
@@ -38,13 +38,15 @@ from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import Study, rows_of_fit
 from freerock_bench.integrated import Scene, Truth, recorded
-from freerock_bench.truths import place
+from freerock_bench.truths import laboratory_of, place
 from freerock_bench.virtual_run import SEED, Row, converted, correlated
 
-INSTRUMENTS = {  # standard uncertainties
-    "caliper": {"block": 3e-5, "mass": 2e-4, "position_m": 2e-4, "scale": 5e-4, "rate": 2e-5},
-    "rule": {"block": 3e-4, "mass": 1e-3, "position_m": 6e-4, "scale": 1e-3, "rate": 6e-5},
+INSTRUMENTS = {  # standard uncertainties, of the mass by its share
+    "caliper": {"height_m": 3e-5, "width_m": 3e-5, "mass_kg": 2e-4, "position_m": 2e-4},
+    "rule": {"height_m": 3e-4, "width_m": 3e-4, "mass_kg": 1e-3, "position_m": 6e-4},
 }
+INSTRUMENTS["caliper"] |= {"scale_fraction": 5e-4, "sampling_rate_fraction": 2e-5}
+INSTRUMENTS["rule"] |= {"scale_fraction": 1e-3, "sampling_rate_fraction": 6e-5}
 RATE_HZ = 1000.0
 SIGMA_V, COUNT_V = 2e-3, 20.0 / 2**24
 SLOW, SLOW_S, SLOW_OF = 0.25, 0.05, 4  # share of slow noise, its time, and every how manieth record has it
@@ -62,7 +64,6 @@ PARTS = {  # records of each instruments and kinematics in a part, over its shar
 }
 SIZES = {"small": 2, "full": 36, "long": 1200}  # of each instruments and kinematics; eighteen make a round
 CAUSES = {"worn": "width_m", "tilted": "levelled_deg"}
-EXACT = {"block": 0.0, "mass": 0.0, "position_m": 0.0, "scale": 0.0, "rate": 0.0}
 NAMES = ("k", "c", "lambda", "r")
 INPUTS = ("height_m", "width_m", "position_m", "scale_fraction", "sampling_rate_fraction", "levelled_deg")
 COLUMNS = ["part", "instruments", "kinematics", "law", "block", "foundation", "record", "beyond"]
@@ -119,16 +120,11 @@ def rows_of(case: tuple[str, str, str, int]) -> list[Row]:
 
 def stated_laboratory(configuration: str, instruments: str) -> Laboratory:
     """What is stated of a block of table 1 and its laser."""
-    block, _, laser = CONFIGURATIONS[configuration]
-    u = INSTRUMENTS.get(instruments, EXACT)
-    inputs = [Input(configuration, each, u["block"], True) for each in ("height_m", "width_m")]
-    inputs += [Input(configuration, "mass_kg", u["mass"] * block.mass_kg, True)]
-    inputs += [Input("laser", "position_m", u["position_m"], True)]
-    inputs += [Input("laser", "scale_fraction", u["scale"], True)]
-    inputs += [Input("laser", "sampling_rate_fraction", u["rate"], True)]
+    u = dict(INSTRUMENTS.get(instruments) or dict.fromkeys(INSTRUMENTS["rule"], 0.0))
+    u["mass_kg"] *= CONFIGURATIONS[configuration][0].mass_kg
     if instruments in INSTRUMENTS:
-        inputs += [Input("base", "levelled_deg", LEVELLED_DEG / math.sqrt(3), True)]
-    return Laboratory(block, {"laser": laser}, tuple(inputs))
+        u["levelled_deg"] = LEVELLED_DEG / math.sqrt(3)
+    return laboratory_of(configuration, u)
 
 
 def true_record(

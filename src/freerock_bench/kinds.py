@@ -36,7 +36,7 @@ from freerock_bench.analysed import Analysed, analysed
 from freerock_bench.document import in_markdown
 from freerock_bench.harness import NUMBERS, Study, rows_of_fit
 from freerock_bench.springs import Motion, Scene, read
-from freerock_bench.truths import place, table_2
+from freerock_bench.truths import OF_LASER, laboratory_of, place, table_2
 from freerock_bench.virtual_run import SEED, Row, correlated
 
 SIZES = {"small": 1, "medium": 3, "full": 5, "long": 20}  # records of each kind
@@ -45,7 +45,8 @@ V_PER_M, ZERO_V, WHITE_V, SPAN_V = 100.0, 5.0, 2e-3, 20.0
 SCATTER, ANGLES = 0.1, (0.6, 1.0)
 CALIPER = {"height_m": 3e-5, "width_m": 3e-5, "position_m": 2e-4, "scale_fraction": 5e-4}
 CALIPER |= {"sampling_rate_fraction": 2e-5, "com_height_m": 1e-4, "inertia_kg_m2": 2e-3}
-SCALES = ("scale_fraction", "position_m", "beam", "sensor")
+INPUTS = ["height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2"]
+INPUTS += ["position_m", "scale_fraction", "sampling_rate_fraction", "response_ms"]
 ADVICE = re.compile(
     r"(\w+) of (\S+) (?:fitted|off by) ([+-][\d.e+-]+)"  # measure it again
     r"|(\w+), ([+-][\d.e+-]+)(?: [\w ]+?)? of (\w+)"  # a cause, by how much it is off
@@ -154,15 +155,10 @@ def cases(size: str) -> list[tuple[str, int]]:
 
 def stated_laboratory(configuration: str, caliper: bool) -> Laboratory:
     """What is stated of a block of table 1 and its laser; the rest by default."""
-    block, _, laser = CONFIGURATIONS[configuration]
-    u = DEFAULTS | (CALIPER if caliper else {})
-    sizes = {"mass_kg": DEFAULTS["mass_fraction"] * block.mass_kg}
-    sizes["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
-    of_block = ("height_m", "width_m", "mass_kg", "com_height_m", "inertia_kg_m2")
-    of_laser = ("position_m", "scale_fraction", "sampling_rate_fraction", "response_ms")
-    owners = [(configuration, name) for name in of_block] + [("laser", name) for name in of_laser]
-    inputs = [Input(owner, name, sizes.get(name) or u[name], caliper) for owner, name in owners]
-    return Laboratory(block, {"laser": laser}, tuple(inputs))
+    block, u = CONFIGURATIONS[configuration][0], DEFAULTS | (CALIPER if caliper else {})
+    u["mass_kg"] = DEFAULTS["mass_fraction"] * block.mass_kg
+    u["inertia_kg_m2"] = u.get("inertia_kg_m2", DEFAULTS["inertia_fraction"]) * block.inertia_cm
+    return laboratory_of(configuration, {name: u[name] for name in INPUTS}, caliper)
 
 
 class Record(NamedTuple):
@@ -185,7 +181,7 @@ def record(name: str, i: int) -> Record:
     true = stated.at(drawn, draw.standard_normal(len(drawn)))
     differs = differing(kind, true.block, draw)
     for key, by in differs.pop("off", {}).items():
-        owner = "laser" if key in SCALES or key == "sampling_rate_fraction" else configuration
+        owner = "laser" if key in OF_LASER else configuration
         true = true.moved(Input(owner, key, by, True), 1.0)
     block = differs.pop("block", true.block)
     soil = {key: value * draw.uniform(1 - SCATTER, 1 + SCATTER) for key, value in _soil(kind, foundation)}
